@@ -72,20 +72,10 @@ class Session:
         found = [p["least_balance_j"] for p in ports if p["owner"] != "server"]
         return float(min(found)) * MJ
 
-    def curve(
-        self,
-        label: str,
-        signal: str,
-        tint: str,
-        *,
-        scale: float = 1.0,
-        user: int = 0,
-        width: float = 1.4,
-    ) -> Line:
-        """Return a signal of a user over time as a curve, every fourth tick."""
-        trace = self.traces.users[user]
-        values = getattr(trace, signal)[::4, 0] * scale
-        return Line(label, trace.time_s[::4], values, tint, width=width)
+    def curve(self, label: str, signal: str, tint: str, *, width: float = 1.4) -> Line:
+        """Return a signal of the first user over time as a curve, every fourth tick."""
+        values = getattr(self.user, signal)[::4, 0]
+        return Line(label, self.user.time_s[::4], values, tint, width=width)
 
 
 def simulated(run: Run) -> Session:

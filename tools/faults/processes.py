@@ -57,10 +57,10 @@ class Live:
         allowed = limit.max_slew * self.traces.users[0].tick_s
         return most <= allowed + 1e-9, f"largest step of force {most:.2f} N (allowed {allowed:g})"
 
-    def damped(self, name: str, after_s: float, within_s: float = 0.2) -> tuple[bool, str]:
-        """Tell whether a user has only damping soon after a time."""
+    def damped(self, name: str, after_s: float) -> tuple[bool, str]:
+        """Tell whether a user has only damping within 0.2 s of a time."""
         late_s = _first(self._user(name), after_s, 2) - after_s
-        return late_s <= within_s, f"{name} has only damping {1e3 * late_s:.0f} ms after it"
+        return late_s <= 0.2, f"{name} has only damping {1e3 * late_s:.0f} ms after it"
 
     def coupled(self, name: str, after_s: float, within_s: float) -> tuple[bool, str]:
         """Tell whether a user is coupled soon after the first tick of a node that goes on."""

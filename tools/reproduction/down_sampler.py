@@ -65,10 +65,8 @@ def printed_scenario(**overrides: Any) -> Scenario:
     return parse_scenario(mapping, overrides=overrides)
 
 
-def energy_over_cut_off(
-    scenario: Scenario, filters: Sequence[FilterParams], *, user: int = 0
-) -> CutOffEnergy:
-    """Return what one user's down-sampler keeps of the energy, lowest and last, per filter.
+def energy_over_cut_off(scenario: Scenario, filters: Sequence[FilterParams]) -> CutOffEnergy:
+    """Return what the first user's down-sampler keeps of the energy, lowest and last, per filter.
 
     Parameters
     ----------
@@ -76,11 +74,9 @@ def energy_over_cut_off(
         The session; its filter is replaced.
     filters
         What stands before the rate drop, one session each.
-    user
-        Whose.
     """
     found = simulate([with_filter(scenario, one) for one in filters])
-    accounts = [_account(traces, scenario, user) for traces in found]
+    accounts = [_account(traces, scenario) for traces in found]
     return {
         "minimum_j": np.array([left.min(initial=0.0) for _, left in accounts]),
         "final_j": np.array([left[-1] for _, left in accounts]),
@@ -99,13 +95,13 @@ def with_filter(scenario: Scenario, params: FilterParams) -> Scenario:
     return dataclasses.replace(scenario, users=users)
 
 
-def _account(traces: SessionTraces, scenario: Scenario, place: int) -> tuple[Array, Array]:
+def _account(traces: SessionTraces, scenario: Scenario) -> tuple[Array, Array]:
     """Return time and energy after the filter less that of the packets, at each frame start.
 
     A packet counts with its whole frame when it is sent; a tick counts once it has run.
     """
-    user = traces.users[place]
-    master = scenario.users[place].master
+    user = traces.users[0]
+    master = scenario.users[0].master
     sent = traces.packets[f"/{user.name}/wave_up"]
     before = np.concatenate([[0.0], np.cumsum(0.5 * np.sum(user.u_m_lp**2, axis=-1))])
     ticks = np.arange(len(sent.seq)) * master.rate_drop

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from reproduction.draw_single import heading
 from reproduction.drawing import LINES, numbers, sheet
 from reproduction.figure import Values
 
@@ -18,7 +17,7 @@ NAMES = {"one_step_delay": "one step of computational delay", "unwrapped": "loop
 def cut_offs(result: Values) -> Any:
     """Fig. 3: cut-off over M; the passive bound dotted."""
     given, data = result["parameters"], result["data"]
-    figure, axes = sheet(1, 2, title=heading(result), remark=result["remark"], size_in=(10.4, 4.8))
+    figure, axes = sheet(result, 1, 2, size_in=(10.4, 4.8))
     m = numbers(data["rate_drop"])
     for letter, coupling, panel in zip("ab", given["couplings"], axes[0], strict=True):
         for place, stiffness in enumerate(given["stiffnesses"]):
@@ -41,7 +40,7 @@ def cut_offs(result: Values) -> Any:
 def energies(result: Values) -> Any:
     """Fig. 8: final dotted, minimum solid."""
     data = result["data"]
-    figure, axes = sheet(1, 1, title=heading(result), remark=result["remark"], size_in=(7.0, 4.6))
+    figure, axes = sheet(result, 1, 1, size_in=(7.0, 4.6))
     panel, cut_off = axes[0, 0], numbers(data["cut_off_hz"])
     panel.plot(cut_off, numbers(data["minimum_j"]), "-o", color=style.LIGHT_USERS[0],
                label="$ΔE_{min}$")  # fmt: skip

@@ -17,9 +17,7 @@ def waves(result: Values) -> Any:
     """Fig. 2: rows are delays, columns filters."""
     given = result["parameters"]
     delays, poles = given["delay_frames"], given["pole_rad_s"]
-    figure, axes = sheet(
-        len(delays), len(poles), title=_title(result), remark=result["remark"], size_in=(7.2, 13.0)
-    )
+    figure, axes = sheet(result, len(delays), len(poles), size_in=(7.2, 13.0))
     letters = iter("abcdefgh")
     for row, delay in enumerate(delays):
         for column, pole in enumerate(poles):
@@ -36,7 +34,7 @@ def waves(result: Values) -> Any:
 def direct(result: Values) -> Any:
     """Fig. 3: one panel a delay."""
     delays = result["parameters"]["delay_frames"]
-    figure, axes = sheet(2, 2, title=_title(result), remark=result["remark"], size_in=(7.2, 7.6))
+    figure, axes = sheet(result, 2, 2, size_in=(7.2, 7.6))
     for panel, delay in zip(axes.ravel(), delays, strict=True):
         region(panel, result["data"][str(delay)])
         panel.set_title(f"$T_d = {_delay(delay)}$")
@@ -57,9 +55,7 @@ def carry(result: Values) -> Any:
 
 def _traces(result: Values, *, path: bool) -> Any:
     delays = result["parameters"]["delay_frames"]
-    figure, axes = sheet(
-        len(delays), 2, title=_title(result), remark=result["remark"], size_in=(11.0, 9.5)
-    )
+    figure, axes = sheet(result, len(delays), 2, size_in=(11.0, 9.5))
     letters = iter("abcdef")
     for row, delay in enumerate(delays):
         data = {name: numbers(values) for name, values in result["data"][str(delay)].items()}
@@ -92,7 +88,3 @@ def _traces(result: Values, *, path: bool) -> Any:
             left.legend(loc="upper left", ncols=6, columnspacing=1.0)
             left.set_ylim(-45.0, 110.0)
     return figure
-
-
-def _title(result: Values) -> str:
-    return f"App. B, Fig. {result['figure'][1:]} · {result['title']}"

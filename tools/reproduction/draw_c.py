@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from reproduction.draw_single import heading
 from reproduction.drawing import EDGE, REGION, numbers, sheet
 from reproduction.figure import Values
 
@@ -18,9 +17,7 @@ WHOSE = {"printed": "as printed", "loop": "consistent diagram"}
 def regions(result: Values) -> Any:
     """Fig. 3: alpha over beta; printed above, ours below."""
     rows = result["parameters"]["rows"]
-    figure, axes = sheet(
-        len(rows), 2, title=heading(result), remark=result["remark"], size_in=(8.6, 10.0)
-    )
+    figure, axes = sheet(result, len(rows), 2, size_in=(8.6, 10.0))
     for row, line in zip(rows, axes, strict=True):
         for (case, words), panel in zip(CASES.items(), line, strict=True):
             name = f"{row['polynomial']}_sigma_{row['sigma']:g}_{case}"
@@ -43,7 +40,7 @@ def regions(result: Values) -> Any:
 
 def energies(result: Values) -> Any:
     """Fig. 5: positions, forces, and where the energy is."""
-    figure, axes = sheet(3, 1, title=heading(result), remark=result["remark"], size_in=(7.6, 8.6))
+    figure, axes = sheet(result, 3, 1, size_in=(7.6, 8.6))
     data = {name: numbers(values) for name, values in result["data"].items()}
     above, middle, below = axes[:, 0]
     for panel, unit, words in ((above, "mm", "x"), (middle, "n", "F")):

@@ -5,7 +5,6 @@
 from typing import Any
 
 from pmwvc_analysis.charts import style
-from reproduction.draw_single import heading
 from reproduction.drawing import numbers, sheet
 from reproduction.figure import Values
 
@@ -13,7 +12,7 @@ from reproduction.figure import Values
 def condition(result: Values) -> Any:
     """Fig. 5, and beside it the velocity filter 1 - HP."""
     data, claimed = result["data"], result["numbers"]
-    figure, axes = sheet(1, 2, title=heading(result), remark=result["remark"], size_in=(10.4, 4.4))
+    figure, axes = sheet(result, 1, 2, size_in=(10.4, 4.4))
     left, right = axes[0]
     angle = numbers(data["angle_over_pi"])
     for place, (name, words) in enumerate((("printed", "printed"), ("ours", "flattest, ours"))):

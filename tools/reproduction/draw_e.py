@@ -5,7 +5,6 @@
 from typing import Any
 
 from pmwvc_analysis.charts import style
-from reproduction.draw_single import heading
 from reproduction.drawing import LINES, numbers, sheet
 from reproduction.figure import Values
 
@@ -14,7 +13,7 @@ IDEAL = "direct coupling at 1 kHz (ideal)"
 
 def limits(result: Values) -> Any:
     """Fig. 5: the largest K_VE over K_LM, one curve per gain."""
-    figure, axes = sheet(1, 1, title=heading(result), remark=result["remark"], size_in=(7.0, 5.0))
+    figure, axes = sheet(result, 1, 1, size_in=(7.0, 5.0))
     panel, data = axes[0, 0], result["data"]
     local = numbers(data["local_stiffness"])
     for place, gain in enumerate(result["parameters"]["gains"]):
@@ -35,7 +34,7 @@ def limits(result: Values) -> Any:
 
 def admittances(result: Values) -> Any:
     """Fig. 6: low and high frequencies side by side."""
-    figure, axes = sheet(1, 2, title=heading(result), remark=result["remark"], size_in=(11.0, 4.6))
+    figure, axes = sheet(result, 1, 2, size_in=(11.0, 4.6))
     data = result["data"]
     for letter, part, panel in zip("ab", ("low", "high"), axes[0], strict=True):
         hertz = numbers(data[f"{part}_hz"])
@@ -56,7 +55,7 @@ def admittances(result: Values) -> Any:
 
 def measured(result: Values) -> Any:
     """Fig. 7: admittances from sweeps."""
-    figure, axes = sheet(1, 1, title=heading(result), remark=result["remark"], size_in=(7.6, 5.0))
+    figure, axes = sheet(result, 1, 1, size_in=(7.6, 5.0))
     panel, data = axes[0, 0], result["data"]
     labels = {name: curve["label"] for name, curve in result["parameters"]["curves"].items()}
     for place, (name, label) in enumerate({**labels, "ideal": IDEAL}.items()):
@@ -75,7 +74,7 @@ def measured(result: Values) -> Any:
 
 def impedances(result: Values) -> Any:
     """Fig. 8: force over position."""
-    figure, axes = sheet(1, 1, title=heading(result), remark=result["remark"], size_in=(7.6, 5.0))
+    figure, axes = sheet(result, 1, 1, size_in=(7.6, 5.0))
     panel, data = axes[0, 0], result["data"]
     hertz = numbers(data["hz"])
     labels = {name: curve["label"] for name, curve in result["parameters"]["curves"].items()}

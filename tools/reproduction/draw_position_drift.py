@@ -23,7 +23,7 @@ LOOK: dict[str, dict[str, Any]] = {
 
 def drift(result: Values) -> Any:
     """One panel a link: how much closer than their avatars the two devices are."""
-    figure, axes = sheet(1, 3, title=result["title"], remark=result["remark"], size_in=(11.0, 4.4))
+    figure, axes = sheet(result, 1, 3, size_in=(11.0, 4.4))
     for panel, link in zip(axes[0], result["parameters"]["links"], strict=True):
         for feedback in result["parameters"]["feedbacks"]:
             curve = result["data"][f"{link}/{feedback}"]

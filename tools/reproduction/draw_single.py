@@ -13,19 +13,11 @@ from reproduction.figure import Values
 TICK_HZ = 1000.0
 
 
-def heading(result: Values) -> str:
-    """Return the title of a sheet."""
-    name = result["figure"]
-    return f"App. {name[0]}, Fig. {name[1:]} · {result['title']}"
-
-
 def admittance(result: Values) -> Any:
     """Draw the ideal dotted, the waves by impedance, low and high frequencies side by side."""
     parts = result["parameters"]["parts"]
-    figure, axes = sheet(
-        1, len(parts), title=heading(result), remark=result["remark"],
-        size_in=(5.4 * max(len(parts), 1.3), 4.4),
-    )  # fmt: skip
+    size_in = (5.4 * max(len(parts), 1.3), 4.4)
+    figure, axes = sheet(result, 1, len(parts), size_in=size_in)
     data = result["data"]
     for letter, part, panel in zip("ab", parts, axes[0], strict=False):
         hertz = numbers(data[f"{part}_hz"])
@@ -60,7 +52,7 @@ def _hertz(normalised: Any) -> Any:
 
 def widths(result: Values) -> Any:
     """Draw the largest stiffness over damping, one curve per connection."""
-    figure, axes = sheet(1, 1, title=heading(result), remark=result["remark"], size_in=(7.0, 5.0))
+    figure, axes = sheet(result, 1, 1, size_in=(7.0, 5.0))
     panel, data = axes[0, 0], result["data"]
     damping = numbers(data["damping"])
     for place, (name, curve) in enumerate(result["parameters"]["curves"].items()):
@@ -81,7 +73,7 @@ def widths(result: Values) -> Any:
 
 def contact(result: Values) -> Any:
     """Draw positions and forces of a contact."""
-    figure, axes = sheet(2, 1, title=heading(result), remark=result["remark"], size_in=(7.6, 6.2))
+    figure, axes = sheet(result, 2, 1, size_in=(7.6, 6.2))
     data = {name: numbers(values) for name, values in result["data"].items()}
     above, below = axes[:, 0]
     above.axhline(0.0, color=style.LIGHT["target"], linewidth=0.8)

@@ -8,6 +8,7 @@ import numpy as np
 
 from pmwvc_analysis.charts import style
 from pmwvc_core.numeric import Array
+from reproduction.figure import Values
 
 REGION = "#BBD7EC"
 EDGE = "#0B4F79"
@@ -15,15 +16,11 @@ LINES = ("-", "--", "-.", ":")
 
 
 def sheet(
-    rows: int,
-    columns: int,
-    *,
-    title: str,
-    remark: str,
-    size_in: tuple[float, float],
-    squeeze: bool = False,
+    result: Values, rows: int, columns: int, *, size_in: tuple[float, float]
 ) -> tuple[Any, Any]:
-    """Return a figure and its axes ``(rows, columns)``, titled, with a remark below."""
+    """Return a figure and its axes ``(rows, columns)``: the title of the result above, with the
+    number of the dissertation's figure where it is one, and its remark below.
+    """
     import textwrap
 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -31,13 +28,13 @@ def sheet(
 
     figure = Figure(figsize=size_in, dpi=style.DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, squeeze=squeeze)
-    width = int(size_in[0] * 16)
-    title = "\n".join(textwrap.wrap(title, int(size_in[0] * 9.5)))
+    axes = figure.subplots(rows, columns, squeeze=False)
+    name = result["figure"]
+    number = f"App. {name[0]}, Fig. {name[1:]} · " if name[0].isupper() else ""
+    remark = "\n".join(textwrap.wrap(result["remark"], int(size_in[0] * 16)))
+    title = "\n".join(textwrap.wrap(f"{number}{result['title']}", int(size_in[0] * 9.5)))
     figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
-    figure.supxlabel(
-        "\n".join(textwrap.wrap(remark, width)), x=0.01, ha="left", fontsize=8, color="#555555"
-    )
+    figure.supxlabel(remark, x=0.01, ha="left", fontsize=8, color="#555555")
     return figure, axes
 
 
@@ -46,7 +43,7 @@ def numbers(values: Any) -> Array:
     return np.array(values, dtype=float)
 
 
-def region(axes: Any, panel: Any, *, unit: str = "N/m") -> None:
+def region(axes: Any, panel: Any) -> None:
     """Colour where a map of spectral radii is stable, over both stiffnesses."""
     k = numbers(panel["k_n_per_m"])
     excess = numbers(panel["radius"]) - 1.0 - 1e-9
@@ -57,7 +54,7 @@ def region(axes: Any, panel: Any, *, unit: str = "N/m") -> None:
     if limit:
         axes.plot([limit], [limit], "o", color=style.LIGHT_USERS[1], markersize=5, zorder=4)
         axes.annotate(
-            f"{limit:.0f} {unit}", (limit, limit), xytext=(5, 5), textcoords="offset points"
+            f"{limit:.0f} N/m", (limit, limit), xytext=(5, 5), textcoords="offset points"
         )
     else:
         axes.text(0.5, 0.5, "nothing is stable", ha="center", transform=axes.transAxes)

@@ -12,11 +12,9 @@ from pmwvc_core.traces import SessionTraces
 LAST_S = 0.5  # the end of a session, over which steady values are means
 
 
-def curves(traces: SessionTraces, *, every_s: float, end_s: float | None = None) -> dict[str, Any]:
+def curves(traces: SessionTraces, *, every_s: float) -> dict[str, Any]:
     """Return positions [mm] and forces [N] of all users, thinned out."""
-    user_times = traces.users[0].time_s
-    end = float(user_times[-1]) if end_s is None else end_s
-    time_s = np.arange(0.0, end, every_s)
+    time_s = np.arange(0.0, float(traces.users[0].time_s[-1]), every_s)
 
     def at(times: Array, values: Array) -> Array:
         place = np.clip(np.searchsorted(times, time_s, side="right") - 1, 0, len(times) - 1)
