@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The verdicts on a live session that hold whatever its machine does; a failure says why."""
+
+import numpy as np
+
+from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.traces.arrivals import UNEVEN, waited
+
+LATE_S = 0.01  # of a loop: it stood still
+
+
+def stood_still(session) -> bool:
+    """Tell whether a loop of the session stood still, or packets came late."""
+    traces = read_session(session.folder)
+    late_s = [np.max(traces.metadata["server_lateness_s"])]
+    late_s += [user.lateness_s.max() for user in traces.users]
+    missed = any(user.missed for user in traces.users)
+    links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
+    return missed or max(late_s) > LATE_S or waited(links, 0.0, traces.duration_s) > UNEVEN
+
+
+def judged_stable(session) -> None:
+    """Stable; not judged only where the machine stood still."""
+    found = session.summary()
+    text = (found["instability"], found["stability"]["text"])
+    assert found["stable"] is True or (found["stable"] is None and stood_still(session)), text
+
+
+def judged_passive(session) -> None:
+    """Every user is passive, less what the force held while a master stood still gave its hand."""
+    given_j = {user.name: _held_j(user) for user in read_session(session.folder).users}
+    found = session.summary()["passivity"]
+    for port in found["ports"]:
+        allowed_j = port["tolerance_j"] + given_j.get(port["owner"], 0.0)
+        assert port["passive"] or port["least_balance_j"] >= -allowed_j, (port, found["text"])
+
+
+def _held_j(user) -> float:
+    """Return the energy that the last force gave over ticks that were missed [J]."""
+    rows = np.flatnonzero(np.diff(user.tick) > 1)
+    taken = np.sum(user.f_applied[rows] * (user.x_m[rows + 1] - user.x_m[rows]), axis=-1)
+    return float(np.maximum(-taken, 0.0).sum())
