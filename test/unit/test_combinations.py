@@ -48,7 +48,7 @@ def test_all_mistakes_are_reported_at_once_and_each_once():
     problems = caught.value.problems
     for words in (
         "did you mean server.coupling?",
-        "link.up.delay_s = -1",
+        "link.delay_s = -1",
         "--over nothing: must be name=a,b",
         "--over dof: is given twice",
         "--over master.rate_drop=4,4: a value is given twice",
