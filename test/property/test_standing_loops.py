@@ -5,6 +5,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 from support import handmade
@@ -20,9 +21,9 @@ from pmwvc_core.simulation.session import simulate_one
 TICKS = 3000
 
 
-def stalled(stalls, channel="strict"):
+def stalled(stalls, *more):
     """Return a session in which a hand pushes and lets go; its loop skips ticks from some on."""
-    texts = [f"channel={channel}", "link.delay_s=0.004", "operator.damping=3"]
+    texts = ["channel=strict", "link.delay_s=0.004", "operator.damping=3", *more]
     scenario = files.load("wall", settings_texts=texts, duration_s=TICKS / 1000)
     ran_ns = np.arange(TICKS, dtype=np.int64) * 1_000_000
     for start, ticks in stalls:
@@ -85,3 +86,16 @@ def test_the_force_that_stays_on_is_what_goes_beyond():
     assert port["passive"] is False
     assert port["held_j"] == 0.0 and port["why"] == ""
     assert stood_still(handmade.session().users[0]) == []
+
+
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+def test_the_budget_closes_beside_the_ticks_that_a_loop_skipped(channel):
+    scenario, traces = stalled(
+        [(2100, 100), (2400, 30)], f"channel={channel}", "device.damping=0.5"
+    )
+    found = budget(traces, scenario)
+    assert found.closes and found.notes == []
+    assert found.parts["user1"]["skipped"][-1] > 1e-6  # the damper went on
+    (user,) = traces.users
+    user.energy["hand"][user.block_time_s > 1.2] += 1e-8  # the control: work that was not done
+    assert not budget(traces, scenario).closes

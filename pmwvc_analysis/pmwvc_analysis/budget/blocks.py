@@ -66,8 +66,8 @@ def device(sums: UserSums, params: DeviceParams) -> tuple[Account, set[str]]:
     each = device_account(params, user.tick_s, before, after, force, user.f_applied)
     own = {} if complete(user) else user.energy
     found = Account(
-        sums.anchored(each.taken, own.get("hand")),
-        sums.anchored(each.given, own.get("device")),
+        sums.of_motion(each.taken, own.get("hand")),
+        sums.of_motion(each.given, own.get("device")),
         sums.of_ticks(each.stored),
         sums.of_ticks(each.dissipated),
     )

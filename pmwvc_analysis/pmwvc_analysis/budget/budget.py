@@ -12,7 +12,8 @@ that it never got: it was *active*.
 The residual is what the parts, each computed for itself, do not explain. In a session of which
 nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that were not recorded
 (live), and Coulomb friction where the motion turns, show: ``TOLERANCE_NOTED``. Parts that are not
-computed for themselves are named with what they hide: :mod:`.parts`. Intervals that are not
+computed for themselves are named with what they hide: :mod:`.parts`; where a loop skipped ticks,
+what became of the hand's work meanwhile is such a part. Intervals that are not
 on record are left out, and the budget ends where a master or the server was started again:
 :mod:`..traces.stretches`.
 
@@ -27,12 +28,13 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.counts import behind_counts, counts_j
 from pmwvc_analysis.budget.energy import declared_storage_j
-from pmwvc_analysis.budget.parts import Remainder, notes_on, of_server
+from pmwvc_analysis.budget.parts import SKIPPED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.server_starts import ran_s
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
-from pmwvc_analysis.traces.stretches import stretches
+from pmwvc_analysis.traces.stood_still import over_skips
+from pmwvc_analysis.traces.stretches import skips, stretches
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.numeric import Array
@@ -81,7 +83,11 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
             "sample_hold": np.asarray(device.given - channel.port.taken),
             **channel.parts,
         }
-        residuals[user.name] = np.asarray(device.residual + channel.port.residual)
+        residual = np.asarray(device.residual + channel.port.residual)
+        if len(skips(user)) and not unknown:
+            parts[user.name][SKIPPED] = skipped = over_skips(sums, residual)
+            residual, unknown = residual - skipped, {SKIPPED}
+        residuals[user.name] = residual
         left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]
     return Budget(
         time_s,

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_core.account import Role
 from pmwvc_core.controllers.library import entries, has_waves, record_of
 from pmwvc_core.numeric import Array
@@ -41,6 +42,7 @@ class Part(NamedTuple):
     hides: str = ""
 
 
+SKIPPED = "skipped"
 PARTS: Mapping[str, Part] = {
     "hand": Part(
         "given by the hand",
@@ -52,6 +54,11 @@ PARTS: Mapping[str, Part] = {
         "damping of the device",
         "devices",
         hides="damping and friction of the device, and errors of its sensors",
+    ),
+    SKIPPED: Part(
+        "while the loop skipped ticks",
+        "devices",
+        hides="what hand and damping of the device did while the loop skipped ticks",
     ),
     "sample_hold": Part("sampling and holding at the device", "sampling and safety"),
     "safety": Part("safety limits", "sampling and safety"),
@@ -202,7 +209,7 @@ def notes_on(
                 "motion of the device"
             )
         steps = np.diff(user.tick)
-        missing = int(np.sum(steps[steps > 1] - 1))
+        missing = int(np.sum(steps[gaps(user)] - 1))
         if (steps < 0).any():
             again_s = float(user.time_s[int(np.argmax(steps < 0)) + 1])
             found.append(

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
-from pmwvc_analysis.budget.parts import Remainder, accounted
+from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.numeric import Array
@@ -94,6 +94,7 @@ class Budget:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
             known = {part: Series(self.time_s, sums) for part, sums in parts.items()}
+            known.pop(SKIPPED, None)  # the hand's work then is not known
             if owner in self.at_frames:
                 time_s, exact = self.at_frames[owner]
                 known |= {part: Series(time_s, sums) for part, sums in exact.items()}

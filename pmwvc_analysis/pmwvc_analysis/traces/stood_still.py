@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.stretches import skips
+from pmwvc_analysis.traces.sums import UserSums
+from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.traces import UserTraces
 
@@ -28,12 +30,26 @@ def stood_still(user: UserTraces) -> list[StoodStill]:
     """Return when a user's loop skipped ticks, and what its device gave out; what was not recorded
     is not known.
     """
-    rows = np.setdiff1d(np.flatnonzero(np.diff(user.tick) > 1), gaps(user))
+    rows = skips(user)
     moved = user.x_m[rows + 1] - user.x_m[rows]
     given = -np.sum(user.f_applied[rows] * moved, axis=-1)
     lasted = (np.diff(user.tick)[rows] - 1) * user.tick_s
     starts = user.time_s[rows]
     return [StoodStill(*row) for row in np.stack([starts, lasted, given], axis=-1).tolist()]
+
+
+def over_skips(sums: UserSums, energy: Array) -> Array:
+    """Return how much a running sum [J] at the instants of a budget changed in the blocks in which
+    the loop skipped ticks: the master's own sums are those of whole blocks.
+    """
+    user = sums.user
+    rows, ends = skips(user), np.append(user.block_ends, len(user.time_s))
+    first = np.concatenate([[0], ends])[np.searchsorted(ends, rows, side="right")]
+    last = ends[np.searchsorted(ends, rows + 1, side="right")]
+    until = sums.ticks[:, np.newaxis]
+    since = np.concatenate([[[0]], until[:-1]])
+    inside = np.any((until > first) & (since <= last), axis=-1)
+    return np.cumsum(np.where(inside, np.diff(energy, prepend=0.0), 0.0))
 
 
 def given_until(found: list[StoodStill], time_s: float) -> tuple[float, str]:

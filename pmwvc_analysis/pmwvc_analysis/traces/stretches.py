@@ -99,6 +99,11 @@ def gaps(user: UserTraces) -> NDArray[np.intp]:
     return rows[number[rows + 1] - number[rows] > 1]
 
 
+def skips(user: UserTraces) -> NDArray[np.intp]:
+    """Return the rows of ticks behind which the loop itself left ticks out."""
+    return np.setdiff1d(np.flatnonzero(np.diff(user.tick) > 1), gaps(user))
+
+
 def _start_s(
     user: UserTraces, first: int, traces: SessionTraces, before_s: float
 ) -> tuple[float, float, float]:

@@ -23,19 +23,23 @@ def sum_of(sums: list[Array]) -> Array:
     return np.asarray(np.sum(sums, axis=0), dtype=float)
 
 
-def anchored(user: UserTraces, per_tick: Value, at_block_ends: Array | None) -> Array:
+def anchored(
+    user: UserTraces, per_tick: Value, at_block_ends: Array | None, *, unknown: int = 0
+) -> Array:
     """Return the running sum after each tick [J].
 
     The sums that the master itself kept, at the ends of its blocks, hold; in between the ticks'
-    own values are added. So a block that was not recorded leaves no hole in the energy.
+    own values are added. So a block that was not recorded leaves no hole in the energy. Of so many
+    ticks at the end the values are unknown: a block with any goes on from the one before.
     """
     sums: Array = np.cumsum(per_tick)
-    if at_block_ends is None or not len(at_block_ends):
-        return sums
     last = user.block_ends - 1
-    blocks = np.clip(np.searchsorted(last, np.arange(len(sums))), 0, len(last) - 1)
-    ends = np.clip(last, 0, len(sums) - 1)
-    return sums + (at_block_ends - sums[ends])[blocks]
+    whole = np.flatnonzero(last < len(sums) - unknown)
+    if at_block_ends is None or not len(whole):
+        return sums
+    last = last[whole]
+    blocks = np.minimum(np.searchsorted(last, np.arange(len(sums))), len(last) - 1)
+    return sums + (at_block_ends[whole] - sums[np.maximum(last, 0)])[blocks]
 
 
 def ran_s(user: UserTraces) -> Array:
@@ -69,6 +73,10 @@ class UserSums:
     def anchored(self, per_tick: Value, at_block_ends: Array | None) -> Array:
         """Return the sum of an energy per tick that the master summed up as well."""
         return up_to(anchored(self.user, per_tick, at_block_ends), self.ticks)
+
+    def of_motion(self, per_tick: Value, at_block_ends: Array | None) -> Array:
+        """Return that of a work at the device; what the last tick led to is not on record."""
+        return up_to(anchored(self.user, per_tick, at_block_ends, unknown=1), self.ticks)
 
     def of_blocks(self, sums: Array, *, after_s: float = 0.0) -> Array:
         """Return a sum the master kept, which grows ``after_s`` into each of its blocks, that is,

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The device: the hand's work, kinetic energy, heat of damper, friction and stops."""
 
+from dataclasses import replace
+
 import numpy as np
 from oracle.offline_budget.motion import NODES, WEIGHTS, speeds
 from oracle.offline_budget.sums import Clock, Sums, anchored
@@ -43,10 +45,14 @@ def _recorded(user: UserTraces) -> TrueMotion:
 
 
 def _summed(clock: Clock, user: UserTraces, per_tick: Array, said: str) -> Array:
-    """Return a running sum of ticks; over gaps that of the master holds."""
+    """Return a running sum of ticks; over gaps that of the master holds, which in the last block
+    has a tick that no record shows the end of.
+    """
     if complete(user) or said not in user.energy:
         return clock.at_ticks(user, per_tick)
-    return clock.of_ticks(user, anchored(user, per_tick, user.energy[said]))
+    shown = user.block_time_s < user.time_s[-1] + 0.5 * user.tick_s
+    before = replace(user, block_time_s=user.block_time_s[shown])
+    return clock.of_ticks(user, anchored(before, per_tick, user.energy[said][shown]))
 
 
 def _unresolved(clock: Clock, user: UserTraces, params: DeviceParams, *, known: bool) -> Sums:
