@@ -130,7 +130,8 @@ def _offsets(summary: dict[str, Any]) -> Iterator[str]:
         if each["what"] == "offset" and each["predicted"] is not None
     ]
     offsets = [
-        f"{each['owner']} predicted {each['predicted'] * 1e3:+.2f} mm, measured "
+        f"{each['owner']} predicted {each['predicted'] * 1e3:+.2f} mm"
+        f"{each['beyond'] and ' ' + each['beyond']}, measured "
         f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"
         for each in known[:3]
     ]

@@ -52,6 +52,7 @@ class Outcome(NamedTuple):
     measured: float | None = None
     tolerance: float | None = None
     unit: str = ""
+    beyond: str = ""  # "or more", "or less" where what is predicted is a bound
 
 
 def offsets(scenario: Scenario, summary: dict[str, Any], steady: Sequence[Stage]) -> list[Outcome]:
@@ -144,15 +145,16 @@ def _offset_at_least(user: User, even_m: float, drift_m: float, force_n: float) 
     """
     tolerance = _tolerance_m(even_m)
     forward = force_n > 0.0
+    beyond = f"or {'more' if forward else 'less'}"
     hit = (drift_m - even_m if forward else even_m - drift_m) >= -tolerance
     text = (
         f"{user.name}: offset of the device from its avatar at the end: predicted "
-        f"{even_m * 1e3:+.2f} mm or {'more' if forward else 'less'}, measured "
+        f"{even_m * 1e3:+.2f} mm {beyond}, measured "
         f"{drift_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; tolerance "
         f"{tolerance * 1e3:.2f} mm). How far beyond is not predicted: "
         f"{UNEVEN[0].lower()}{UNEVEN[1:]}"
     )
-    return Outcome("offset", hit, text, user.name, even_m, drift_m, tolerance, "m")
+    return Outcome("offset", hit, text, user.name, even_m, drift_m, tolerance, "m", beyond)
 
 
 def _left_out(name: str, summary: dict[str, Any]) -> str:
