@@ -102,7 +102,7 @@ def test_plain_waves_switch_off_every_feature():
 
 
 def test_words_that_are_none_are_named_with_those_there_are():
-    with pytest.raises(ScenarioError, match=r"'drect': must be of pmwvc, direct.*ledger"):
+    with pytest.raises(ScenarioError, match=r"'drect': must be one of pmwvc, direct.*ledger"):
         settings_of("drect", {})
     with pytest.raises(ScenarioError, match="different names"):
         variants_of("waves,waves")

@@ -101,7 +101,7 @@ def settings_of(variant: str, defaults: Mapping[str, str]) -> list[str]:
     found = dict(PLAIN)
     for part in variant.split("+"):
         if part not in FEATURES:
-            known = f"must be of {', '.join(names())}; features may be joined by +"
+            known = f"must be one of {', '.join(names())}; features may be joined by +"
             raise ScenarioError("--controllers", [f"{part!r}: {known}"])
         groups = {name.rpartition(".")[0] for name in FEATURES[part]}
         found |= {k: v for k, v in defaults.items() if k.rpartition(".")[0] in groups}
