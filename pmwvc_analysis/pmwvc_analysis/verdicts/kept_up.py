@@ -41,11 +41,11 @@ def kept_up(
     fast = beyond(motion.velocity, motion.period_s, motion.band_hz)[inside]
     if found.midway <= HALVED or len(fast) < 3 or not np.isfinite(fast).all() or not fast.any():
         return False
-    whole = _power(fast)
+    whole = power_of(fast)
     strongest = int(np.argmax(whole))
     if strongest < 3 * CYCLES:
         return False
-    thirds = [(_power(third), strongest / 3.0) for third in np.array_split(fast, 3)]
+    thirds = [(power_of(third), strongest / 3.0) for third in np.array_split(fast, 3)]
     near = _near(whole, float(strongest))
     if min(near, *(_near(power, at) for power, at in thirds)) < MOSTLY:
         return False
@@ -54,8 +54,8 @@ def kept_up(
     return near >= MOST if left is None else left >= FADED
 
 
-def _power(velocity: Array) -> Array:
-    """Return the power spectrum of a velocity, all axes together."""
+def power_of(velocity: Array) -> Array:
+    """Return the power spectrum of a velocity ``(ticks, dof)``, all axes together."""
     window = np.hanning(len(velocity)).reshape(-1, *[1] * (velocity.ndim - 1))
     found: Array = np.sum(np.abs(np.fft.rfft(velocity * window, axis=0)) ** 2, axis=-1)
     return found

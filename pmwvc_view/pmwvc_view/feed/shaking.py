@@ -26,7 +26,7 @@ import numpy as np
 from pmwvc_analysis.traces import bands
 from pmwvc_analysis.traces.arrivals import UNEVEN
 from pmwvc_analysis.verdicts import oscillation
-from pmwvc_analysis.verdicts.kept_up import kept_up
+from pmwvc_analysis.verdicts.kept_up import kept_up, power_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.traces import NS
@@ -191,8 +191,7 @@ class Shaking:
         part = oscillation.beyond(force, period_s, band_hz)[-rows:]
         swing = np.minimum(np.ptp(whole, axis=0), np.ptp(part, axis=0))
         fast = oscillation.beyond(velocity, period_s, band_hz)
-        power = np.abs(np.fft.rfft(fast * np.hanning(rows)[:, np.newaxis], axis=0)) ** 2
-        strongest = int(np.argmax(power.sum(axis=-1)))
+        strongest = int(np.argmax(power_of(fast)))
         return Shake(float(swing.max()) / 2.0, float(np.fft.rfftfreq(rows, period_s)[strongest]))
 
 
