@@ -27,8 +27,6 @@ class WatchedBatch(SessionBatch):
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
         super()._note_step(tick, now_ns, row)
-        if not isinstance(self.users[0].up.receiver, StrictReceiver):
-            return
         self.lags_s.append(
             [
                 sum(
@@ -36,6 +34,7 @@ class WatchedBatch(SessionBatch):
                     if inbox.newest is not None
                     else 0.0
                     for inbox in (user.up.receiver, user.down.receiver)
+                    if isinstance(inbox, StrictReceiver)
                 )
                 for user in self.users
             ]

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import scenarios
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.wave.impedance import first_axis
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT_S = 180
@@ -85,7 +87,7 @@ class Live:
             x_m = np.interp(server.time_s[rows], user.time_s, user.x_m[:, 0])
             force = np.abs(user.f_applied[user.time_s >= since_s, 0]).mean()
             round_s = lag_s(one, self.scenario, live=True)
-            most.append(1e3 * force * round_s / (2.0 * float(one.impedance)) + 1.0)
+            most.append(1e3 * force * round_s / (2.0 * first_axis(one.impedance)) + 1.0)
             found.append(1e3 * float(np.abs(x_m - x_s).mean()))
         after_s = since_s - self.times_s[-1]
         text = f"device {max(found):.1f} mm from its avatar from {after_s:.1f} s after it on"
@@ -192,7 +194,8 @@ def slow_subscriber() -> Outcome:
     """F15: a subscriber of the traces and of a wave takes one message a second."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "session"
-        command = [str(ROOT / "pmwvc"), "run", "carry_16ms", "--duration", "9", "--out", folder]
+        words = ["run", "carry_16ms", "--duration", "9", "--out", str(folder)]
+        command = [str(ROOT / "pmwvc"), *words]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as session:
             assert session.stdout is not None
             domain = ""
@@ -271,7 +274,7 @@ PROCESSES = (
             f"F04{letter}",
             f"{node} is stopped for {length:g} s (SIGSTOP)",
             "no step of force, no burst after it, coupled and together within 1.5 s",
-            lambda node=node, length=length: stopped(node, length),
+            partial(stopped, node, length),
             live=True,
         )
         for letter, node, length in (
