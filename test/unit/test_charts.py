@@ -5,6 +5,7 @@
 import base64
 import itertools
 import json
+import warnings
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -17,7 +18,7 @@ from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.axis import Axis
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
 from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.charts.chart_png import file_svg
+from pmwvc_analysis.charts.chart_png import file_svg, write
 from pmwvc_analysis.charts.chart_svg import panel_svg
 from pmwvc_analysis.charts.decimate import envelope, reduced
 from pmwvc_analysis.figures import recorded
@@ -218,6 +219,15 @@ def test_every_figure_is_valid_xml_with_all_its_curves(count):
             p.of_time for p in chart.panels
         )
         assert "var(" not in file_svg(chart, recorded.span(traces))
+
+
+def test_long_labels_leave_the_axes_their_room(tmp_path):
+    label = "server: " + ", ".join(["decoding with the force of the previous step"] * 4)
+    line = Line(label, np.arange(3.0), np.arange(3.0), "u0", period=1.0)
+    chart = Chart("long", "Long labels", "", [Panel("energy [mJ]", lines=[line])])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # matplotlib's, where axes have no room left
+        write(chart, tmp_path)
 
 
 def test_an_event_stands_at_its_time_in_every_figure():

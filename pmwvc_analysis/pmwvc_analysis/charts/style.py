@@ -6,6 +6,7 @@ title and a line of parameters.
 Users differ by colour, the signals of a user by line style: never by colour alone.
 """
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,6 +57,7 @@ def css_variables(colours: Mapping[str, str]) -> str:
 
 OBJECT = LIGHT["object"]
 WIDTH_IN, ROW_IN = 10.0, 2.4  # of a figure; of a panel of 180 px
+LABEL_LETTERS = 30  # in a line of a legend
 DPI = 110
 SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -104,9 +106,15 @@ def save(figure: "Figure", path: Path) -> None:
 
 
 def legend(axes: "Axes") -> None:
-    """Put the legend to the right of the axes, where it hides nothing."""
+    """Put the legend to the right of the axes, where it hides nothing. Long labels are wrapped:
+    they would leave no room for the axes.
+    """
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         axes.legend(
-            handles, labels, loc="upper left", bbox_to_anchor=(1.005, 1.02), borderaxespad=0.0
+            handles,
+            [textwrap.fill(label, LABEL_LETTERS) for label in labels],
+            loc="upper left",
+            bbox_to_anchor=(1.005, 1.02),
+            borderaxespad=0.0,
         )
