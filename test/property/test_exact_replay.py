@@ -5,6 +5,7 @@ rates that change in flight. The recordings are those of live loops, in virtual 
 """
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import plain as files
@@ -34,7 +35,7 @@ change = st.one_of(
 schedule = st.lists(st.tuples(st.floats(0.1, 0.7), change), max_size=5)
 
 
-def as_live(changes, late, grid, seed):
+def as_live(changes, late, grid, seed, *, slept=30):
     """Return scenario and traces of a session whose loops woke late, and whose parameters were
     changed in flight at times that fall between its ticks.
     """
@@ -52,7 +53,7 @@ def as_live(changes, late, grid, seed):
     random = np.random.default_rng(seed)
     late_ns = random.integers(0, round(late * MS), (2, TICKS))
     ran_ns = {f"user{n + 1}": np.arange(TICKS) * MS + late_ns[n] for n in range(2)}
-    ran_ns["user2"][300:330] = -1  # it slept
+    ran_ns["user2"][300 : 300 + slept] = -1
     conditions = Conditions(LIVE, first={"user1": -grid}, ran_ns=ran_ns)
     traces = simulate_one(scenario, conditions)
     traces.source = "live"
@@ -95,7 +96,7 @@ def test_what_was_taken_over_a_frame_earlier_is_another_session():
     assert not exact(found.differences)
     assert min(user["first_s"] for user in found.differences if user["first_s"]) > 0.2
     whys = [limit.why for limit in found.limits]
-    assert "user1: the master was paused, re-armed or changed as no parameter names" in whys
+    assert "user1: the master took over a change that no recorded parameter event names" in whys
 
 
 def test_blocks_and_steps_that_were_not_recorded_are_named_with_their_time():
@@ -110,3 +111,20 @@ def test_blocks_and_steps_that_were_not_recorded_are_named_with_their_time():
         ("user1: 2 blocks of its trace were not recorded", 0.32),
         ("1 steps of the server were not recorded", 0.48),
     ]
+
+
+def test_a_recorded_force_stays_at_its_ticks_behind_a_long_pause():
+    """The device makes up for 0.1 s of a pause; the force of the hand then is not known."""
+    scenario, traces = as_live([], 0.5, 0, 3, slept=250)
+    operator = replay(traces, scenario, scenario, hand="operator")
+    assert exact(operator.differences) and operator.limits == []
+    found = replay(traces, scenario, scenario, hand="force")
+    assert not exact(found.differences)
+    (limit,) = found.limits
+    assert limit.why.startswith("user2: the force of the hand in 250 ticks that did not run")
+    assert limit.time_s == pytest.approx(0.3)
+    (first,) = [user for user in found.differences if user["name"] == "user2"]
+    assert first["first_s"] == pytest.approx(0.55)
+    assert first["first_signals"]
+    before, after = traces.users[1], found.replayed.users[1]
+    assert np.array_equal(before.f_h[: len(after.f_h)], after.f_h)

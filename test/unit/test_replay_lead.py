@@ -19,6 +19,7 @@ def user(force, first=None, **others):
         "position_max_m": force,
     }
     found |= {"first_tick": first, "first_s": first and first * 1e-3}
+    found |= {"first_signals": ["x_m", "v_m"] if first else []}
     return found | others
 
 
@@ -28,8 +29,8 @@ CASES = [
     ([user(0.0)], True, "is exact: force and position of all 900 ticks of user1 are equal."),
     ([user(0.0, missing=24)], True, "not exact: forces differ by up to 0 N; 24 ticks of"),
     ([user(0.02, 510)], True, "differ by up to 0.02 N, from tick 510 of user1"),
-    ([user(0.21, 510)], False, "on (0.510 s). Why: user1: 3 blocks of its trace were not"),
-    ([user(0.21, 410)], False, "on (0.410 s). The recording gives no reason."),
+    ([user(0.21, 510)], False, "on (0.510 s; x_m, v_m). Why: user1: 3 blocks of its trace"),
+    ([user(0.21, 410)], False, "on (0.410 s; x_m, v_m). The recording gives no reason."),
     ([user(0.0), user(None)], False, "does NOT reproduce the recording: not all forces can be"),
     ([], False, "does NOT reproduce the recording: not all forces can be compared."),
     ([user(0.0), user(1.5)], None, "Replayed with master.impedance = 40: forces differ by"),

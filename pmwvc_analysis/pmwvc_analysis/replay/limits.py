@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.replay.loop_times import tick_numbers
 from pmwvc_analysis.replay.network import own_sender
-from pmwvc_analysis.traces.holes import SERVER, holes
+from pmwvc_analysis.traces.holes import SERVER, holes, of_user
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces, UserTraces
 
 NEAR_S = 0.001  # a change is noted just before the tick or step that took it over
 
@@ -35,7 +36,20 @@ def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) 
         if led and hands[user.name] == "operator":  # the recorder may get a target later
             why = f"{user.name}: the tick at which a target reached the hand was not recorded"
             found.append(Limit(0.0, why))
+    found += [limit for u in traces.users if hands[u.name] == "force" for limit in _pauses(u)]
     return sorted(found)
+
+
+def _pauses(user: UserTraces) -> Iterator[Limit]:
+    """Yield pauses of a loop in which a recorded hand pushed a device that moved on."""
+    gaps = [(hole.start_s, hole.end_s) for hole in of_user(user)]
+    missed = tick_numbers(np.diff(user.time_s), user.tick_s) - 1
+    pushed = (np.nan_to_num(user.f_h) != 0.0).any(axis=-1)
+    for row in np.flatnonzero((missed > 0) & (pushed[:-1] | pushed[1:])).tolist():
+        start_s, end_s = user.time_s[row : row + 2].tolist()
+        if not any(first < end_s and start_s < last for first, last in gaps):
+            why = f"{user.name}: the force of the hand in {missed[row]} ticks that did not run"
+            yield Limit(start_s + user.tick_s, f"{why} is interpolated")
 
 
 def _unrecorded(traces: SessionTraces) -> Iterator[Limit]:
@@ -85,4 +99,5 @@ def _unnamed_changes(traces: SessionTraces) -> Iterator[Limit]:
         for row in np.flatnonzero(np.diff(changes) > 0).tolist():
             at_s = float(time_s[row + 1])
             if not np.any(np.abs(named - at_s) < NEAR_S):
-                yield Limit(at_s, f"{who} was paused, re-armed or changed as no parameter names")
+                why = f"{who} took over a change that no recorded parameter event names"
+                yield Limit(at_s, why)

@@ -14,24 +14,26 @@ only the force is known. A remote hand is an operator whose targets are the reco
 replay: at the server with the step that took it over, at a master within a frame.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
 
+from pmwvc_analysis.recording.parameter_events import owner_of
 from pmwvc_analysis.replay import loop_times
-from pmwvc_analysis.replay.changes import with_changes
+from pmwvc_analysis.replay.hands import recorded_force, remote_hand
 from pmwvc_analysis.replay.network import links
-from pmwvc_analysis.replay.targets import remote_hand
+from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.traces.stages import stages as stages_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
-from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.plant.forces import ForceOnRecord, Operator
+from pmwvc_core.numeric import Integers
+from pmwvc_core.plant.forces import Operator
+from pmwvc_core.scenario.changes import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 Hand = Literal["operator", "force"]
@@ -81,22 +83,15 @@ def prescription(
     stages = stages_of(traces, recorded)
     steps = loop_times.steps(traces, recorded, replayed, ticks)
     if traces.live:
-        replayed, changed = with_changes(recorded, replayed, stages, ran_ns, steps)
+        replayed, changed = _with_changes(recorded, replayed, stages, ran_ns, steps)
         notes += changed
-    makers: dict[str, Callable[[], Operator]] = {
-        user.name: partial(
-            remote_hand, user, traces, ran_ns[user.name], tick_s=tick_s, dof=recorded.dof
-        )
-        for user in replayed.users
-        if hands[user.name] == "operator" and user.operator.from_outside and not traces.simulated
-    }
-    makers |= {
-        user.name: partial(
-            ForceOnRecord, _force(user, index[user.name], ticks), tick_s=tick_s, dof=recorded.dof
-        )
-        for user in users
-        if hands[user.name] == "force"
-    }
+    makers: dict[str, Callable[[], Operator]] = {}
+    for user, trace in zip(replayed.users, users, strict=True):
+        at = {"ran_ns": ran_ns[user.name], "tick_s": tick_s, "dof": recorded.dof}
+        if hands[user.name] == "force":
+            makers[user.name] = partial(recorded_force, trace, **at)
+        elif user.operator.from_outside and not traces.simulated:
+            makers[user.name] = partial(remote_hand, user, traces, **at)
     conditions = Conditions(
         schedule=schedule,
         first={
@@ -146,17 +141,41 @@ def _usual_hand(user: User, trace: UserTraces) -> Hand:
     return "force" if np.isfinite(trace.f_h).any() else "operator"
 
 
-def _force(user: UserTraces, index: Integers, ticks: int) -> Array:
-    """Return the recorded force of the hand from the user's first tick on ``(ticks, dof)`` [N]."""
-    if not np.isfinite(user.f_h).any():
-        raise RecordingError(
-            f"{user.name}: no force of the hand was recorded; --hand operator takes the hand "
-            "of the scenario"
-        )
-    within = index < ticks
-    rows = np.zeros((ticks, user.f_h.shape[-1]))
-    rows[index[within]] = np.nan_to_num(user.f_h[within])
-    return rows[int(index[0]) :]
+def _with_changes(
+    recorded: Scenario,
+    replayed: Scenario,
+    stages: Sequence[Stage],
+    ran_ns: Mapping[str, Integers],
+    steps: Steps | None,
+) -> tuple[Scenario, list[str]]:
+    """Return the scenario with the recorded changes but for what was set for the replay, and a
+    note of them.
+    """
+    found = [stage.change for stage in stages if stage.change is not None]
+    if not found:
+        return replayed, []
+    before, after = recorded.flat(), replayed.flat()
+    fixed = {name for name, value in after.items() if before.get(name) != value}
+    loops = {name: (np.flatnonzero(each >= 0), each[each >= 0]) for name, each in ran_ns.items()}
+    if steps is not None:
+        loops[""] = steps.tick, steps.ran_ns
+    kept = [
+        Change(_ran_s(change, loops, recorded.tick_s), values)
+        for change in found
+        if (values := {n: v for n, v in change.values.items() if n not in fixed})
+    ]
+    text = changes_text(kept)
+    return replace(replayed, changes=text), [f"parameters change as recorded: {text}"]
+
+
+def _ran_s(change: Change, loops: Mapping[str, tuple[Integers, Integers]], tick_s: float) -> float:
+    """Return when the tick or step ran that took a change over [s]."""
+    owner = owner_of(change.values)
+    if owner is None or owner not in loops:
+        return change.time_s
+    tick, ran_ns = loops[owner]
+    row = int(np.searchsorted(tick, change.time_s / tick_s))
+    return float(ran_ns[row] * 1e-9) if row < len(tick) else change.time_s
 
 
 def _schedule(traces: SessionTraces, tick_s: float) -> FrameSchedule:

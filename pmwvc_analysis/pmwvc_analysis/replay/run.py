@@ -15,10 +15,11 @@ from pmwvc_analysis.replay.loop_times import tick_numbers
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_analysis.traces import reductions
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.numeric import Array
+from pmwvc_core.frame.rows import SIGNALS
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces, UserTraces
 
 FORCE_N = 0.1
 POSITION_M = 0.5e-3
@@ -26,7 +27,7 @@ POSITION_M = 0.5e-3
 
 def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[str, Any]]:
     """Return per user the largest and RMS difference, tick by tick, of force and position, and the
-    first tick at which either is not the same to the last bit.
+    first tick at which either is not the same to the last bit, with the signals that differ then.
 
     ``missing`` are ticks that only one of both has up to the end of the replay: they cannot be
     compared.
@@ -36,7 +37,7 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
     for user in recorded.users:
         other = others[user.name]
         own, again = (tick_numbers(each.time_s, user.tick_s) for each in (user, other))
-        shared, mine, theirs = np.intersect1d(own, again, return_indices=True)
+        _, mine, theirs = np.intersect1d(own, again, return_indices=True)
         force = user.f_applied[mine] - other.f_applied[theirs]
         position = user.x_m[mine] - other.x_m[theirs]
         apart = np.flatnonzero(np.any((force != 0.0) | (position != 0.0), axis=-1))
@@ -45,8 +46,7 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
                 "name": user.name,
                 "ticks": len(mine),
                 "missing": len(again) + len(own[own <= again.max(initial=-1)]) - 2 * len(mine),
-                "first_tick": int(user.tick[mine[apart[0]]]) if len(apart) else None,
-                "first_s": float(shared[apart[0]] * user.tick_s) if len(apart) else None,
+                **_first(user, other, mine[apart], theirs[apart]),
                 "force_max_n": _largest(force),
                 "force_rms_n": reductions.rms(force),
                 "position_max_m": _largest(position),
@@ -54,6 +54,26 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
             }
         )
     return found
+
+
+def _first(
+    user: UserTraces, other: UserTraces, mine: Integers, theirs: Integers
+) -> dict[str, Any]:
+    """Return tick, time and signals of the first of the rows that are not the same."""
+    if not len(mine):
+        return {"first_tick": None, "first_s": None, "first_signals": []}
+    row, again = int(mine[0]), int(theirs[0])
+    return {
+        "first_tick": int(user.tick[row]),
+        "first_s": float(tick_numbers(user.time_s[row], user.tick_s) * user.tick_s),
+        "first_signals": [
+            name
+            for name in SIGNALS
+            if not np.array_equal(
+                getattr(user, name)[row], getattr(other, name)[again], equal_nan=True
+            )
+        ],
+    }
 
 
 def exact(found: list[dict[str, Any]]) -> bool:

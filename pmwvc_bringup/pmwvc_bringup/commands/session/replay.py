@@ -133,7 +133,8 @@ def _since(result: "Replay") -> str:
     if apart:
         first = min(apart, key=lambda user: user["first_s"])
         at_s = first["first_s"]
-        text = f", from tick {first['first_tick']} of {first['name']} on ({at_s:.3f} s)"
+        signals = ", ".join(first["first_signals"])
+        text = f", from tick {first['first_tick']} of {first['name']} on ({at_s:.3f} s; {signals})"
     elif missing:
         ticks = " and ".join(f"{user['missing']} ticks of {user['name']}" for user in missing)
         text, at_s = f"; {ticks} cannot be compared", math.inf
