@@ -87,11 +87,13 @@ def prescription(
         notes += changed
     makers: dict[str, Callable[[], Operator]] = {}
     for user, trace in zip(replayed.users, users, strict=True):
-        at = {"ran_ns": ran_ns[user.name], "tick_s": tick_s, "dof": recorded.dof}
         if hands[user.name] == "force":
-            makers[user.name] = partial(recorded_force, trace, **at)
+            make = partial(recorded_force, trace)
         elif user.operator.from_outside and not traces.simulated:
-            makers[user.name] = partial(remote_hand, user, traces, **at)
+            make = partial(remote_hand, user, traces)
+        else:
+            continue
+        makers[user.name] = partial(make, ran_ns[user.name], tick_s=tick_s, dof=recorded.dof)
     conditions = Conditions(
         schedule=schedule,
         first={
