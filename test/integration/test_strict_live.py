@@ -8,7 +8,7 @@ import pytest
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.traces.stood_still import stood_still
+from pmwvc_analysis.traces.stretches import stood_still
 
 pytestmark = pytest.mark.integration
 LEAST_J = -1e-9  # of any balance and of any node: rounding of sums

@@ -4,7 +4,7 @@
 
 ======================  ==========================================================================
 device                  ``plant.devices.device_account``; x and xd are the true motion, behind an
-                        encoder that of :mod:`..traces.true_motion`
+                        encoder that of :mod:`..traces.hand_work`
 safety                  ``wave.ledger.port_account``, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
 links, hold             v_s, v_rx, v_m: the passages of ``wave.rates`` and ``transport.packet``
@@ -21,9 +21,8 @@ import numpy as np
 
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import AtFrames, Sums
-from pmwvc_analysis.traces.hand_work import hand_work
+from pmwvc_analysis.traces.hand_work import TrueMotion, complete, hand_work, measured, true_motion
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
-from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE

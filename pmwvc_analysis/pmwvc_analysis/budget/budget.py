@@ -33,8 +33,7 @@ from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.server_starts import ran_s
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
-from pmwvc_analysis.traces.stood_still import over_skips
-from pmwvc_analysis.traces.stretches import skips, stretches
+from pmwvc_analysis.traces.stretches import over_skips, skips, stretches
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.numeric import Array
@@ -84,8 +83,8 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
             **channel.parts,
         }
         residual = np.asarray(device.residual + channel.port.residual)
-        if len(skips(user)) and not unknown:
-            parts[user.name][SKIPPED] = skipped = over_skips(sums, residual)
+        if len(skipping := skips(user)) and not unknown:
+            parts[user.name][SKIPPED] = skipped = over_skips(sums, skipping, residual)
             residual, unknown = residual - skipped, {SKIPPED}
         residuals[user.name] = residual
         left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]

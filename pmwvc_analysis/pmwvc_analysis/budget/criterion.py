@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import Unjudged
+from pmwvc_analysis.traces.intervals import Unjudged, without
 from pmwvc_core.numeric import Array
 
 TOLERANCE_J = 1e-6
@@ -104,6 +104,7 @@ def judge(
     worst = int(np.argmin(margin)) if seen else 0
     least = min(0.0, float(balance_j[worst])) if seen else 0.0
     violated = np.flatnonzero(~(margin >= 0.0))  # what is not a number is no proof either
+    gaps = ((gap.start_s, gap.end_s) for gap in unjudged)
     passive: bool | None = not len(violated)
     why = ""
     if passive and unjudged:
@@ -121,7 +122,7 @@ def judge(
         declared_j=declared_j,
         moved_j=moved_j,
         decides=decides,
-        judged_s=_judged(time_s, unjudged) if seen else (),
+        judged_s=tuple(without(gaps, float(time_s[0]), float(time_s[-1]))) if seen else (),
         unjudged=tuple(unjudged),
         why=why,
         counts_j=counts_j,
@@ -150,15 +151,3 @@ def unjudged_text(unjudged: Sequence[Unjudged]) -> str:
     if len(unjudged) > MOST_SHOWN:
         shown.append(f"{len(unjudged) - MOST_SHOWN} more intervals not judged")
     return "; ".join(shown)
-
-
-def _judged(time_s: Array, unjudged: Sequence[Unjudged]) -> tuple[tuple[float, float], ...]:
-    """Return the intervals from the first to the last instant without those not judged."""
-    start, end, found = float(time_s[0]), float(time_s[-1]), []
-    for gap in sorted(unjudged, key=lambda each: each.start_s):
-        if start < gap.start_s:
-            found.append((start, min(gap.start_s, end)))
-        start = max(start, gap.end_s)
-    if start < end:
-        found.append((start, end))
-    return tuple(found)

@@ -18,7 +18,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted
-from pmwvc_analysis.traces.holes import Unjudged
+from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.numeric import Array
 

@@ -18,7 +18,7 @@ from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.compare.rendered import Rendered, rendering
 from pmwvc_analysis.traces import reductions
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_analysis.traces.left_out import left_out
+from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
 from pmwvc_analysis.verdicts.passivity import passivity

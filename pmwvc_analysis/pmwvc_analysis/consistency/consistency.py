@@ -20,7 +20,7 @@ from pmwvc_analysis.consistency.master import master
 from pmwvc_analysis.consistency.numbers import missing_from, no_numbers
 from pmwvc_analysis.consistency.server import server
 from pmwvc_analysis.traces import cut
-from pmwvc_analysis.traces.left_out import with_deadband
+from pmwvc_analysis.traces.arrivals import with_deadband
 from pmwvc_analysis.traces.stages import Stage, stages
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.rows import SIGNALS
@@ -74,7 +74,7 @@ def _parts(server: ServerTraces, found: Sequence[Stage]) -> Iterator[tuple[Stage
     for stage, end_s in zip(found, ends, strict=True):
         rows = (server.time_s > stage.start_s + near_s) & (server.time_s < end_s - near_s)
         if rows.any():
-            yield stage, cut.server_rows(server, rows)
+            yield stage, cut.rows_of(server, rows)
 
 
 def _packets(traces: SessionTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:

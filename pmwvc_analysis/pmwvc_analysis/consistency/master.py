@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from pmwvc_analysis.consistency.numbers import SMALLEST, differs, off
+from pmwvc_analysis.traces.hand_work import complete, measured, true_motion
 from pmwvc_analysis.traces.stretches import gaps
-from pmwvc_analysis.traces.true_motion import complete, measured, true_motion
 from pmwvc_core.master.strict_port import ASKED
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import User

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How evenly packets came in: the ratio of time spent waiting for late ones.
+"""The packets of a link beside those due: the time spent waiting for late ones, and the ratio left
+out by a deadband.
 
 A packet states the time that it stands for. One that comes more than half of that time later than
 it is due, counted from the newest one before, is late; lost ones make the next one late. One that
@@ -12,12 +13,14 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.traces.intervals import without
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.numeric import Array
-from pmwvc_core.traces import PacketTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import PacketTraces, SessionTraces
 
 LATE = 0.5  # of the time that a packet stands for
 UNEVEN = 0.01  # of the time spent waiting for late packets: more than that moves a device
-
 GONE_S = 1.0  # of silence at the end, after which nobody waits for a link
 
 
@@ -36,18 +39,6 @@ def timely(
     """Return the stretches, from and until [s], in which nothing waited for a late packet."""
     waits = [wait for packets in links for wait in _waits(packets, start_s, end_s).tolist()]
     return without(waits, start_s, end_s)
-
-
-def without(
-    waits: Iterable[tuple[float, float]], start_s: float, end_s: float
-) -> list[tuple[float, float]]:
-    """Return what is left of a time without some intervals, from and until [s]."""
-    found, at_s = [], start_s
-    for from_s, until_s in [*sorted(waits), (end_s, end_s)]:
-        if from_s > at_s:
-            found.append((at_s, min(from_s, end_s)))
-        at_s = max(at_s, until_s)
-    return found
 
 
 def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
@@ -72,3 +63,34 @@ def _newest(packets: PacketTraces) -> NDArray[np.intp]:
         before = np.maximum.accumulate(np.concatenate([[-1], seq[own]]))[:-1]
         found[own] = seq[own] > before
     return np.asarray(order[found])
+
+
+def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, float]:
+    """Return the ratio of packets that a deadband left out, by link (user1/up) with one.
+
+    A master has a packet for every frame, which is a block of its trace; the server one for every
+    step in which the user is there.
+    """
+    due = {f"{user.name}/up": len(user.block_time_s) for user in traces.users}
+    if (server := traces.server) is not None:
+        for name, state in zip(server.users, server.state, strict=True):
+            due[f"{name}/down"] = int(np.count_nonzero(state))
+    found: dict[str, float] = {}
+    for link in with_deadband(traces, scenario):
+        name, _, way = link.rpartition("/")
+        sender = f"/{name}/wave_up" if way == "up" else f"/server/{name}/wave_down"
+        packets = traces.packets.get(sender)
+        if packets is not None and due.get(link):
+            found[link] = max(1.0 - len(packets.seq) / due[link], 0.0)
+    return found
+
+
+def with_deadband(traces: SessionTraces, scenario: Scenario | None) -> list[str]:
+    """Return the links whose sender had a deadband at some time, by name."""
+    ends = [
+        (f"{user.name}/{way}", end.deadband.is_on)
+        for stage in (stages(traces, scenario) if scenario else [])
+        for user in stage.scenario.users
+        for way, end in (("up", user.master), ("down", user.contact))
+    ]
+    return list(dict.fromkeys(link for link, is_on in ends if is_on))

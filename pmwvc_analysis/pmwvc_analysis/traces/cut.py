@@ -10,8 +10,8 @@ import numpy as np
 from pmwvc_core.numeric import Flags
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 
-Table = TypeVar("Table", FateTraces, PacketTraces)
-BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes")
+Table = TypeVar("Table", FateTraces, PacketTraces, ServerTraces, UserTraces)
+OF_BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes")  # of a master
 
 
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:
@@ -28,7 +28,7 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         kept = server.time_s < end_s
         if late is not None and len(late) == len(kept):
             metadata["server_lateness_s"] = late[kept]
-        server = server_rows(server, kept) if kept.any() else None
+        server = rows_of(server, kept) if kept.any() else None
     users = [user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s]
     rows = {f"{user.name}/down": len(user.time_s) for user in users}
     steps = 0 if server is None else len(server.time_s)
@@ -38,10 +38,10 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         users=users,
         server=server,
         packets={
-            topic: _kept(each, each.time_s < end_s) for topic, each in traces.packets.items()
+            topic: rows_of(each, each.time_s < end_s) for topic, each in traces.packets.items()
         },
         fates={
-            link: _kept(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
+            link: rows_of(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
             for link, each in traces.fates.items()
         },
         taken={
@@ -56,36 +56,22 @@ def user_until(user: UserTraces, end_s: float) -> UserTraces:
     """Return the ticks of the whole blocks that ended by then."""
     blocks = user.block_time_s <= end_s + 1e-9
     last_s = float(user.block_time_s[blocks][-1])
-    ticks = user.time_s < last_s - 0.5 * user.tick_s
-    changed: dict[str, Any] = {}
-    for each in fields(user):
-        values = getattr(user, each.name)
-        if each.name in BLOCKS:
-            changed[each.name] = values[blocks] if len(values) else values
-        elif isinstance(values, np.ndarray):
-            changed[each.name] = values[ticks]
-        elif isinstance(values, dict):
-            changed[each.name] = {name: sums[blocks] for name, sums in values.items()}
-    changed["reason"] = [text for text, kept in zip(user.reason, blocks, strict=True) if kept]
-    return replace(user, **changed)
+    found = rows_of(user, user.time_s < last_s - 0.5 * user.tick_s, blocks)
+    reasons = zip(user.reason, blocks, strict=True)
+    return replace(found, reason=[text for text, kept in reasons if kept])
 
 
-def server_rows(server: ServerTraces, kept: Flags) -> ServerTraces:
-    """Return some of the server's steps."""
+def rows_of(table: Table, kept: Flags, blocks: Flags | None = None) -> Table:
+    """Return some rows of a table of arrays; of a master some ticks and some blocks."""
+    of_sums = kept if blocks is None else blocks
     changed: dict[str, Any] = {}
-    for each in fields(server):
-        values = getattr(server, each.name)
+    for each in fields(table):
+        values = getattr(table, each.name)
         if isinstance(values, np.ndarray) and len(values):
-            changed[each.name] = values[kept]
+            is_of_blocks = blocks is not None and each.name in OF_BLOCKS
+            changed[each.name] = values[of_sums if is_of_blocks else kept]
         elif isinstance(values, dict):
-            changed[each.name] = {name: sums[kept] for name, sums in values.items()}
-        elif isinstance(values, list) and each.name != "users":
+            changed[each.name] = {name: sums[of_sums] for name, sums in values.items()}
+        elif isinstance(values, list) and isinstance(next(iter(values), None), np.ndarray):
             changed[each.name] = [part[kept] for part in values]
-    return replace(server, **changed)
-
-
-def _kept(table: Table, rows: Flags) -> Table:
-    """Return some rows of a table of arrays."""
-    values = {each.name: getattr(table, each.name) for each in fields(table)}
-    arrays: dict[str, Any] = {n: v[rows] for n, v in values.items() if isinstance(v, np.ndarray)}
-    return replace(table, **arrays)
+    return replace(table, **changed)

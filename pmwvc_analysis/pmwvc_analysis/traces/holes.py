@@ -10,26 +10,16 @@ What happened in a hole is not known, and nothing is judged there. Running sums 
 the energies at both of its ends are known.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 WHY = "not recorded"
 SERVER = "server"
-
-
-@dataclass(frozen=True)
-class Unjudged:
-    """A time in which a balance is unknown, and why."""
-
-    start_s: float
-    end_s: float
-    why: str
 
 
 class Hole(NamedTuple):
@@ -88,8 +78,7 @@ def of_server(server: ServerTraces) -> list[Hole]:
     if len(server.step) and server.step[0] > 1:
         found.append(Hole(SERVER, 0.0, float(server.time_s[0]), int(server.step[0]) - 1))
     for start in starts(server):
-        missing = int(server.step[start.row]) - 1
-        if missing > 0:
+        if (missing := int(server.step[start.row]) - 1) > 0:
             at_s = float(server.time_s[start.row])
             found.append(Hole(SERVER, start.begins_s, at_s, missing))
     jumps = np.diff(server.step)
@@ -110,14 +99,3 @@ def _of_killed(server: ServerTraces, traces: SessionTraces) -> list[Hole]:
             missing = max(round(longer_s / period_s), 1)
             found.append(Hole(SERVER, ran + 0.5 * period_s, ran + longer_s, missing))
     return found
-
-
-def merged(found: Sequence[Hole]) -> list[tuple[float, float]]:
-    """Return the intervals in which something is missing, overlapping ones as one."""
-    result: list[tuple[float, float]] = []
-    for hole in sorted(found, key=lambda each: each.start_s):
-        if result and hole.start_s <= result[-1][1]:
-            result[-1] = (result[-1][0], max(result[-1][1], hole.end_s))
-        else:
-            result.append((hole.start_s, hole.end_s))
-    return result

@@ -26,14 +26,17 @@ def axes(values: Array) -> float | list[float | None] | None:
 
 def final(values: Array, time_s: Array, end_s: float) -> float | list[float | None] | None:
     """Return the mean over the 0.5 s before ``end_s``, per axis; None when there is nothing."""
-    rows = values[(time_s >= end_s - FINAL_S - 1e-9) & (time_s <= end_s + 1e-9)]
-    return axes(rows.mean(axis=0)) if len(rows) else axes(np.full(values.shape[-1], np.nan))
+    return axes(_last(values, time_s, end_s).mean(axis=0))
 
 
 def swing(values: Array, time_s: Array, end_s: float) -> float | list[float | None] | None:
     """Return largest less smallest value of the 0.5 s before ``end_s``, per axis."""
+    return axes(np.ptp(_last(values, time_s, end_s), axis=0))
+
+
+def _last(values: Array, time_s: Array, end_s: float) -> Array:
     rows = values[(time_s >= end_s - FINAL_S - 1e-9) & (time_s <= end_s + 1e-9)]
-    return axes(np.ptp(rows, axis=0)) if len(rows) else axes(np.full(values.shape[-1], np.nan))
+    return rows if len(rows) else np.full((1, values.shape[-1]), np.nan)
 
 
 def rms(values: Array) -> float | None:
@@ -47,12 +50,9 @@ def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
     """Return ``p50``, ``p99`` and ``max`` of values times ``scale``."""
     values = values[np.isfinite(values)] * scale
     if not len(values):
-        return {"p50": None, "p99": None, "max": None}
-    return {
-        "p50": number(np.percentile(values, 50)),
-        "p99": number(np.percentile(values, 99)),
-        "max": number(values.max()),
-    }
+        return dict.fromkeys(("p50", "p99", "max"))
+    median, high = np.percentile(values, (50, 99))
+    return {"p50": number(median), "p99": number(high), "max": number(values.max())}
 
 
 def runs(flags: Flags, time_s: Array, *, join_s: float) -> list[tuple[int, int]]:

@@ -26,9 +26,10 @@ import numpy as np
 from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Finding, judge, not_judged, together, tolerance
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import Hole, Unjudged, holes
+from pmwvc_analysis.traces.holes import Hole, holes
+from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.server_starts import starts
-from pmwvc_analysis.traces.stood_still import StoodStill, given_until, stood_still
+from pmwvc_analysis.traces.stretches import StoodStill, given_until, stood_still
 from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.verdicts.open_balances import bounded, hidden, within
 from pmwvc_core.numeric import Array

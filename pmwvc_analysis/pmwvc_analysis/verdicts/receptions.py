@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording.losses import came_out
-from pmwvc_analysis.traces.left_out import left_out
+from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.reductions import number
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.plural import count

@@ -17,6 +17,7 @@ from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
 from pmwvc_analysis.traces.apart import apart, kept_text
+from pmwvc_analysis.traces.intervals import merged
 from pmwvc_analysis.traces.reductions import final, number, rms, swing
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
@@ -77,7 +78,9 @@ def summary(
             "messages": {topic: count["messages"] for topic, count in traces.counts.items()},
             "missing": {topic: count["missing"] for topic, count in traces.counts.items()},
             "holes": [hole._asdict() for hole in missing],
-            "not_recorded_s": [list(interval) for interval in holes.merged(missing)],
+            "not_recorded_s": [
+                list(each) for each in merged((hole.start_s, hole.end_s) for hole in missing)
+            ],
             "not_relayed": {
                 topic: count["not_relayed"]
                 for topic, count in traces.counts.items()

@@ -8,8 +8,7 @@ import numpy as np
 from oracle.offline_budget.motion import NODES, WEIGHTS, speeds
 from oracle.offline_budget.sums import Clock, Sums, anchored
 
-from pmwvc_analysis.traces.hand_work import hand_work
-from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
+from pmwvc_analysis.traces.hand_work import TrueMotion, complete, hand_work, measured, true_motion
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.traces import UserTraces

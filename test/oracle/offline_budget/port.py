@@ -6,7 +6,7 @@ import numpy as np
 from oracle.offline_budget.frames import between, booked
 from oracle.offline_budget.sums import Clock, Sums, anchored, evenly, half_square, running, sum_of
 
-from pmwvc_analysis.traces.true_motion import complete
+from pmwvc_analysis.traces.hand_work import complete
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
