@@ -17,7 +17,7 @@ from support.plain import load
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.report.report import render
-from pmwvc_analysis.verdicts.receptions import (
+from pmwvc_analysis.verdicts.links import (
     OF_LINK,
     counts_text,
     done_by,

@@ -6,16 +6,12 @@
 
 at every step of the server. Each part is the account of a block (:mod:`pmwvc_core.account`),
 stated beside the block's law and summed over the session: those of a user's blocks in
-:mod:`.blocks`, those of the server here. A part whose sum ever is below zero has given out energy
-that it never got: it was *active*.
+:mod:`.blocks`, those of the server here.
 
-The residual is what the parts, each computed for itself, do not explain. In a session of which
-nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that were not recorded
-(live), and Coulomb friction where the motion turns, show: ``TOLERANCE_NOTED``. Parts that are not
-computed for themselves are named with what they hide: :mod:`.parts`; where a loop skipped ticks,
-what became of the hand's work meanwhile is such a part. Intervals that are not
-on record are left out, and the budget ends where a master or the server was started again:
-:mod:`..traces.stretches`.
+The residual is what the parts, each computed for itself, do not explain: rounding, where the whole
+session is on record. Parts that are not computed for themselves are named with what they hide:
+:mod:`.parts`. Intervals that are not on record are left out, and the budget ends where a master or
+the server was started again: :mod:`..traces.stretches`.
 
 Equations: docs/theory.md 13.6, 14.3.
 """

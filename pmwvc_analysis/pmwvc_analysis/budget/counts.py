@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The users behind an encoder whose differences are the velocity, on the strict channel, and what
-the port of their hand is bounded to give out.
-
-Condition and amount are those of :mod:`pmwvc_core.master.count_bound`, which needs a hand on the
-device.
+the port of their hand is bounded to give out (:mod:`pmwvc_core.master.count_bound`).
 """
 
 from pmwvc_analysis.traces.stages import stages

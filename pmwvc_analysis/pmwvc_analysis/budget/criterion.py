@@ -7,16 +7,12 @@ storage S that it declares when
 
     E(t) >= -S - C - tolerance(t)      at every instant judged.
 
-``tolerance`` is what rounding explains: ``TOLERANCE_J`` and ``TOLERANCE_RELATIVE`` of the energy
-moved; in a recording of several machines also what the uncertainty of their clocks' alignment
-explains. C is what counts of an encoder are bounded to make of the work of a hand, 0.1 b q^2/h: at
-the port of that hand and its node only, and only where the bound holds (counts.py); elsewhere it
-is zero. Both are printed with every verdict that needs them, as is the least balance, so that a
-violation of a microjoule never reads like one of a joule.
+``tolerance`` is what rounding explains. C is what counts of an encoder are bounded to make of the
+work of a hand, 0.1 b q^2/h, at the port of that hand and its node only (counts.py). Verdicts
+print both, and the least balance.
 
-What was not recorded is not judged. A balance that was seen below the limit is a violation
-whatever else is missing; one that was never seen there, but may have been where the recording has
-a hole, is neither passive nor not: ``passive`` is None.
+What was not recorded is not judged: a balance seen below the limit is a violation whatever else is
+missing; one that may have been there in a hole of the recording is neither passive nor not.
 
 Equations: docs/theory.md 13.4.
 """

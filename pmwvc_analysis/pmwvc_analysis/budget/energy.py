@@ -2,34 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Energy balances of each user's channel: what went in, less what came out.
 
-Up, at the time of each server step: what the waves of the master brought, less what the server
-made of them,
+    E_up   = sum_k |u_m|^2 T_c / 2 - sum_n |u_s|^2 T_VE / 2
+    E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2
+    E_hand = sum_k F_k (x_{k+1} - x_k) - sum_n (|u_s|^2 - |v_s|^2) T_VE / 2
 
-    E_up = sum_k |u_m|^2 T_c / 2 - sum_n |u_s|^2 T_VE / 2,
+at every server step. One below zero has generated energy. E_hand is judged at the port where the
+hand is (:mod:`..traces.hand_work`); the waves know the measured velocity only. On the strict
+channel what went up is the energy that packets were paid with, and what came down is the wave of
+the playout and what it released to the node beside it. Without waves, and where something at the
+device answers the outgoing wave at once (velocity filter, filter bank), only E_hand exists.
 
-down, likewise, E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2; and from port to port,
-what the hand gave less what the server got,
-
-    E_hand = sum_k F_k (x_{k+1} - x_k) - sum_n (|u_s|^2 - |v_s|^2) T_VE / 2.
-
-A channel that holds or dissipates energy has a balance >= 0 at every instant; one below zero has
-generated energy. E_hand is judged at the port where the hand is: F is the force applied, held over
-a tick, and x is where the device was (:mod:`..traces.hand_work`). What an encoder, a difference
-quotient or the hold make of a motion is in it. The waves of the master know the measured velocity
-only: to them the noise of an encoder is energy that the hand gave.
-
-On the strict channel what went up is the energy that packets were paid with, and what came down
-is the wave of the playout and what the playout released to the node beside it.
-
-What counts when: a tick counts once it has run, a server step counts with its whole period at
-its start. A server step answers packets sent before it, and a master expands values sent before,
-so cause is never behind effect. A late server step is taken at the time it really ran. Gaps in the
-recording and nodes that were started again: :mod:`..traces.stretches`,
-:mod:`..traces.server_starts`.
-
-Without waves the two directions cannot be separated; nor can they where something at the device
-answers the outgoing wave at once (velocity filter, filter bank): what goes up and what comes down
-is then partly the same wave. There only E_hand exists.
+What counts when: a tick counts once it has run, a server step with its whole period at its start,
+when it really ran. A server step answers packets sent before it, and a master expands values sent
+before, so cause is never behind effect. Gaps in the recording and nodes that were started again:
+:mod:`..traces.stretches`, :mod:`..traces.server_starts`.
 
 Equations: docs/theory.md 13.1, 13.2, 13.3.
 """

@@ -3,10 +3,10 @@
 """The parts of an energy budget: words, group, and what those hide that are remainders; and the
 notes on what keeps a budget from closing to rounding.
 
-A *remainder* is a part of the budget that is not computed for itself: it is the difference
-that the others leave, so that the budget closes with it whatever it is. A false value there is not
-found. *Unchecked* are traces that nothing else on record confirms. The accounts that blocks keep
-(:class:`pmwvc_core.account.Entry`) are parts as well, with the words that they bring.
+A *remainder* is the difference that the other parts leave, so that the budget closes with it
+whatever it is: a false value there is not found. *Unchecked* are traces that nothing else on
+record confirms. The accounts that blocks keep (:class:`pmwvc_core.account.Entry`) are parts as
+well, with the words that they bring.
 """
 
 from collections.abc import Iterator, Mapping

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """An energy budget as numbers over time, whether it closes, and which part was active.
 
-A part whose sum was below zero beyond the tolerance (passivity.py) generated energy: it was
-*active*. What belongs together is judged together: the anti-aliasing filter is there to pay for
-the rate drop and for a velocity filter, and a position feedback with an energy tank spends what
-filter, hold and link have kept. Behind counts of an encoder the node's work is that of the
-positions counted, and sampling has the rest of the true one: together they are judged with the
-bound of :mod:`.counts`, and not at all where the true motion is not known.
+A part whose sum was below zero beyond the tolerance (criterion.py) generated energy: it was
+*active*. What belongs together is judged together: the anti-aliasing filter pays for the rate
+drop and for a velocity filter, and a position feedback with an energy tank spends what filter,
+hold and link have kept. Behind counts of an encoder the node's work is that of the positions
+counted, and sampling has the rest of the true one: together they are judged with the bound of
+:mod:`.counts`, and not at all where the true motion is not known.
 """
 
 from collections.abc import Iterator

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The measures of a comparison: one row of numbers per session. Unknown measures are None.
+"""The measures of a comparison (docs/file_format.md): one row of numbers per session. Unknown
+measures are None.
 
-What each measure means: docs/file_format.md. Where they come from: stability and passivity from
-the verdicts, ``k_max`` from the exact model, stiffness and resonance from :mod:`.rendered` (None
-where the session was not stable), free space from :mod:`.probes`, live sessions too.
+Stability and passivity are those of the verdicts, ``k_max`` that of the exact model, stiffness and
+resonance those of :mod:`.rendered` where the session was stable, free space that of
+:mod:`.probes`.
 """
 
 from dataclasses import dataclass, field

@@ -4,21 +4,17 @@
 for every controller, linear or not.
 
 **Free space**: contacts exert no force; a force F cos(w t) moves the device so slowly that the
-round trip is a twentieth of a period (2 Hz at most). With the fitted amplitudes F/x = -m w^2 + j b
-w, so
+round trip is a twentieth of a period (2 Hz at most). F/x = -m w^2 + j b w, so
 
     m = -Re(F/x)/w^2,    b = Im(F/x)/w,
 
 device included. A force held for a tick acts half a tick later than its sample; without accounting
-for that a mass would read as a damping of -m w^2 h/2. A motion that differs by more than 5 %
-between both halves of the fit, or follows the force with a coherence below 0.9, has no mass and no
-damping.
+for that a mass would read as a damping of -m w^2 h/2. A motion that differs between both halves of
+the fit, or does not follow the force, has no mass and no damping.
 
 **Steady press**: the force goes to F1, to F2 and back to F1, against the opposite users where
-there are any, and k = (F2 - F1)/(x2 - x1). A device that still moves by more than 2 % of the step
-in the last second of a hold, or does not come back to within 5 % of it, has no stiffness at rest.
-
-Not here: the exact model, which gives the same without a session where everything is linear.
+there are any, and k = (F2 - F1)/(x2 - x1). A device that still moves in the last second of a hold,
+or does not come back, has no stiffness at rest.
 """
 
 import dataclasses

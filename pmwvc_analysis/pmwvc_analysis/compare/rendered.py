@@ -4,8 +4,7 @@
 
 From the exact model where there is one; else from the chirp of the session: a series k - m w^2 + c
 w^4 is fitted to the trusted values of Re(f/x) below the first peak, each with the weight of its
-coherence gamma^2/(1 - gamma^2). Where there is neither, the stiffness is that of a simulated press
-(``compare.probes``). So a stiffness is what is rendered at rest, within a few per cent.
+coherence gamma^2/(1 - gamma^2); else from a simulated press (:mod:`.probes`).
 """
 
 from dataclasses import dataclass

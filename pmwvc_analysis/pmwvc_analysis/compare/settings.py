@@ -5,7 +5,7 @@ the parameters shown beside the numbers.
 
 A baseline whose parameters nobody gave gets those of its rule (:mod:`pmwvc_core.baselines.tuning`)
 for this link, device, hand and contact: a comparison over the delay then compares controllers, not
-one tuning with itself. Parameters that differ from their defaults, or are named, stay as given.
+one tuning with itself.
 """
 
 import dataclasses

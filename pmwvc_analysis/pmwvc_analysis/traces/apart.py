@@ -9,9 +9,8 @@ kept, less what the avatar has slid to its device since; position error is what 
     kept <- kept - slid
     error = x_m - x_s - kept
 
-A server sends the avatar's position in the frame of its device with every step. Where that packet
-was not recorded, ``kept`` begins with x_m - x_s. A stay ends where the user leaves, or
-its master or the server is started again.
+Where the packet of that step was not recorded, ``kept`` begins with x_m - x_s. A stay ends where
+the user leaves, or its master or the server is started again.
 """
 
 from typing import Any, NamedTuple

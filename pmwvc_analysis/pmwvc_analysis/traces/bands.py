@@ -5,10 +5,8 @@ purpose.
 
 For a target that rests, hands move below half a hertz; while they close, below 6 Hz over the
 duration of the closing in s. Packets and server steps make images of purposeful motion: of motion
-at f sampled at f_s and held, one at f_s - f with f/(f_s - f) of its size. That much beyond the
-band is no oscillation of the loop.
-
-Not known: what drives an environment of somebody else's. Its motion counts as the loop's.
+at f sampled at f_s and held, one at f_s - f with f/(f_s - f) of its size. The drive of somebody
+else's environment is not known: its motion counts as the loop's.
 """
 
 import math

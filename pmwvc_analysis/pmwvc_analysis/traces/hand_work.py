@@ -3,23 +3,15 @@
 """The work of the hand at the port where it is: the force applied times the distance moved.
 
 The force F_k is held while the device goes from x_k to x_{k+1}, so the hand gives the sum of
-F_k . (x_{k+1} - x_k), whatever the controller made of the velocity. The master keeps that sum and
-records it at the end of every block, so that gaps in the recording do not matter.
+F_k . (x_{k+1} - x_k), whatever the controller made of the velocity. The master records that sum
+at the end of every block. A simulated device's is that of its true motion; a real device knows its
+encoder only, and with the step q the sum may be off by up to
 
-*Which x.* A simulated device knows where it really is, and its master books that: the sum is
-exact, also where the recorded positions are those of an encoder. A real device knows its encoder
-only. With the step q a sum over measured positions may be off, by summation by parts, by up to
+    q/2 [|F_n| + sum |F_k - F_{k-1}|].
 
-    q/2 [|F_n| + sum |F_k - F_{k-1}|]
-
-and it is biased: F follows the last difference of the encoder, which the next one tends to undo,
-so that a grip held between two counts reads as energy that the hand got. Whether a
-recording has the true or the measured motion shows from itself: the sums of the blocks are those
-of the recorded positions, or they are not.
-
-A real device's true motion (:func:`true_motion`) is that of its model, from rest through the
-recorded forces of hand and controller, if it never leaves the step of the encoder around the
-recorded positions; else nothing is known but what was measured.
+Which of both a recording has shows from itself: the sums of the blocks are those of the recorded
+positions, or they are not. The true motion is found again (:func:`true_motion`) as that of the
+device's model under the recorded forces.
 
 Equations: docs/theory.md 13.7, 13.8.
 """

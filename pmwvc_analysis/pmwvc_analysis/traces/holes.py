@@ -3,11 +3,8 @@
 """Holes in the recording: intervals of which the messages of a publisher are missing.
 
 A publisher numbers what it sends: a master its blocks, the server its steps. Where a number is
-missing, the recording has a hole. Where the numbers go on and only time has passed, nothing is
-missing: the loop did not run (:mod:`.events` calls that a stall).
-
-What happened in a hole is not known, and nothing is judged there. Running sums go on across it:
-the energies at both of its ends are known.
+missing, the recording has a hole, and nothing is judged there. Where the numbers go on and only
+time has passed, the loop did not run (:mod:`.events` calls that a stall).
 """
 
 from typing import NamedTuple

@@ -2,18 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Servers that were started again in a session, and the energy sums across such a start.
 
-While no server runs nothing enters the links at its end, and the masters' records go on: the sums
-of the server stand still, those of the masters are known, and the balances of the links are judged
-all the time. The last steps of a server that was killed may be missing in the record, above all
-where the recorder stood still as well. Its packets show when it still ran (:func:`ends`), and
-carry the energy sent so far; where they are missing, too, it sent no less than its users received.
-What it took in these steps is not known. They are a hole (:mod:`.holes`).
+While no server runs its sums stand still, those of the masters go on, and the balances of the
+links are judged all the time. The last steps of a server that was killed may be missing in the
+record: they are a hole (:mod:`.holes`). What it sent in them is read from its packets
+(:func:`ends`), or is no less than its users received.
 
-A new server begins with nothing. What the one before it had received and not used, and what
-packets brought while no server ran, no later server may give out (:func:`died_up`); a queue keeps
-the last packets that came before a server's first step. At the device the playout discards what it
-had of the server before (:func:`discarded`). Neither is left in a balance from the start on, where
-it would hide energy that is generated later.
+What a server had received and not used, and what packets brought while none ran, no later one
+may give out (:func:`died_up`), and the playout at a device discards what it had of the server
+before (:func:`discarded`): neither is left in a balance, where it would hide what is generated
+later.
 
 Equations: docs/theory.md 13.12.
 """

@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The intervals of a session in which a user's energies are known from the recording.
 
-Master and server keep running sums of their energies, so a gap in either record hides nothing but
-what happened inside it: a user is judged again from the end of its first block after the gap. A
-master that was started again begins its sums at zero, and what went on in between is unknown: the
-balance begins anew, with the sums of the new master, and those of the waves that the server took
-from its first packet on. A server that was started again interrupts no balance
-(:mod:`.server_starts`).
+A gap in the record of running sums hides only what happened inside it: a user is judged again from
+the end of its first block after it. With a master that was started again the balance begins anew:
+with its sums, and those of the waves that the server took from its first packet on. A server that
+was started again interrupts no balance (:mod:`.server_starts`), nor does a loop that stands still.
 
-A loop that stands still interrupts none either. But a device without a watchdog goes on with the
-last force that it was told. Where the hand moves along it, the device gives out
-- F (x_after - x_before), before any law can answer: that is energy of the stall, not of the
-channel. At the ports it counts like any other.
+But a device without a watchdog goes on with the last force that it was told. Where the hand moves
+along it while the loop stands still, the device gives out - F (x_after - x_before): at the ports
+that counts like any other energy.
+
+Equations: docs/theory.md 13, Gaps.
 """
 
 import itertools

@@ -3,11 +3,10 @@
 """The nodes that ended before the session did, and the time until which it is judged.
 
 A server or an emulator that ended takes the loop with it: everything is judged up to there. A
-master that ended takes its user with it: that user is judged up to there, the others go on.
+master that ended takes its user with it alone.
 
-The end of a node is reported by the session runner where it saw that (with the signal), else by
-its trace: it breaks off while others go on. A trace that breaks off while the packets of its node
-go on is a hole of the recording, not the end of the node.
+The end of a node is reported by the session runner where it saw that, else by its trace, which
+breaks off while others go on. Where its packets go on, that is a hole of the recording.
 """
 
 import math

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The oscillation that a loop keeps up, told from one that late packets set off again and again.
 
-Where packets come unevenly both last, and a loop that is set off moves with a frequency of its own
-as well. One that is kept up has one frequency all the time, and goes on while packets come in
-time; one that is set off dies out there until the next late packet.
+One that is kept up has one frequency all the time, and goes on while packets come in time; one
+that is set off dies out there until the next late packet.
 """
 
 import math

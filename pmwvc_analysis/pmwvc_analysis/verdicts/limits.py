@@ -94,9 +94,8 @@ def _fastest(user: UserTraces, block: int) -> float:
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
     """Return the ratio of the second half in which the force was limited, and how often anew."""
     half = (user.time_s > duration_s / 2) & unbraked(user)
-    shortened = limited(user) & half
     if not half.any():
         return 0.0, 0
-    return float(shortened.sum() / half.sum()), int(
-        (np.diff(shortened.astype(int)) > 0).sum() + shortened[0]
-    )
+    shortened = limited(user) & half
+    events = int((np.diff(shortened.astype(int), prepend=0) > 0).sum())
+    return float(shortened.sum() / half.sum()), events

@@ -1,7 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The counts and delays of each emulated link: from its packet fates, else from its own counts."""
+"""The counts and delays of each emulated link, and what came of its packets at their receiver.
 
+What a link did is counted again in the order in which packets came out: a receiver that took as
+many of them as it reports must have counted exactly that.
+"""
+
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,11 +15,35 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.link_blocks import reordered
 from pmwvc_analysis.recording.losses import DROPPED, came_out
+from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.reductions import number, percentiles
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
-from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
+
+COUNTED = (
+    ("lost", "lost"),
+    ("dropped", "dropped by a full queue"),
+    ("duplicated", "delivered twice"),
+    ("reordered", "overtaken by a later one"),
+    ("corrupted", "delivered with a bit flipped"),
+)
+OF_LINK = ("accepted", "lost", "duplicate", "reordered", "corrupted")
+OF_SENDERS = {
+    "stale": "of a sender that was over",
+    "stranger": "of another sender",
+    "other_session": "of another session",
+    "forged": "without the user's token",
+    "flood": "beyond the rate of a sender",
+    "malformed": "that were no packets",
+    "not_finite": "with numbers that are not finite",
+    "wrong_length": "of other degrees of freedom",
+    "wrong_period": "of another period",
+    "too_large": "with waves beyond any legal device",
+    "other_controller": "of another kind of controller",
+}
 
 
 def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
@@ -26,15 +55,6 @@ def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
         if link not in traces.fates
     ]
     return sorted(found, key=lambda entry: str(entry["name"]))
-
-
-COUNTED = (
-    ("lost", "lost"),
-    ("dropped", "dropped by a full queue"),
-    ("duplicated", "delivered twice"),
-    ("reordered", "overtaken by a later one"),
-    ("corrupted", "delivered with a bit flipped"),
-)
 
 
 def count_texts(link: Mapping[str, Any]) -> str:
@@ -83,3 +103,115 @@ def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict
         "delay_s": {"p50": None, "p99": None, "max": number(states["delay_max"].max())},
         "rate_hz": number(received / duration_s) if duration_s > 0.0 else None,
     }
+
+
+def reception_summaries(
+    traces: SessionTraces, scenario: Scenario | None = None
+) -> list[dict[str, Any]]:
+    """Return the entries of ``receptions`` of a summary."""
+    found, saved = [], left_out(traces, scenario)
+    for link, received in sorted(traces.receptions.items()):
+        injected = done_by(traces.fates.get(link), received)
+        passage = {name: number(value) for name, value in received.passage.items()}
+        ratio, deadband = saved.get(link), ""
+        if ratio is not None:
+            words = "of the packets; none of these is lost."
+            deadband = f" The sender's deadband left out {ratio:.0%} {words}"
+        found.append(
+            {
+                "name": link,
+                "counts": received.counts,
+                "injected": injected,
+                "as_injected": None
+                if injected is None
+                else all(injected[name] == received.counts[name] for name in OF_LINK),
+                "path": None if passage["round_trip"] is None else passage,
+                "left_out": ratio,
+                "text": counts_text(received, injected) + deadband,
+                "path_text": path_text(received.passage),
+            }
+        )
+    return found
+
+
+def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:
+    """Return what a receiver must have counted of the packets that its link let out.
+
+    None without a whole record of the link, or where a node was started again: its receiver began
+    anew.
+    """
+    if fates is None or received.receivers != 1 or received.counts["beginnings"] > 1:
+        return None
+    if not len(fates.number) or int(fates.number.max()) != len(fates.number):
+        return None  # records of fates are missing
+    rows = np.flatnonzero(came_out(fates))
+    if len(np.unique(fates.epoch[rows])) != 1:
+        return None
+    rows = rows[np.argsort(fates.time_out_ns[rows], kind="stable")]
+    taken = sum(received.counts[name] for name in OF_LINK if name != "lost")
+    if taken > len(rows):
+        return None
+    rows = rows[:taken]  # the rest was still on its way when the receiver ended
+    corrupted = fates.cause[rows] == Cause.CORRUPTION
+    found = dict.fromkeys(OF_LINK, 0) | {"corrupted": int(corrupted.sum())}
+    came: set[int] = set()
+    newest = first = 0
+    for seq in fates.seq[rows[~corrupted]].tolist():
+        if seq in came:
+            found["duplicate"] += 1
+        elif seq < newest:
+            found["reordered"] += 1
+        else:
+            found["accepted"] += 1
+            newest, first = seq, first or seq
+        came.add(seq)
+    found["lost"] = newest - first + 1 - sum(seq >= first for seq in came) if came else 0
+    return found
+
+
+def counts_text(received: ReceptionTraces, injected: dict[str, int] | None) -> str:
+    """Return what came in, in a sentence."""
+    counts = received.counts
+    parts = [f"{count(counts['accepted'], 'packet')} accepted"]
+    parts += [f"{count(counts['lost'], 'number')} never came"] if counts["lost"] else []
+    for name, words in (
+        ("duplicate", "came again"),
+        ("reordered", "came behind a newer one"),
+        ("corrupted", "came corrupted"),
+    ):
+        parts += [f"{counts[name]} {words}"] if counts[name] else []
+    if len(parts) == 1:
+        parts.append("none lost, repeated, out of order or corrupted")
+    text = ", ".join(parts)
+    others = [f"{counts[n]} {words}" for n, words in OF_SENDERS.items() if counts[n]]
+    text += f"; refused: {', '.join(others)}" if others else ""
+    if injected is None:
+        return f"{text}."
+    if all(injected[name] == counts[name] for name in OF_LINK):
+        return f"{text}: exactly what the emulated link did."
+    names = {"duplicate": "repeated", "reordered": "overtaken"}
+    done = [f"{injected[name]} {names.get(name, name)}" for name in OF_LINK if name != "accepted"]
+    return (
+        f"{text}. Of the packets that the emulated link let out meanwhile it shows "
+        f"{', '.join(done)}: the difference arose between the link and the receiver."
+    )
+
+
+def path_text(passage: dict[str, float]) -> str:
+    """Return the delay of a direction in a sentence, with what is known of it and what is not."""
+    if not math.isfinite(passage["round_trip"]):
+        return "Delay not known: in no second did both packets and echoes arrive."
+    ms = {name: value * 1e3 for name, value in passage.items()}
+    text = (
+        f"Delay from sending to reception {ms['delay_mean']:.2f} ms in the last second (least of "
+        f"the last minute {ms['delay_least']:.2f} ms), jitter {ms['jitter']:.3f} ms"
+    )
+    if passage["delay_open"] == 0.0:
+        return f"{text}; both ends read one clock."
+    return (
+        f"{text}, within +-{ms['delay_open']:.2f} ms: both directions together take "
+        f"{ms['round_trip']:.2f} ms at least, which is known; how that divides is not, because an "
+        "offset between two clocks and a constant asymmetry of the path look the same. Sender's "
+        f"clock {passage['offset']:+.6f} s from the receiver's, drift "
+        f"{passage['drift'] * 1e6:+.1f} +- {passage['drift_open'] * 1e6:.1f} ppm."
+    )

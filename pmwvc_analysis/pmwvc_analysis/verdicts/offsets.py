@@ -3,8 +3,8 @@
 """The predicted offsets of devices from their avatars beside those measured at the end.
 
 F tau/(2b) is the offset of a press at rest that the channel alone decides. So nothing is compared
-where the session was not stable, where device and avatar have not the same force (a limit has cut
-one of them), or where the offset still changes.
+where the session was not stable, where a limit has cut the force of device or avatar, or where the
+offset still changes.
 """
 
 import math
@@ -37,6 +37,7 @@ SKIPPED = (
 )
 LATE = ("stall", "link", "damping")  # kinds of events behind which packets come late
 SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
+OFFSET = "offset of the device from its avatar at the end"
 OFFSET_M = 0.3e-3  # tolerance of an offset, and
 OFFSET_RATIO = 0.15  # that of its prediction
 
@@ -62,9 +63,7 @@ def offsets(scenario: Scenario, summary: dict[str, Any], steady: Sequence[Stage]
     for user in scenario.users:
         entry = entries.get(user.name, {})
         force, drift = entry.get("force_final_n"), entry.get("drift_m")
-        if not isinstance(force, float) or not isinstance(drift, float):
-            continue
-        if abs(force) >= LEAST_FORCE_N:
+        if isinstance(force, float) and isinstance(drift, float) and abs(force) >= LEAST_FORCE_N:
             found.append(_of_user(user, scenario, summary, entry, steady))
     return found
 
@@ -87,29 +86,33 @@ def _of_user(
     live = summary["source"] == "live"
     per_lag = force / (2.0 * first_axis(user.impedance))
     even_m = per_lag * lag_s(user, scenario, live=live)
-    drawn = is_random(user.link_up) or is_random(user.link_down)
-    if user.master.deadband.is_on or user.contact.deadband.is_on:
-        reason = f"{_left_out(user.name, summary)}; the longest wait for one counts."
-        return _offset_open(user, even_m, drift, reason)
-    if drawn or (live and scenario.zeroing):
-        reason = UNEVEN if scenario.strict else TOO_LATE if scenario.zeroing else HELD
-        return _offset_open(user, even_m, drift, reason)
-    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
-        return _offset_open(user, even_m, drift, SKIPPED)
-    if live and not scenario.strict and (event := _held_up(user.name, summary)):
-        reason = f"{event['who']}, at {event['time_s']:.2f} s: {event['what']}. {HELD}"
-        return _offset_open(user, even_m, drift, reason)
-    if reason := _unsteady(summary, entry, even_m):
+    if reason := _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m):
         return _offset_open(user, even_m, drift, reason)
     if live and scenario.strict:
         learned_m = per_lag * min(late_steps_s(user, scenario), 0.0)
         return _offset_at_least(user, even_m + learned_m, drift, force)
-    if len(steady) > 1 and not _same_rates(steady):
+    if not _same_rates(steady):
         reason = (
             "After a change of rates a playout may keep a longer margin than the new ones need."
         )
         return _offset_open(user, even_m, drift, reason)
     return _offset(user.name, even_m, per_lag * late_steps_s(user, scenario), drift)
+
+
+def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:
+    """Return what no one knows before of the way of a user's packets, in words; empty where the
+    offset is that of the link's delay.
+    """
+    live = summary["source"] == "live"
+    if user.master.deadband.is_on or user.contact.deadband.is_on:
+        return f"{_left_out(user.name, summary)}; the longest wait for one counts."
+    if is_random(user.link_up) or is_random(user.link_down) or (live and scenario.zeroing):
+        return UNEVEN if scenario.strict else TOO_LATE if scenario.zeroing else HELD
+    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
+        return SKIPPED
+    if live and not scenario.strict and (event := _held_up(user.name, summary)):
+        return f"{event['who']}, at {event['time_s']:.2f} s: {event['what']}. {HELD}"
+    return ""
 
 
 def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
@@ -147,13 +150,8 @@ def _offset_at_least(user: User, even_m: float, drift_m: float, force_n: float) 
     forward = force_n > 0.0
     beyond = f"or {'more' if forward else 'less'}"
     hit = (drift_m - even_m if forward else even_m - drift_m) >= -tolerance
-    text = (
-        f"{user.name}: offset of the device from its avatar at the end: predicted "
-        f"{even_m * 1e3:+.2f} mm {beyond}, measured "
-        f"{drift_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; tolerance "
-        f"{tolerance * 1e3:.2f} mm). How far beyond is not predicted: "
-        f"{UNEVEN[0].lower()}{UNEVEN[1:]}"
-    )
+    text = _compared(user.name, f"{even_m * 1e3:+.2f} mm {beyond},", drift_m, tolerance, hit)
+    text += f" How far beyond is not predicted: {UNEVEN[0].lower()}{UNEVEN[1:]}"
     return Outcome("offset", hit, text, user.name, even_m, drift_m, tolerance, "m", beyond)
 
 
@@ -172,9 +170,8 @@ def _offset_open(user: User, even_m: float, drift_m: float, reason: str) -> Outc
     """Say what was measured where something decides that is not known before."""
     begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
     text = (
-        f"{user.name}: offset of the device from its avatar at the end: measured "
-        f"{drift_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are expected of the link{begins}. "
-        f"{reason}"
+        f"{user.name}: {OFFSET}: measured {drift_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are "
+        f"expected of the link{begins}. {reason}"
     )
     return Outcome("offset", None, text, user.name)
 
@@ -218,9 +215,12 @@ def _offset(name: str, edge: float, width: float, was: float) -> Outcome:
     tolerance = _tolerance_m(high)
     hit = min(low, high) - tolerance <= was <= max(low, high) + tolerance
     until = f" to {high * 1e3:+.2f} mm, by how late the slope was learned;" if width else " mm,"
-    text = (
-        f"{name}: offset of the device from its avatar at the end: predicted "
-        f"{low * 1e3:+.2f}{until} measured {was * 1e3:+.2f} mm "
-        f"({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm)."
-    )
+    text = _compared(name, f"{low * 1e3:+.2f}{until}", was, tolerance, hit)
     return Outcome("offset", hit, text, name, None if width else edge, was, tolerance, "m")
+
+
+def _compared(name: str, predicted: str, was_m: float, tolerance_m: float, hit: bool) -> str:
+    return (
+        f"{name}: {OFFSET}: predicted {predicted} measured {was_m * 1e3:+.2f} mm "
+        f"({'hit' if hit else 'missed'}; tolerance {tolerance_m * 1e3:.2f} mm)."
+    )

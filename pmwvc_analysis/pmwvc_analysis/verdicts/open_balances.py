@@ -2,23 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The balances that a recording leaves open: across its holes, and between two clocks.
 
-*Holes.* Master and server keep running sums, so both ends of a hole are known. Within it the sums
-of waves only grow: at most what had come out at its end can have met what had gone in at its
-start,
-
-    E(t) >= in(start) - out(end)      for every t in the hole.
-
-Where that is above the limit, the hole hides nothing and the balance is judged across it. The work
-of the hand may go either way. But where only the server's records are missing, it is known tick by
-tick, and at the port of the hand
+*Holes.* Master and server keep running sums, and those of waves only grow: in a hole
+E(t) >= in(start) - out(end). Where that is above the limit, the balance is judged across it. At
+the port of the hand, where only the server's records are missing,
 
     E_hand(t) >= work(t) - u_s(end) + v_s(start)
 
-with the sums of both waves at the server. Where the work is missing, a hole is not judged there.
+with the work tick by tick and the sums of both waves at the server.
 
-*Clocks.* The sums of a master are compared with those of the server at instants that may be off by
-the uncertainty of the alignment of two hosts' clocks. A balance below the limit at every alignment
-within it is a violation; one below at some is neither that nor a proof: it is not judged.
+*Clocks.* A balance below the limit at every alignment of two hosts' clocks within its uncertainty
+is a violation; one below at some is not judged.
 
 Equations: docs/theory.md 13.9.
 """
@@ -44,8 +37,7 @@ def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
     """Return the intervals that may hide a violation of a balance whose sums never fall."""
     found = []
     for interval in unknown:
-        before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
-        after = int(np.searchsorted(balance.time_s, interval.end_s))
+        before, after = _around(interval, balance)
         if interval.why != AGAIN and after < len(balance.time_s):
             came = float(balance.energy_in_j[before]) if before >= 0 else 0.0
             least = came - float(balance.energy_out_j[after])
@@ -53,6 +45,12 @@ def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
                 continue
         found.append(interval)
     return found
+
+
+def _around(interval: Unjudged, balance: Balance) -> tuple[int, int]:
+    """Return the rows of a balance before an interval, -1: none, and behind it."""
+    before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
+    return before, int(np.searchsorted(balance.time_s, interval.end_s))
 
 
 class Bound(NamedTuple):
@@ -70,8 +68,7 @@ def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> list[Bound]:
     taken_j = joint.energy_out_j + given_j
     found = []
     for interval in unknown:
-        before = int(np.searchsorted(joint.time_s, interval.start_s, side="right")) - 1
-        after = int(np.searchsorted(joint.time_s, interval.end_s))
+        before, after = _around(interval, joint)
         if hand is None or before < 0 or after >= len(joint.time_s):
             continue
         first, last = np.searchsorted(hand.ran_s, joint.time_s[[before, after]] - ROUNDING_S)

@@ -1,21 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""RMS velocity above the band in which an operator moves voluntarily.
+"""RMS velocity above the band in which an operator moves voluntarily (:mod:`..traces.bands`).
 
-The voluntary band: traces/bands.py. A hand that
-moves in steps, an object let go or contact made for the first time give short bursts of fast
-motion; a median over quarter-second windows passes over them. Motion is judged from the middle of
-the session, or from the last time that contact was made or lost or a parameter changed if that is
-later; less than a second after it, it is unknown whether the vibration decays.
+A hand that moves in steps, an object let go or contact made for the first time give short bursts
+of fast motion; a median over quarter-second windows passes over them. Motion is judged from the
+middle of the session, or from the last time that contact was made or lost or a parameter changed
+if that is later; less than a second after it, it is unknown whether the vibration decays.
 
-Where rows are missing, or the loop did not run, the motion is not known: it is filtered piece by
-piece, and where less than half of the windows of the end or the middle are known, there is no
-verdict.
+Motion is filtered piece by piece between rows that are missing; where less than half of the
+windows of the end or the middle are known, there is no verdict.
 """
 
 import itertools
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -78,6 +77,11 @@ class Strength:
         """Tell whether it did not halve from the first third to the last."""
         return self.growth > HALVED
 
+    @property
+    def fades(self) -> bool:
+        """Tell whether it became less from third to third, too slowly to be seen to die out."""
+        return self.remains and self.growth < min(self.midway, FADED) and self.midway < 1.0
+
     def decays_by(self, rate_per_s: float) -> bool:
         """Tell whether it changed as a motion that decays at a rate below zero [1/s], within what
         one that is kept up may change; NaN: no such rate.
@@ -85,11 +89,6 @@ class Strength:
         if not rate_per_s < 0.0 or self.growth <= 0.0:
             return False
         return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(FADED)
-
-    @property
-    def fades(self) -> bool:
-        """Tell whether it became less from third to third, too slowly to be seen to die out."""
-        return self.remains and self.growth < min(self.midway, FADED) and self.midway < 1.0
 
 
 def lasts(found: Strength, motion: Motion) -> bool:
@@ -112,30 +111,29 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     start_s = min(max(0.5 * duration_s, motion.since_s), duration_s)
     third_s = (duration_s - start_s) / 3.0
 
-    def rows(of: Array, first: int, last: int) -> Array:
-        """Return the windows of some thirds of the judged span."""
-        inside = middles >= start_s + first * third_s
-        found: Array = (
-            of[inside & (middles < start_s + last * third_s)] if last < 3 else of[inside]
-        )
-        return found
-
-    def median(of: Array, first: int, last: int) -> float:
-        own = rows(of, first, last)
-        return float(np.median(own)) if len(own) else 0.0
-
+    ends_s = (start_s + third_s, start_s + 2.0 * third_s, math.inf)
+    begins_s = (start_s, *ends_s[:2])
+    thirds = [
+        (middles >= begin_s) & (middles < end_s)
+        for begin_s, end_s in zip(begins_s, ends_s, strict=True)
+    ]
+    last_two = middles >= begins_s[1]
+    early, middle, late = (_median(levels[third]) for third in thirds)
+    known = min(int(third.sum()) for third in thirds)
     expected = 0.5 * third_s / (windows * motion.period_s) - 1.0
-    known = min(len(rows(levels, third, third + 1)) for third in range(3))
-    early, middle, late = (median(levels, third, third + 1) for third in range(3))
     return Strength(
-        min(late, median(levels, 1, 3)),
+        min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,
         known=len(pieces) <= 1 or known >= expected,
         settled=motion.since_s <= 0.5 * duration_s or 3.0 * third_s >= SETTLE_S,
-        purposeful_m_s=median(slow, 1, 3),
+        purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
     )
+
+
+def _median(values: Array) -> float:
+    return float(np.median(values)) if len(values) else 0.0
 
 
 def _pieces(motion: Motion) -> list[slice]:
@@ -191,24 +189,16 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
         closing = _closing_ends_s(traces, scenario) > 0.5 * traces.duration_s
         band, images = bands(last.scenario, closing=closing)
     known = {user.name: user for user in scenario.users} if scenario else {}
-    found = [
-        Motion(
-            f"{user.name}'s device",
-            user.time_s,
-            user.tick_s,
-            user.xd_m,
-            band,
-            encoder_noise_m_s(known.get(user.name)),
-            images,
-            since_s,
-        )
-        for user in traces.users
-    ]
+    of = partial(Motion, band_hz=band, images=images, since_s=since_s)
+    found = []
+    for user in traces.users:
+        noise_m_s = encoder_noise_m_s(known.get(user.name))
+        moved = user.time_s, user.tick_s, user.xd_m
+        found.append(of(f"{user.name}'s device", *moved, noise_m_s=noise_m_s))
     if server is not None:
         periods_s = server.periods_s[server.time_s >= since_s]
         period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
-        moved = server.time_s, period_s, server.xd_o, band
-        found.append(Motion("the object", *moved, images=images, since_s=since_s))
+        found.append(of("the object", server.time_s, period_s, server.xd_o))
     return found
 
 

@@ -66,9 +66,7 @@ def passive_by_account(scenario: Scenario) -> bool:
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
-    ports = summary["passivity"]["ports"]
-    judged = [port["passive"] for port in ports]
-    hit = False if False in judged else None if None in judged or not judged else True
+    ports, hit = summary["passivity"]["ports"], summary["passivity"]["passive"]
     violated = [port for port in ports if port["passive"] is False]
     if violated and all(port["held_j"] for port in violated):
         who = listed(sorted({port["owner"] for port in violated}))
@@ -108,31 +106,28 @@ def _counts(user: User, scenario: Scenario, summary: dict[str, Any]) -> Outcome:
 
 def _stability(summary: dict[str, Any]) -> Outcome:
     predicted, was = summary["prediction"]["stable"], summary["stable"]
-    if was is None:
-        return Outcome("stability", None, "Stability was not judged: the prediction is open.")
-    if predicted is None and summary["prediction"]["environment_limited"] is True:
+    if was is not None and predicted is None and summary["prediction"]["environment_limited"]:
         limited = any(user["environment_limited"] for user in summary["users"])
         text = "it did." if limited else "it did not have to."
         text = f"Predicted that the server port limits the environment: {text}"
         return Outcome("environment", True if limited else None, text)
-    if predicted is None:
-        state = "stable" if was else "not stable"
-        return Outcome("stability", None, f"No stability was predicted; the session was {state}.")
-    if predicted and was:
-        return Outcome("stability", True, "Predicted stable: it was.")
-    if predicted and summary["instability"] == LIMITED:
-        text = (
-            "Predicted stable, without limits of force and speed: these took over, so the "
-            "prediction is open."
-        )
-        return Outcome("stability", None, text)
-    if predicted:
-        text = "Predicted stable, but it was not (missed): see the events."
-        return Outcome("stability", False, text)
-    if was:
+    hit: bool | None = None
+    if was is None:
+        text = "Stability was not judged: the prediction is open."
+    elif predicted is None:
+        text = f"No stability was predicted; the session was {'stable' if was else 'not stable'}."
+    elif predicted == was:
+        hit, text = True, f"Predicted {'stable' if was else 'unstable'}: it was."
+    elif was:
         text = (
             "Predicted unstable, but it was stable: hands damp, contacts can part, and a short "
             "session may end before it shows."
         )
-        return Outcome("stability", None, text)
-    return Outcome("stability", True, "Predicted unstable: it was.")
+    elif summary["instability"] == LIMITED:
+        text = (
+            "Predicted stable, without limits of force and speed: these took over, so the "
+            "prediction is open."
+        )
+    else:
+        hit, text = False, "Predicted stable, but it was not (missed): see the events."
+    return Outcome("stability", hit, text)

@@ -7,14 +7,12 @@ Ports decide the verdict:
 =============  ================================================================================
 ``up``         of a user: from the wave of its device to that at the server (energy.py)
 ``down``       and back
-``hand_port``  what the force applied did on the way of the device, less what the server got: both
-               directions as one, judged where the hand is (hand_work.py)
+``hand_port``  what the force applied did on the way of the device, less what the server got
 ``server``     of the server: what it and its environment took in at the ports of all users
 =============  ================================================================================
 
 Parts of the energy budget are components between these ports. One that gave out energy that it
-had not taken in is named with its amount; the verdict is that of the ports, where it shows if
-nothing else paid for it.
+had not taken in is named with its amount.
 """
 
 from collections.abc import Sequence

@@ -21,10 +21,9 @@ from pmwvc_analysis.traces.intervals import merged
 from pmwvc_analysis.traces.reductions import final, number, rms, swing
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
-from pmwvc_analysis.verdicts.links import link_summaries
+from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import Passivity, passivity
-from pmwvc_analysis.verdicts.receptions import reception_summaries
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
