@@ -80,7 +80,7 @@ def differences(traces, scenario):
     pairs += [(found.residuals[name], own.residuals[name]) for name in own.residuals]
     pairs += [(found.parts[o][p], own.parts[o][p]) for o in own.parts for p in own.parts[o]]
     for name, frames in own.frames.items():
-        pairs += [(found.at_frames[name].sums[p], frames.sums[p]) for p in frames.sums]
+        pairs += [(found.at_frames[name][p].sums, frames.sums[p]) for p in frames.sums]
     return max(float(np.abs(a - b).max()) for a, b in pairs) / found.moved_j
 
 

@@ -14,7 +14,8 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import Balance, UserEnergy
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.traces.hand_work import Work
-from pmwvc_analysis.traces.intervals import Unjudged, holes
+from pmwvc_analysis.traces.holes import holes
+from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.verdicts.open_balances import bounded, hidden
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
@@ -109,7 +110,7 @@ def test_at_the_hand_a_hole_of_the_server_is_bridged_only_by_a_bound_that_holds(
     true_j = min(work[k] - (taken - given_j)[(k + 1) // 8 - 1] for k in rows)
     least_j = min(work[rows]) - taken[after] + given_j[first - 1]
     assert bool(found) == (least_j >= -limit_j - joint.tolerance_j[first])
-    assert all(bound.least_j <= true_j + 1e-12 for bound in found)
+    assert all(each <= true_j + 1e-12 for each in found.values())
 
 
 def test_a_hole_of_the_server_in_an_energetic_session_is_judged_with_its_bound():

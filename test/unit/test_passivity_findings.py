@@ -60,9 +60,9 @@ def test_nothing_seen_is_not_judged():
 
 def test_one_violation_decides_and_silence_is_no_proof():
     good, bad, unknown = one(0.0), one(-1.0), one(0.0, unjudged=(HOLE,))
-    assert together([good, unknown, bad]) is False
-    assert together([good, unknown]) is None
-    assert together([good]) is True
+    assert together([good.passive, unknown.passive, bad.passive]) is False
+    assert together([good.passive, unknown.passive]) is None
+    assert together([good.passive]) is True
     assert together([]) is None
 
 

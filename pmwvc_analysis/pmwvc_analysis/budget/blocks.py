@@ -14,13 +14,14 @@ port filters, position  what velocity filter, bank and position feedback account
 Equations: docs/theory.md 13.5.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.budget.parts import accounted
-from pmwvc_analysis.budget.result import AtFrames, Sums
+from pmwvc_analysis.budget.result import Series, Sums
 from pmwvc_analysis.traces.hand_work import TrueMotion, complete, hand_work, measured, true_motion
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_core.account import Account, Passage, wave_energy
@@ -82,24 +83,12 @@ def _as_recorded(user: UserTraces) -> TrueMotion:
 
 
 class Channel(NamedTuple):
-    """What is between a device and the port of its user at the server.
+    """What is between a device and the port of its user at the server."""
 
-    Attributes
-    ----------
-    port
-        Account of the device's port.
-    parts
-        Of the port with its safety limits, and of what lies behind it.
-    remainders
-        Which of these are.
-    frames
-        Parts that are known exactly at the ends of frames only.
-    """
-
-    port: Account
-    parts: Sums
-    remainders: frozenset[str] = frozenset()
-    frames: AtFrames | None = None
+    port: Account  # of the device's port
+    parts: Sums  # of the port with its safety limits, and of what lies behind it
+    remainders: frozenset[str] = frozenset()  # those of the parts
+    frames: Mapping[str, Series] = MappingProxyType({})  # parts known exactly at frames' ends
 
 
 def channel(
@@ -119,8 +108,7 @@ def _without_waves(sums: UserSums, at_server: list[Array]) -> Channel:
     into = sums.anchored(per_tick, user.energy["u_m"] - user.energy["v_m"])
     taken = sums.of_ticks(per_tick) if complete(user) else into
     own = {n: sums.between_blocks(s) for n, s in accounted(user.accounts).items()}
-    link = passed([LINK], {"device": into, "server": u_s - v_s})[LINK.part]
-    link = link - sum_of([0.0 * link, *own.values()])
+    link = passed([LINK], {"device": into, "server": u_s - v_s})[LINK.part] - sum_of(own.values())
     parts = {"safety": 0.0 * taken, **own, LINK.part: link}
     port = Account(taken, into, dissipated=parts["safety"])
     return Channel(port, parts, frozenset([LINK.part] if own else []))
@@ -143,7 +131,7 @@ def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
     taken = sums.of_ticks(each.taken)
     if not complete(user):
         taken = taken + to_waves - sums.of_ticks(each.given - kept)
-    given = to_waves + sum_of([0.0 * to_waves, *beside.values()])
+    given = to_waves + sum_of(beside.values())
     limited = sums.of_ticks(each.dissipated)
     return Account(taken, given, dissipated=limited), {**beside, "safety": limited}
 
@@ -174,10 +162,11 @@ def _plain(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -
         return Channel(port, parts | kept)
     around = _around(user, known)
     own = {n: sums.between_blocks(s) for n, s in around.items() if n not in OF_SIGNALS}
-    rest = kept.pop("filter") + kept.pop("hold") - sum_of(list(own.values()))
+    rest = kept.pop("filter") + kept.pop("hold") - sum_of(own.values())
     remainder = "bank" if "bank_low_in" in user.accounts else "filter_and_hold"
     # The packet that a frame's filter output becomes is the next one sent: none after the last.
-    frames = AtFrames(user.block_time_s[:-1], {name: of[:-1] for name, of in around.items()})
+    ends_s = user.block_time_s[:-1]
+    frames = {name: Series(ends_s, of[:-1]) for name, of in around.items()}
     parts = {**parts, **own, "filter_and_hold": rest, **kept}
     return Channel(port, parts, frozenset([remainder]), frames)
 
@@ -238,8 +227,7 @@ def _around(user: UserTraces, known: User) -> Sums:
     if not known.master.filter.means:
         ticks = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
         filtered = up_to(np.cumsum(wave_energy(user.u_m_lp, user.tick_s)), ticks)
-    left = energy["u_m"] - energy["v_m"] - filtered + energy["v_rx"]
-    left = left - sum_of([0.0 * left, *parts.values()])
+    left = energy["u_m"] - energy["v_m"] - filtered + energy["v_rx"] - sum_of(parts.values())
     found = {**parts, "filter_and_hold": left, "rate_drop": filtered - sent}
     if "bank_low_in" in accounts:
         net = accounts["bank_low_in"] - accounts["bank_low_out"]

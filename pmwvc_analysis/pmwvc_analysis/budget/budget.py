@@ -69,8 +69,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         device, unknown = blocks.device(sums, own.device)
         at_server = [_energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
         channel = blocks.channel(sums, own, at_server, scenario, live=traces.live)
-        if channel.frames is not None:
-            frames[user.name] = channel.frames
+        frames[user.name] = dict(channel.frames)
         hands[user.name] = np.asarray(device.taken)
         parts[user.name] = {
             "device_kinetic": np.asarray(device.stored),
@@ -135,8 +134,9 @@ def _energy_at(server: ServerTraces, name: str, wave: str) -> Array:
 
 def _into(server: ServerTraces, names: list[str]) -> Array:
     """Return what went into the server at the ports of some users [J]."""
-    flows = [_energy_at(server, name, "u_s") - _energy_at(server, name, "v_s") for name in names]
-    return sum_of([np.zeros(len(server.time_s)), *flows])
+    return sum_of(
+        _energy_at(server, name, "u_s") - _energy_at(server, name, "v_s") for name in names
+    )
 
 
 def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:

@@ -17,7 +17,7 @@ missing; one that may have been there in a hole of the recording is neither pass
 Equations: docs/theory.md 13.4.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,12 +130,10 @@ def not_judged(owner: str, part: str, why: str) -> Finding:
     return Finding(owner, part, None, 0.0, None, None, 0.0, 0.0, 0.0, True, (), (), why)
 
 
-def together(findings: Sequence[Finding]) -> bool | None:
+def together(verdicts: Iterable[bool | None]) -> bool | None:
     """Return the verdict of several: one violation decides; then what is not judged."""
-    verdicts = [finding.passive for finding in findings]
-    if False in verdicts:
-        return False
-    return None if None in verdicts or not verdicts else True
+    found = set(verdicts)
+    return False if False in found else True if found == {True} else None
 
 
 def unjudged_text(unjudged: Sequence[Unjudged]) -> str:

@@ -167,26 +167,21 @@ def _of_user(
         return of_lives(sums, [life.begun_s for life in stays.lives[1:]])[rows]
 
     taken = of_lives(taken[steps], [life.joined_s for life in stays.lives[1:]])[rows]
-
     work = hand_work(user, known.device if known else None)
     at = work.at(user, times)
     up = down = None
     gone = np.zeros(len(times))
     if scenario is not None and scenario.strict and known is not None:
-        live = traces.live
         sums = UserSums(user, times)
-        up = Balance(times[rows], begun(paid(sums, live=live) - died), taken)
+        up = Balance(times[rows], begun(paid(sums, live=traces.live) - died), taken)
         given_up = discarded(times, server, traces, sums)
         gone = died + given_up
         if not alters_wave(known.master):
-            v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
-            given = _at(times, user, v_m) + released(sums, after_s=np.inf)
+            given = _of_wave(user, "v_m", times) + released(sums, after_s=np.inf)
             down = Balance(times[rows], begun(v_s - given_up), begun(given))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
-        u_m = anchored(user, wave_energy(user.u_m, user.tick_s), user.energy.get("u_m"))
-        v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
-        up = Balance(times[rows], begun(_at(times, user, u_m) - died), taken)
-        down = Balance(times[rows], begun(v_s), begun(_at(times, user, v_m)))
+        up = Balance(times[rows], begun(_of_wave(user, "u_m", times) - died), taken)
+        down = Balance(times[rows], begun(v_s), begun(_of_wave(user, "v_m", times)))
         gone = died
     given_j = begun(v_s)
     joint = Balance(times[rows], begun(at.sums - gone), taken - given_j)
@@ -202,6 +197,8 @@ def declared_storage_j(controller: str, user: User) -> float:
     return record_of(controller).storage_j(user.master, user.baseline)
 
 
-def _at(times: Array, user: UserTraces, sums: Array) -> Array:
-    """Return a sum per tick at other times: of all ticks that ran before (times are rounded)."""
+def _of_wave(user: UserTraces, wave: str, times: Array) -> Array:
+    """Return the energy of a wave in all ticks that ran before some times, which are rounded."""
+    per_tick = wave_energy(getattr(user, wave), user.tick_s)
+    sums = anchored(user, per_tick, user.energy.get(wave))
     return up_to(sums, np.searchsorted(ran_s(user), times - 0.001 * user.tick_s))

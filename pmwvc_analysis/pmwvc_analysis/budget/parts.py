@@ -17,7 +17,7 @@ import numpy as np
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_core.account import Role
 from pmwvc_core.controllers.library import entries, has_waves, record_of
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -25,21 +25,11 @@ from pmwvc_core.traces import ServerTraces, UserTraces
 
 
 class Part(NamedTuple):
-    """A part of a budget.
+    """A part of a budget."""
 
-    Attributes
-    ----------
-    words
-        Empty for those of the account of the same name.
-    group
-        Under which a figure adds it up; what is in none is the controller's own.
-    hides
-        Of a remainder: the quantity whose errors no check finds.
-    """
-
-    words: str
-    group: str = "controller"
-    hides: str = ""
+    words: str  # empty for those of the account of the same name
+    group: str = "controller"  # under which a figure adds it up
+    hides: str = ""  # of a remainder: the quantity whose errors no check finds
 
 
 SKIPPED = "skipped"
@@ -208,15 +198,8 @@ def notes_on(
                 f"{user.name}: the hand's force was not measured; its work is inferred from the "
                 "motion of the device"
             )
-        steps = np.diff(user.tick)
-        missing = int(np.sum(steps[gaps(user)] - 1))
-        if (steps < 0).any():
-            again_s = float(user.time_s[int(np.argmax(steps < 0)) + 1])
-            found.append(
-                f"{user.name}: its master was started again at {again_s:.2f} s; the budget ends "
-                "there"
-            )
-        if missing:
+        found += _started_again(f"{user.name}: its master", user.tick, user.time_s)
+        if missing := int(np.sum(np.diff(user.tick)[gaps(user)] - 1)):
             found.append(f"{user.name}: {count(missing, 'tick')} not recorded")
         if Remainder(user.name, "device_damping") in left_over:
             found.append(
@@ -227,10 +210,14 @@ def notes_on(
             found.append(
                 f"{user.name}: the heat of friction is exact except where motion reverses"
             )
-    steps = np.diff(server.step)
-    if (steps < 0).any():
-        again_s = float(server.time_s[int(np.argmax(steps < 0)) + 1])
-        found.append(f"server: it was started again at {again_s:.2f} s; the budget ends there")
-    if (steps > 1).any():
-        found.append(f"server: {int(np.sum(steps[steps > 1] - 1))} steps were not recorded")
+    found += _started_again("server: it", server.step, server.time_s)
+    jumps = np.diff(server.step)
+    if (jumps > 1).any():
+        found.append(f"server: {int(np.sum(jumps[jumps > 1] - 1))} steps were not recorded")
     return found
+
+
+def _started_again(who: str, numbers: Integers, time_s: Array) -> list[str]:
+    rows = np.flatnonzero(np.diff(numbers) < 0) + 1
+    again = f"{who} was started again at"
+    return [f"{again} {time_s[row]:.2f} s; the budget ends there" for row in rows[:1]]

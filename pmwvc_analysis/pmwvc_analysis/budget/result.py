@@ -44,13 +44,6 @@ class Series(NamedTuple):
     sums: Array
 
 
-class AtFrames(NamedTuple):
-    """Running sums at the ends of a master's frames."""
-
-    time_s: Array
-    sums: Sums
-
-
 @dataclass(frozen=True)
 class Budget:
     """Running energies at ``time_s``; by owner (a user, or ``server``), then by part [J]."""
@@ -59,7 +52,7 @@ class Budget:
     hands: dict[str, Array]
     parts: dict[str, Sums]
     residuals: dict[str, Array]
-    at_frames: dict[str, AtFrames] = field(default_factory=dict)  # what is known better then
+    at_frames: dict[str, dict[str, Series]] = field(default_factory=dict)  # known better then
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, float] = field(default_factory=dict)  # storage of an owner with a tank [J]
@@ -95,26 +88,24 @@ class Budget:
         for owner, parts in self.parts.items():
             known = {part: Series(self.time_s, sums) for part, sums in parts.items()}
             known.pop(SKIPPED, None)  # the hand's work then is not known
-            if owner in self.at_frames:
-                time_s, exact = self.at_frames[owner]
-                known |= {part: Series(time_s, sums) for part, sums in exact.items()}
+            known |= self.at_frames.get(owner, {})
             if owner in self.counts:
                 counted = {part: known.pop(part) for part in AT_COUNTS if part in known}
                 if not any(each.owner == owner for each in self.remainders):
-                    sums = sum_of([each.sums for each in counted.values()])
+                    sums = sum_of(each.sums for each in counted.values())
                     known["_and_".join(counted)] = Series(self.time_s, sums)
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
             for group in (AROUND, linked, ENVIRONMENT):
                 members = [part for part in group if part in known]
                 if len(members) > 1:
                     series = [known.pop(part) for part in members]
-                    sums = sum_of([each.sums for each in series])
+                    sums = sum_of(each.sums for each in series)
                     known["_and_".join(members)] = Series(series[0].time_s, sums)
             if owner in self.tanks:
                 members = [part for part in (*PAID, *PAID_PORT) if part in parts]
                 for part in ("position_spent", "late_decoding", "withheld"):
                     known.pop(part, None)
-                sums = sum_of([parts[part] for part in members])
+                sums = sum_of(parts[part] for part in members)
                 known["_and_".join(members)] = Series(self.time_s, sums)
             for part, found in known.items():
                 yield owner, part, found

@@ -17,33 +17,24 @@ DRAWN_RATIO = 1e-2  # of the energy moved
 
 def summary(found: Budget) -> dict[str, Any]:
     """Return a budget as plain numbers: the contents of ``budget.json``."""
-
-    def last(sums: Array) -> float:
-        return float(sums[-1])
-
-    worst = int(np.argmax(np.abs(found.residual_j)))
     return {
         "until_s": float(found.time_s[-1]),
-        "hands_j": sum(last(sums) for sums in found.hands.values()),
+        "hands_j": sum(_last(sums) for sums in found.hands.values()),
         "moved_j": found.moved_j,
-        "residual_j": last(found.residual_j),
-        "residual_largest_j": float(np.abs(found.residual_j[worst])),
+        "residual_j": _last(found.residual_j),
+        "residual_largest_j": float(np.abs(found.residual_j).max()),
         "tolerance_j": found.tolerance_j,
         "closes": found.closes,
         "users": [
             {
                 "name": name,
-                "hand_j": last(found.hands[name]),
-                **{f"{part}_j": last(sums) for part, sums in found.parts[name].items()},
-                "residual_j": last(found.residuals[name]),
+                "hand_j": _last(found.hands[name]),
+                **_energies(found, name),
                 "declared_storage_j": found.declared.get(name, 0.0),
             }
             for name in found.hands
         ],
-        "server": {
-            **{f"{part}_j": last(sums) for part, sums in found.parts[SERVER].items()},
-            "residual_j": last(found.residuals[SERVER]),
-        },
+        "server": _energies(found, SERVER),
         "active": [_active(entry) for entry in found.active],
         "notes": found.notes,
         "remainders": [
@@ -53,6 +44,15 @@ def summary(found: Budget) -> dict[str, Any]:
     }
 
 
+def _energies(found: Budget, owner: str) -> dict[str, float]:
+    parts = {f"{part}_j": _last(sums) for part, sums in found.parts[owner].items()}
+    return {**parts, "residual_j": _last(found.residuals[owner])}
+
+
+def _last(sums: Array) -> float:
+    return float(sums[-1])
+
+
 def rows(found: Budget) -> list[tuple[str, list[float | None]]]:
     """Return the final energies [J] as a table: a label, then one column per user and the server.
 
@@ -60,15 +60,15 @@ def rows(found: Budget) -> list[tuple[str, list[float | None]]]:
     """
     owners = [*found.hands, SERVER]
     table: list[tuple[str, list[float | None]]] = [
-        ("given by the hand", [*(float(s[-1]) for s in found.hands.values()), None])
+        ("given by the hand", [*map(_last, found.hands.values()), None])
     ]
     left_over = {each.part for each in found.remainders}
     parts = list(dict.fromkeys(part for owner in owners for part in found.parts[owner]))
     for part in parts:
         sums = [found.parts[owner].get(part) for owner in owners]
         label = words_of(part) + (" (remainder)" if part in left_over else "")
-        table.append((label, [None if s is None else float(s[-1]) for s in sums]))
-    table.append(("residual", [float(found.residuals[owner][-1]) for owner in owners]))
+        table.append((label, [None if s is None else _last(s) for s in sums]))
+    table.append(("residual", [_last(found.residuals[owner]) for owner in owners]))
     return table
 
 

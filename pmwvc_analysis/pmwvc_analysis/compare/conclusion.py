@@ -30,10 +30,9 @@ def conclusion(entries: Sequence[Entry]) -> list[str]:
         return []
     groups: dict[str, list[Entry]] = {}
     for entry in entries:
-        rest = {name: value for name, value in entry.settings.items() if name != CONTROLLER}
-        compared = CONTROLLER in entry.settings
-        heading = ", ".join(f"{name} = {value}" for name, value in rest.items())
-        groups.setdefault(heading if compared else "", []).append(entry)
+        of = entry.settings if CONTROLLER in entry.settings else {}
+        heading = ", ".join(f"{name} = {v}" for name, v in of.items() if name != CONTROLLER)
+        groups.setdefault(heading, []).append(entry)
     paragraphs = [_conditions(entries)]
     for heading, group in groups.items():
         stable = [entry for entry in group if entry.measures["stable"]]
@@ -76,12 +75,12 @@ def _delay(of: Scenario) -> str:
     up, down = 1e3 * first.link_up.delay_s, 1e3 * first.link_down.delay_s
     delay = f"{up:g} ms each way" if up == down else f"{up:g} ms up and {down:g} ms down"
     lost = 100.0 * max(first.link_up.loss, first.link_down.loss)
-    others = {
-        text: None
+    others = dict.fromkeys(
+        text
         for link in (first.link_up, first.link_down)
         for name, text in amounts(link).items()
         if name != "loss"
-    }
+    )
     return ", ".join([f"delay {delay}", *([f"{lost:g} % lost"] if lost else []), *others])
 
 
@@ -97,10 +96,9 @@ def _unstable(group: Sequence[Entry]) -> str:
         if entry.measures["stable"] is False
     ]
     unknown = [_name(entry) for entry in group if entry.measures["stable"] is None]
-    if not bad and not unknown:
-        return "All sessions were stable."
     found = [f"Not stable: {_joined(bad)}."] if bad else []
-    return " ".join([*found, *([f"Not judged: {_joined(unknown)}."] if unknown else [])])
+    found += [f"Not judged: {_joined(unknown)}."] if unknown else []
+    return " ".join(found) or "All sessions were stable."
 
 
 def _stiffest(stable: Sequence[Entry]) -> list[str]:

@@ -134,10 +134,11 @@ def _force_error_n(traces: SessionTraces) -> float | None:
     server = traces.server
     if server is None:
         return None
-    places = [
-        (user, server.users.index(user.name)) for user in traces.users if user.name in server.users
+    rows = [
+        force_error(user, server, server.users.index(user.name))
+        for user in traces.users
+        if user.name in server.users
     ]
-    rows = [part for user, index in places if len(part := force_error(user, server, index))]
     return reductions.rms(np.concatenate(rows)) if rows else None
 
 

@@ -29,7 +29,7 @@ from pmwvc_analysis.transparency.transparency import untouched
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.forces import Operator, RecordedForce
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 
@@ -137,13 +137,10 @@ def pressed_stiffness(scenario: Scenario) -> float | None:
 
 def _roomy(scenario: Scenario) -> Scenario:
     """Return the scenario with devices that no stop holds; nothing changes or is disturbed."""
-
-    def roomy(user: User) -> User:
-        return dataclasses.replace(
-            user, device=dataclasses.replace(user.device, workspace_m=FAR_M)
-        )
-
-    users = tuple(roomy(user) for user in scenario.users)
+    users = tuple(
+        dataclasses.replace(user, device=dataclasses.replace(user.device, workspace_m=FAR_M))
+        for user in scenario.users
+    )
     task = dataclasses.replace(scenario.task, kind="free")
     return dataclasses.replace(scenario, users=users, task=task, changes="", disturbances="")
 
@@ -154,19 +151,16 @@ def _responses(
     """Return force [N] and position [m] of the first user from the start of the force to its end;
     None where the session diverged or never began.
     """
-    first = scenario.users[0]
     forces = {name: force.reshape(len(force), -1) for name, force in forces.items()}
-    hands: dict[str, Make] = {
-        name: partial(RecordedForce, force, repeat=False, tick_s=scenario.tick_s, dof=scenario.dof)
-        for name, force in forces.items()
-    }
+    of_force = partial(RecordedForce, repeat=False, tick_s=scenario.tick_s, dof=scenario.dof)
+    hands: dict[str, Make] = {name: partial(of_force, force) for name, force in forces.items()}
     of = dataclasses.replace(scenario, duration_s=duration_s)
     user = simulate_one(of, Conditions(hands=hands)).users[0]
     applied, x = user.f_h[:, 0], user.x_m[:, 0]
     begun = np.flatnonzero(applied != 0.0)
     if not np.isfinite(x).all() or not len(begun):
         return None
-    wanted = forces[first.name][:, 0]
+    wanted = forces[scenario.users[0].name][:, 0]
     begin = int(begun[0]) - int(np.flatnonzero(wanted != 0.0)[0])
     rows = slice(begin, begin + len(wanted))
     return (applied[rows], x[rows]) if len(x[rows]) == len(wanted) else None

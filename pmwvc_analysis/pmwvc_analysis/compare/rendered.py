@@ -7,7 +7,7 @@ w^4 is fitted to the trusted values of Re(f/x) below the first peak, each with t
 coherence gamma^2/(1 - gamma^2); else from a simulated press (:mod:`.probes`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,14 +30,14 @@ SHOWN_HZ = (0.1, 100.0)
 class Rendered:
     """Rendered stiffness [N/m], first peak [Hz] and the curve |x/f| [m/N] they come from."""
 
-    source: str  # "model", "measured", "press", or "" where nothing is known
-    k_felt: float | None
-    first_peak_hz: float | None
-    frequency_hz: Array  # (points,)
-    admittance: Array  # (points,)
+    source: str = ""  # "model", "measured", "press"; empty where nothing is known
+    k_felt: float | None = None
+    first_peak_hz: float | None = None
+    frequency_hz: Array = field(default_factory=lambda: np.zeros(0))  # (points,)
+    admittance: Array = field(default_factory=lambda: np.zeros(0))  # (points,)
 
 
-NOTHING = Rendered("", None, None, np.zeros(0), np.zeros(0))
+NOTHING = Rendered()
 
 
 def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Rendered:
@@ -52,9 +52,7 @@ def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Rende
 
 def _pressed(scenario: Scenario) -> Rendered | None:
     stiffness = pressed_stiffness(scenario)
-    if stiffness is None:
-        return None
-    return Rendered("press", stiffness, None, np.zeros(0), np.zeros(0))
+    return None if stiffness is None else Rendered("press", stiffness)
 
 
 def ideal_rendering(scenario: Scenario) -> Rendered:

@@ -41,9 +41,8 @@ def tuned(scenario: Scenario, *, given: bool = False) -> Scenario:
     def own(user: User) -> User:
         if getattr(user.baseline, rule.group) != getattr(BaselineParams(), rule.group):
             return user
-        try:
-            params = rule.propose(rule_loop(user, scenario)).params
-        except ParameterError:  # no damping at all: the rule has no answer
+        params = _proposed(rule, user, scenario)
+        if params is None:
             return user
         group: dict[str, Any] = {rule.group: params}
         baseline = dataclasses.replace(user.baseline, **group)
@@ -57,7 +56,10 @@ def tuning_of(scenario: Scenario) -> str | None:
     rule = record_of(scenario.controller).rule
     if rule is None:
         return None
-    ours = all(_by_rule(rule, user, scenario) for user in scenario.users)
+    ours = all(
+        getattr(user.baseline, rule.group) == _proposed(rule, user, scenario)
+        for user in scenario.users
+    )
     missed: dict[str, float] = {}
     unknown: dict[str, str] = {}
     for user in scenario.users:
@@ -98,9 +100,9 @@ def _values(flat: dict[str, Any], name: str) -> set[Any]:
     return {value for key, value in flat.items() if key == name or key.endswith(f".{name}")}
 
 
-def _by_rule(rule: Rule, user: User, scenario: Scenario) -> bool:
+def _proposed(rule: Rule, user: User, scenario: Scenario) -> Any:
+    """Return the parameters by a rule; None where it has no answer, without any damping."""
     try:
-        proposed = rule.propose(rule_loop(user, scenario)).params
+        return rule.propose(rule_loop(user, scenario)).params
     except ParameterError:
-        return False
-    return bool(getattr(user.baseline, rule.group) == proposed)
+        return None

@@ -74,7 +74,7 @@ def _parts(server: ServerTraces, found: Sequence[Stage]) -> Iterator[tuple[Stage
     for stage, end_s in zip(found, ends, strict=True):
         rows = (server.time_s > stage.start_s + near_s) & (server.time_s < end_s - near_s)
         if rows.any():
-            yield stage, cut.rows_of(server, rows)
+            yield stage, cut.with_rows(server, rows)
 
 
 def _packets(traces: SessionTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:

@@ -28,7 +28,7 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         kept = server.time_s < end_s
         if late is not None and len(late) == len(kept):
             metadata["server_lateness_s"] = late[kept]
-        server = rows_of(server, kept) if kept.any() else None
+        server = with_rows(server, kept) if kept.any() else None
     users = [user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s]
     rows = {f"{user.name}/down": len(user.time_s) for user in users}
     steps = 0 if server is None else len(server.time_s)
@@ -38,10 +38,10 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         users=users,
         server=server,
         packets={
-            topic: rows_of(each, each.time_s < end_s) for topic, each in traces.packets.items()
+            topic: with_rows(each, each.time_s < end_s) for topic, each in traces.packets.items()
         },
         fates={
-            link: rows_of(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
+            link: with_rows(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
             for link, each in traces.fates.items()
         },
         taken={
@@ -56,12 +56,12 @@ def user_until(user: UserTraces, end_s: float) -> UserTraces:
     """Return the ticks of the whole blocks that ended by then."""
     blocks = user.block_time_s <= end_s + 1e-9
     last_s = float(user.block_time_s[blocks][-1])
-    found = rows_of(user, user.time_s < last_s - 0.5 * user.tick_s, blocks)
+    found = with_rows(user, user.time_s < last_s - 0.5 * user.tick_s, blocks)
     reasons = zip(user.reason, blocks, strict=True)
     return replace(found, reason=[text for text, kept in reasons if kept])
 
 
-def rows_of(table: Table, kept: Flags, blocks: Flags | None = None) -> Table:
+def with_rows(table: Table, kept: Flags, blocks: Flags | None = None) -> Table:
     """Return some rows of a table of arrays; of a master some ticks and some blocks."""
     of_sums = kept if blocks is None else blocks
     changed: dict[str, Any] = {}

@@ -114,13 +114,8 @@ def instants(server: ServerTraces, traces: SessionTraces) -> tuple[Array, NDArra
 def completed(
     sums: Array, times: Array, server: ServerTraces, traces: SessionTraces, user: str
 ) -> Array:
-    """Return the sums of v_s at some instants, with what a server that was killed sent beyond its
-    last recorded step [J].
-
-    Parameters
-    ----------
-    sums
-        As recorded, going on across starts, at the instants ``times`` [s].
+    """Return the sums of v_s [J], as recorded at ``times`` and going on across starts, with what a
+    server that was killed sent beyond its last recorded step.
     """
     sums = sums.copy()
     for end in ends(server, traces):
@@ -133,12 +128,8 @@ def completed(
 def died_up(
     times: Array, server: ServerTraces, traces: SessionTraces, user: str, taken: Array
 ) -> Array:
-    """Return the energy of a user's packets that no server used or will use, at some instants [J].
-
-    Parameters
-    ----------
-    taken
-        Energy that the servers took, going on across starts ``(step,)`` [J].
+    """Return the energy of a user's packets that no server used or will use, at some instants [J];
+    ``taken``: energy that the servers took, going on across starts ``(step,)``.
     """
     found = np.zeros(len(times))
     packets = traces.packets.get(f"/server/{user}/wave_up")

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Running sums of energy over the rows of a trace, and their values at other instants."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,9 +19,9 @@ def running(sums: Array) -> Array:
     return continued(sums, np.flatnonzero(np.diff(sums) < 0.0) + 1)
 
 
-def sum_of(sums: list[Array]) -> Array:
-    """Return the sum of several energies over time."""
-    return np.asarray(np.sum(sums, axis=0), dtype=float)
+def sum_of(sums: Iterable[Array]) -> Array:
+    """Return the sum of several energies over time; a plain zero of none."""
+    return np.asarray(np.sum(list(sums), axis=0), dtype=float)
 
 
 def anchored(

@@ -7,6 +7,7 @@ Everything is read from the summary: terminal, report and exit code cannot diffe
 
 from typing import Any
 
+from pmwvc_analysis.budget.criterion import together
 from pmwvc_core.plural import count
 
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
@@ -26,13 +27,10 @@ def verdict_lines(summary: dict[str, Any]) -> list[Line]:
     found = [_stability(summary)]
     found += [_line(False, f"Interrupted: {text}.") for text in summary["interrupted"]]
     passivity = summary["passivity"]
-    owners: dict[str, list[bool | None]] = {port["owner"]: [] for port in passivity["ports"]}
-    for port in passivity["ports"]:
-        owners[port["owner"]].append(port["passive"])
-    for owner, verdicts in owners.items():
-        ok = False if False in verdicts else None if None in verdicts else True
-        found.append(_line(ok, f"{owner}: {passivity['text'][owner]}."))
-    if not owners:
+    for owner, text in passivity["text"].items():
+        ok = together(port["passive"] for port in passivity["ports"] if port["owner"] == owner)
+        found.append(_line(ok, f"{owner}: {text}."))
+    if not passivity["ports"]:
         found.append(_line(None, "Passivity not judged: no user was recorded."))
     found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
     found += interventions(summary)
@@ -81,20 +79,16 @@ def _stability(summary: dict[str, Any]) -> Line:
 def interventions(summary: dict[str, Any]) -> list[Line]:
     """Return that safety limits took over, with when and why: never a tick."""
     found = []
-    for user in summary["users"]:
-        own = [
-            event
-            for event in summary["events"]
-            if event["who"] == f"{user['name']} master" and event["kind"] in TAKEN
-        ]
-        if own:
-            first = own[0]
-            text = f"{user['name']}, at {first['time_s']:.2f} s: {first['what']}"
-            if len(own) > 1:
-                text += f"; {count(len(own) - 1, 'more event')}, "
-                text += f"the last at {own[-1]['time_s']:.2f} s: {own[-1]['what']}"
-            text += "."
-            found.append(_line(None, text))
+    events = [event for event in summary["events"] if event["kind"] in TAKEN]
+    for name in (user["name"] for user in summary["users"]):
+        own = [event for event in events if event["who"] == f"{name} master"]
+        if not own:
+            continue
+        text = f"{name}, at {own[0]['time_s']:.2f} s: {own[0]['what']}"
+        if len(own) > 1:
+            text += f"; {count(len(own) - 1, 'more event')}, "
+            text += f"the last at {own[-1]['time_s']:.2f} s: {own[-1]['what']}"
+        found.append(_line(None, f"{text}."))
     return found
 
 
@@ -124,8 +118,7 @@ def _recording(summary: dict[str, Any]) -> list[Line]:
     recording = summary["recording"]
     if recording["holes"]:
         return [_line(False, f"{hole_text(summary).capitalize()}; nothing is judged there.")]
-    missing = sum(recording["missing"].values())
-    if missing:
+    if missing := sum(recording["missing"].values()):
         text = f"{missing} numbered messages were not recorded; see the last table."
         return [_line(False, text)]
     if recording["messages"]:

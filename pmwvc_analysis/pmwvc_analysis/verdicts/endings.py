@@ -10,11 +10,12 @@ breaks off while others go on. Where its packets go on, that is a hole of the re
 """
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from pmwvc_analysis.events.event import Event
 from pmwvc_analysis.recording.content import CUT
-from pmwvc_analysis.recording.format.topics import relayed as topic_relayed
+from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
@@ -30,7 +31,6 @@ class Ending(NamedTuple):
     user: str
     time_s: float
     what: str
-    recorded: bool = True  # False: only the recording of it ended
 
     @property
     def text(self) -> str:
@@ -65,12 +65,14 @@ def _last_s(traces: SessionTraces, who: str) -> float:
     server = traces.server
     if who == "server" and server is not None and len(server.time_s):
         return float(server.time_s[-1] + server.periods_s[-1])
-    relayed = [
-        float(packets.time_s[-1])
-        for topic, packets in traces.packets.items()
-        if who == "netem" and topic_relayed(topic) and len(packets.time_s)
-    ]
-    return max(relayed, default=math.inf)
+    topics = [topic for topic in traces.packets if who == "netem" and relayed(topic)]
+    return _last_packet_s(traces, topics) or math.inf
+
+
+def _last_packet_s(traces: SessionTraces, topics: Iterable[str]) -> float:
+    """Return when the last packet of some topics was recorded [s]; zero: there was none."""
+    times = [traces.packets[topic].time_s for topic in topics]
+    return max((float(each[-1]) for each in times if len(each)), default=0.0)
 
 
 def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:
@@ -91,12 +93,8 @@ def _of_master(traces: SessionTraces, user: UserTraces, end_s: float) -> Ending 
     who = f"{user.name} master"
     if _left(traces, user.name, last_s):
         return None  # it took its leave: a change of membership
-    packets = traces.packets.get(f"/{user.name}/wave_up")
-    if packets is not None and len(packets.time_s):
-        sent_s = float(packets.time_s[-1])
-        if sent_s > last_s + EARLY_S:
-            return Ending(who, user.name, last_s, "was last recorded", recorded=False)
-    return Ending(who, user.name, last_s, "ended")
+    sent = [topic for topic in traces.packets if topic == f"/{user.name}/wave_up"]
+    return _broken_off(who, user.name, last_s, _last_packet_s(traces, sent))
 
 
 def _left(traces: SessionTraces, name: str, last_s: float) -> bool:
@@ -115,14 +113,15 @@ def _of_server(traces: SessionTraces) -> Ending | None:
     last_s = float(server.time_s[-1] + server.periods_s[-1])
     if last_s > traces.duration_s - EARLY_S:
         return None
-    sent = [
-        float(packets.time_s[-1])
-        for topic, packets in traces.packets.items()
-        if topic.startswith("/server/") and topic.endswith("/wave_down") and len(packets.time_s)
-    ]
-    if max(sent, default=0.0) > last_s + EARLY_S:
-        return Ending("server", "", last_s, "was last recorded", recorded=False)
-    return Ending("server", "", last_s, "ended")
+    ends = ("/server/", "/wave_down")
+    sent = [each for each in traces.packets if each.startswith(ends[0]) and each.endswith(ends[1])]
+    return _broken_off("server", "", last_s, _last_packet_s(traces, sent))
+
+
+def _broken_off(who: str, user: str, last_s: float, sent_s: float) -> Ending:
+    """Return the end of a node, or of its recording alone where it sent packets behind it."""
+    recorded = sent_s <= last_s + EARLY_S
+    return Ending(who, user, last_s, "ended" if recorded else "was last recorded")
 
 
 def judged_until_s(traces: SessionTraces, found: list[Ending]) -> float:

@@ -29,12 +29,7 @@ def kept_up(
     """Tell whether a motion beyond the band is one that a loop keeps up: most of it within a tenth
     of one frequency in each third of the judged span, ``CYCLES`` of it at least, no less than half
     as strong in the middle one as in the first, and no weaker by a tenth at the end of the
-    stretches in which packets come in time.
-
-    Parameters
-    ----------
-    timely
-        Stretches without a late packet, from and until [s].
+    ``timely`` stretches, from and until [s], in which packets come in time.
     """
     inside = motion.time_s >= max(0.5 * duration_s, motion.since_s)
     fast = beyond(motion.velocity, motion.period_s, motion.band_hz)[inside]

@@ -113,10 +113,10 @@ def reception_summaries(
     for link, received in sorted(traces.receptions.items()):
         injected = done_by(traces.fates.get(link), received)
         passage = {name: number(value) for name, value in received.passage.items()}
-        ratio, deadband = saved.get(link), ""
+        text, ratio = counts_text(received, injected), saved.get(link)
         if ratio is not None:
             words = "of the packets; none of these is lost."
-            deadband = f" The sender's deadband left out {ratio:.0%} {words}"
+            text += f" The sender's deadband left out {ratio:.0%} {words}"
         found.append(
             {
                 "name": link,
@@ -127,7 +127,7 @@ def reception_summaries(
                 else all(injected[name] == received.counts[name] for name in OF_LINK),
                 "path": None if passage["round_trip"] is None else passage,
                 "left_out": ratio,
-                "text": counts_text(received, injected) + deadband,
+                "text": text,
                 "path_text": path_text(received.passage),
             }
         )

@@ -18,7 +18,6 @@ Equations: docs/theory.md 13.9.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,20 +52,13 @@ def _around(interval: Unjudged, balance: Balance) -> tuple[int, int]:
     return before, int(np.searchsorted(balance.time_s, interval.end_s))
 
 
-class Bound(NamedTuple):
-    """A time of which one end was not recorded, and the least that its balance can have been."""
-
-    interval: Unjudged
-    least_j: float
-
-
-def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> list[Bound]:
+def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> dict[Unjudged, float]:
     """Return, of holes in the server's records, those in which the balance at the port of the hand
-    is bounded to be above its limit.
+    is bounded to be above its limit, and the least that it can have been [J].
     """
     joint, hand, given_j = entry.joint, entry.hand, entry.given_j
     taken_j = joint.energy_out_j + given_j
-    found = []
+    found: dict[Unjudged, float] = {}
     for interval in unknown:
         before, after = _around(interval, joint)
         if hand is None or before < 0 or after >= len(joint.time_s):
@@ -80,7 +72,7 @@ def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> list[Bound]:
         least_j = came_j - float(taken_j[after] - given_j[before])
         open_j = float(joint.tolerance_j[after] + entry.storage_j + entry.counts_j)
         if least_j - float(entry.resolution_j[after]) >= -open_j:
-            found.append(Bound(interval, least_j))
+            found[interval] = least_j
     return found
 
 

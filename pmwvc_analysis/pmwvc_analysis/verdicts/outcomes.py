@@ -14,8 +14,9 @@ from pmwvc_analysis.budget.counts import bounded
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
 from pmwvc_analysis.verdicts.stability import LIMITED
+from pmwvc_core.master.count_bound import CountBound
 from pmwvc_core.plural import listed
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 
 
 def outcomes(
@@ -40,9 +41,9 @@ def outcomes(
         found = [_stability(summary)]
     if passive_by_account(scenario):
         found.append(_passivity(summary))
-    found += [
-        _counts(user, scenario, summary) for user in scenario.users if bounded(user, scenario)
-    ]
+    for user in scenario.users:
+        if bound := bounded(user, scenario):
+            found.append(_counts(user.name, bound, summary))
     if summary["prediction"]["mass_felt"] is not None:
         found += offsets(scenario, summary, steady)
     return found
@@ -84,12 +85,10 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was}.")
 
 
-def _counts(user: User, scenario: Scenario, summary: dict[str, Any]) -> Outcome:
+def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
     """Compare what the port of a hand behind counts gave out with its bound."""
-    bound = bounded(user, scenario)
-    assert bound is not None
     ports = summary["passivity"]["ports"]
-    port = next((p for p in ports if (p["owner"], p["part"]) == (user.name, "hand_port")), None)
+    port = next((p for p in ports if (p["owner"], p["part"]) == (name, "hand_port")), None)
     text = (
         f"Behind counts of {1e6 * bound.step_m:.3g} um the port of the hand was predicted to give "
         f"out at most {1e3 * bound.given_j:.2g} mJ more than it took in"
@@ -98,10 +97,10 @@ def _counts(user: User, scenario: Scenario, summary: dict[str, Any]) -> Outcome:
     if port is not None and port["least_balance_j"] is not None and port["passive"] is not None:
         given_j = max(0.0, -port["least_balance_j"] - port["declared_j"])
     if given_j is None:
-        return Outcome("encoder", None, f"{text}: that was not judged.", user.name, bound.given_j)
+        return Outcome("encoder", None, f"{text}: that was not judged.", name, bound.given_j)
     hit = given_j <= bound.given_j
     text = f"{text}: it gave {1e3 * given_j:.2g} mJ."
-    return Outcome("encoder", hit, text, user.name, bound.given_j, given_j, 0.0, "J")
+    return Outcome("encoder", hit, text, name, bound.given_j, given_j, 0.0, "J")
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:

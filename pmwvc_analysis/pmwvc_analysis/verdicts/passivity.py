@@ -52,12 +52,12 @@ class Passivity:
 
     def passive(self, owner: str) -> bool | None:
         """Return the verdict of one user, or of the server."""
-        return together(self.of(owner))
+        return together(each.passive for each in self.of(owner))
 
     @property
     def session(self) -> bool | None:
         """Return the verdict of the session: of all ports."""
-        return together([each for each in self.findings if each.decides])
+        return together(each.passive for each in self.findings if each.decides)
 
     @property
     def components(self) -> list[Finding]:
@@ -119,15 +119,13 @@ def _of_user(
         for part, balance in ports.items()
         if balance is not None
     ]
-    bounds = bounded(entry, of_server) if uncertain_s == 0.0 else []
-    known = [bound.interval for bound in bounds]
-    hand = _of_hand(entry, [interval for interval in unknown if interval not in known])
+    bounds = bounded(entry, of_server) if uncertain_s == 0.0 else {}
+    hand = _of_hand(entry, [interval for interval in unknown if interval not in bounds])
     if hand.passive and bounds:
-        least_j = min(bound.least_j for bound in bounds)
-        missing_s = sum(each.end_s - each.start_s for each in known)
+        missing_s = sum(each.end_s - each.start_s for each in bounds)
         why = (
-            f"in {missing_s:.2g} s {known[0].why} the port of the hand is bounded by the sums at "
-            f"both ends, to {1e3 * least_j:.3g} mJ at least"
+            f"in {missing_s:.2g} s {of_server[0].why} the port of the hand is bounded by the sums "
+            f"at both ends, to {1e3 * min(bounds.values()):.3g} mJ at least"
         )
         hand = replace(hand, why=why)
     return [*found, hand]

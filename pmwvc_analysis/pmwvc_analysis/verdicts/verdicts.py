@@ -90,8 +90,7 @@ def summary(
         "events": seen,
     }
     for user in result["users"]:
-        own = [ending for ending in ended if ending.user == user["name"]]
-        user["ended"] = own[0].text if own else None
+        user["ended"] = next((each.text for each in ended if each.user == user["name"]), None)
         kept = kept_text(user["kept_apart_m"], scenario) if scenario else ""
         user["kept_apart"] = kept or None
     result["outcomes"] = (
