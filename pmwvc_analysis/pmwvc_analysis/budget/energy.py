@@ -20,7 +20,6 @@ before, so cause is never behind effect. Gaps in the recording and nodes that we
 Equations: docs/theory.md 13.1, 13.2, 13.3.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -154,19 +153,16 @@ def _of_user(
     v_s = completed(v_s, times, server, traces, user.name)
     died = died_up(times, server, traces, user.name, taken)
 
-    def of_lives(sums: Array, begins_s: Sequence[float]) -> Array:
+    def begun(sums: Array, since: str = "begun_s") -> Array:
         """Return running sums that begin at zero with every life but the first."""
         result = sums.copy()
-        for life, begin_s in zip(stays.lives[1:], begins_s, strict=True):
-            base = max(int(np.searchsorted(times, begin_s)) - 1, 0)
+        for life in stays.lives[1:]:
+            base = max(int(np.searchsorted(times, getattr(life, since))) - 1, 0)
             of_life = (times >= life.start_s) & (times <= life.end_s)
             result[of_life] = sums[of_life] - sums[base]
-        return result
+        return result[rows]
 
-    def begun(sums: Array) -> Array:
-        return of_lives(sums, [life.begun_s for life in stays.lives[1:]])[rows]
-
-    taken = of_lives(taken[steps], [life.joined_s for life in stays.lives[1:]])[rows]
+    taken = begun(taken[steps], "joined_s")
     work = hand_work(user, known.device if known else None)
     at = work.at(user, times)
     up = down = None

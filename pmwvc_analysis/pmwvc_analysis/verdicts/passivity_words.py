@@ -14,7 +14,6 @@ from pmwvc_analysis.verdicts.passivity import Passivity
 PORTS = {
     "up": "link from the device to the server",
     "down": "link from the server to the device",
-    "joint": "link in both directions",
     "hand_port": "port of the hand",
     SERVER: "server with its environment",
 }
