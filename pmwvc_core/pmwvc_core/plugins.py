@@ -104,8 +104,8 @@ class Record:
 
     name: str  # as in a scenario and as the entry point
     words: str  # one sentence for predictions and reports: what it does or guarantees
-    # name of the record in the library whose linear model stands for this one: its own where the
-    # model is exact, another where that is the nearest, None where there is none
+    # name of the record whose linear model stands for this one: its own where the law is linear,
+    # another of the library where that is the nearest, None where there is none
     linear: str | None = None
 
 
@@ -173,9 +173,9 @@ def imported(records: Records[R], name: str) -> R:
         )
     if record.name != name:
         raise ParameterError(f"{where} has another name: {record.name!r}")
-    if record.linear is not None and record.linear not in records.library:
+    if record.linear not in (None, name, *records.library):
         raise ParameterError(
             f"{where}: linear = {record.linear!r}: must be None or one of "
-            f"{', '.join(records.library)}"
+            f"{', '.join([name, *records.library])}"
         )
     return record

@@ -14,10 +14,16 @@ from support.command_line import ROOT, call
 from support.installed import install
 
 
-def example_of(folder, page):
-    """Install the example of a page of docs/; return the command line beside it."""
+def source_of(page):
+    """Return the page of docs/, and the source of the example on it."""
     text = (ROOT / "docs" / page).read_text("utf-8")
     [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    return text, source
+
+
+def example_of(folder, page):
+    """Install the example of a page of docs/; return the command line beside it."""
+    text, source = source_of(page)
     [(group, point)] = re.findall(r'entry-points\."(.*?)"\]\n(.*)', text)
     module = re.search(r'"(\w+):', point)[1]
     install(folder, module, source, {group: point})
@@ -32,7 +38,7 @@ def example_of(folder, page):
 def offer(patch, group, module, found, *, kept=(), **values):
     """Have a module of another package offer objects by name as plug-ins of a group.
 
-    ``values`` are further entry points by name, ``kept`` those that stay besides.
+    ``values`` are further entry points by name, ``kept`` those that stay besides. Returns all.
     """
     made = types.ModuleType(module)
     vars(made).update(found)
@@ -43,3 +49,4 @@ def offer(patch, group, module, found, *, kept=(), **values):
         "pmwvc_core.plugins.entry_points",
         lambda group: [point for point in points if point.group == group],
     )
+    return points

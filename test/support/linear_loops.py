@@ -68,7 +68,7 @@ def simulated(of, forces, *, live=False, on_step=None):
     for user, row in zip(batch.users, forces, strict=True):
         user.loop.safety = Wire()
         if of.strict:  # positions are no counts, from the first tick on
-            user.loop.controller._tracker._exact = True
+            user.loop.controller.tracker.take_as_exact()
         for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
         push = row.reshape(len(row), -1)

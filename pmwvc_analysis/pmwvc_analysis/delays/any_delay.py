@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.delays.ends import System, master_end, server_end
-from pmwvc_analysis.models.linear import axes_of, nonlinear
+from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.scenario.scenario import Scenario
@@ -84,7 +84,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
                 f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
                 "needs less than 2)"
             )
-    server = server_end(scenario) if not nonlinear(scenario) else None
+    server = None if nonlinear(scenario) or outside(scenario) else server_end(scenario)
     if server is not None and not _settles(server):
         largest = float(np.abs(server.poles()).max())
         reasons.append(

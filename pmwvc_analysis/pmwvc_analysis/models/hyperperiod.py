@@ -9,7 +9,7 @@ controllers read of the packets under way.
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from pmwvc_analysis.models.identity import Identity
+from pmwvc_analysis.models.identity import ONE, Identity
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.links import SIGNALS, Link
 from pmwvc_analysis.models.loop import Loop
@@ -77,6 +77,11 @@ class Hyperperiod(Loop):
             if past in link.read:
                 self._live.append(index)
 
+    @property
+    def units(self) -> list[int]:
+        """Columns of the states that are set to one."""
+        return [j * self.dof + axis for j in self._live for axis in range(self.dof)]
+
     def _ends(self) -> Iterator[tuple[str, Any]]:
         """Yield what carries signals, with the beginning of their names; equal users have one."""
         yield "server.", self.server
@@ -104,9 +109,14 @@ class Hyperperiod(Loop):
         return f"server.ports.{port}.contact.deflection"
 
     def around(
-        self, *, inputs: bool = False, outputs: bool = False
+        self,
+        *,
+        inputs: bool = False,
+        outputs: bool = False,
+        rounds: int = 1,
+        one: float = ONE,
     ) -> tuple[Array, dict[str, Array]]:
-        """Step once around the hyperperiod.
+        """Step around the hyperperiod.
 
         Parameters
         ----------
@@ -114,6 +124,10 @@ class Hyperperiod(Loop):
             Whether columns follow for each user's force in each tick, along each axis.
         outputs
             Whether outputs are wanted.
+        rounds
+            How often; with inputs and outputs, once.
+        one
+            Amplitude of the unit of every state and input, in SI units.
 
         Returns
         -------
@@ -124,15 +138,15 @@ class Hyperperiod(Loop):
             wanted.
         """
         users = range(len(self.lines))
-        self.begin(len(users) * self.ticks if inputs else 0)
+        self.begin(len(users) * self.ticks if inputs else 0, one)
         read: dict[str, list[list[Value]]] = {n: [[] for _ in users] for n in OUTPUTS}
-        for tick in range(self.ticks):
+        for tick in range(rounds * self.ticks):
             forces = [self.batch.input(u * self.ticks + tick) if inputs else 0.0 for u in users]
             for user, values in enumerate(self.advance(tick, forces)):
                 for name, value in zip(OUTPUTS, values, strict=True):
                     read[name][user].append(value)
         names = [f"{self.lines[user].name}.{{}}" for user in users for _ in range(self.ticks)]
-        return self.ended(), {
+        return self.ended(rounds), {
             name: self.batch.rows(
                 [v for values in of for v in values], [n.format(name) for n in names]
             )
@@ -140,7 +154,7 @@ class Hyperperiod(Loop):
             if outputs
         }
 
-    def begin(self, inputs: int) -> None:
+    def begin(self, inputs: int, one: float = ONE) -> None:
         """Set every state to one in a run of its own, with as many runs more for inputs."""
         self.batch = Identity(
             self.scenario.name,
@@ -149,8 +163,9 @@ class Hyperperiod(Loop):
             inputs=inputs,
             runs=max(lengths(self.scenario), default=1),
             dof=self.dof,
+            one=one,
         )
-        one = {self.names[j]: self.batch.state(place) for place, j in enumerate(self._live)}
+        unit = {self.names[j]: self.batch.state(place) for place, j in enumerate(self._live)}
         for port in range(
             len(self.server.ports)
         ):  # joins anew; a black box is told at its next step
@@ -158,20 +173,20 @@ class Hyperperiod(Loop):
         if self._box:
             self.server.step([self.batch.zero] * len(self.server.ports))
         for prefix, block in self._blocks:
-            own = {n[len(prefix) :]: one[n] for n in self._carried if n.startswith(prefix)}
+            own = {n[len(prefix) :]: unit[n] for n in self._carried if n.startswith(prefix)}
             block.set_signals(own)
         self._follow()
         for link, past, signal, name in self._under_way:
-            setattr(link.packets[past], signal, one.get(name, 0.0))
+            setattr(link.packets[past], signal, unit.get(name, 0.0))
 
-    def ended(self) -> Array:
-        """Return the states after the hyperperiod, ``(runs, states, columns)``."""
+    def ended(self, rounds: int = 1) -> Array:
+        """Return the states after so many hyperperiods, ``(runs, states, columns)``."""
         values, dof = self._values(), self.dof
         ends = [values[name] for name in self._carried]
         index = {name: j for j, name in enumerate(self.names)}
         shifts = []
         for link, past, signal, name in self._under_way:
-            later = past + self.ticks
+            later = past + rounds * self.ticks
             if later >= 0:
                 ends.append(getattr(link.packets[later], signal))
             else:

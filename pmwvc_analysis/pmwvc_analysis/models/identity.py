@@ -29,13 +29,23 @@ class Identity:
         Number of states; ``live`` are those of them that are set to one.
     inputs, runs, dof
         Number of inputs behind the states; columns of parameters; axes.
+    one
+        Amplitude of a unit, in SI units.
     """
 
     def __init__(
-        self, name: str, *, states: int, live: Sequence[int], inputs: int, runs: int, dof: int
+        self,
+        name: str,
+        *,
+        states: int,
+        live: Sequence[int],
+        inputs: int,
+        runs: int,
+        dof: int,
+        one: float = ONE,
     ) -> None:
         self._name, self._states, self._live = name, states, live
-        self._runs, self._dof = runs, dof
+        self._runs, self._dof, self._one = runs, dof, one
         width = (len(live) + inputs) * dof
         rng = np.random.default_rng(width)
         # Of all runs in the last one.
@@ -51,7 +61,9 @@ class Identity:
         first, dof = number * self._dof, range(self._dof)
         unit = np.zeros((len(self._weights) + 1, 1, self._dof))
         for axis in dof:
-            unit[[first + axis, -1], 0, axis] = ONE, ONE * self._weights[first + axis]
+            unit[[first + axis, -1], 0, axis] = self._one * np.array(
+                [1.0, self._weights[first + axis]]
+            )
         return unit
 
     def input(self, index: int) -> Array:
@@ -70,7 +82,7 @@ class Identity:
         found = np.empty((len(values), len(weights) + 1, self._runs, dof))
         for index, value in enumerate(values):
             found[index] = value
-        found /= ONE
+        found /= self._one
         rows, together = found[:, :-1], found[:, -1]
         size = np.einsum("c,scrd->srd", np.abs(weights), np.abs(rows))
         largest = size.max(axis=(0, 2), keepdims=True, initial=0.0)

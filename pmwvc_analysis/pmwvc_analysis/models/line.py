@@ -14,13 +14,14 @@ from pmwvc_core.frame.assembly import force_loop_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.master.safety.limiter import SafetyLimiter
+from pmwvc_core.master.strict_port import StrictMaster
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.scenario.scenario import Scenario, User
 
 
 class Unlimited(SafetyLimiter):
-    """Limits that are far away: every force passes."""
+    """Limits that are far away."""
 
     inactive = True
 
@@ -35,12 +36,10 @@ class Line:
 
     Parameters
     ----------
-    index
-        Number of the user, from 0.
+    index, dof
+        Number of the user, from 0; axes of the model.
     ports
         Numbers of its ports at the server: several where it stands for equal users.
-    dof
-        Axes of the model.
     live
         Whether the phases are those of a live session.
 
@@ -60,6 +59,8 @@ class Line:
         self.name, self.waves = user.name, has_waves(scenario.controller)
         self.loop = force_loop_of(scenario, index, schedule=schedule, dof=dof)
         self.loop.safety = Unlimited(user.safety, tick_s=tick_s, packet_s=period_s)
+        if isinstance(self.loop.controller, StrictMaster):  # a device with counts is not linear
+            self.loop.controller.tracker.take_as_exact()
         self.device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
         runs = max(lengths(scenario), default=1)
         if runs > 1:  # signals have the shape of a batch from the first packet on

@@ -9,15 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models import at_hand
-from pmwvc_core.controllers.library import PLAIN, ZEROING, has_waves, record_of
+from pmwvc_core.controllers.library import PLAIN, RECORDS, ZEROING, has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.impedance import MatrixImpedance
+
+AMPLITUDE, STRICT_AMPLITUDE = 2.0**-7, 2.0**-13  # of all signals [m, m/s, N, sqrt(W)]
 
 
 class Element(NamedTuple):
@@ -37,6 +40,24 @@ class Relative(NamedTuple):
 
 class NonlinearError(PmwvcError):
     """A linear model was asked of something that is not linear."""
+
+
+def outside(scenario: Scenario) -> list[str]:
+    """Return what of both ends comes from other packages and has a linear model of its own."""
+    parts = (
+        ("controller", RECORDS.library, record_of(scenario.controller)),
+        ("server.coupling", COUPLINGS.library, scenario.coupling),
+        (
+            "server.compensation",
+            COMPENSATIONS.library,
+            COMPENSATIONS.of(scenario.server.compensation),
+        ),
+    )
+    return [
+        f"{parameter} = {record.name}"
+        for parameter, library, record in parts
+        if record.name not in library and record.linear == record.name
+    ]
 
 
 def nonlinear(scenario: Scenario) -> list[Element]:
@@ -167,7 +188,7 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
 def notes_of(scenario: Scenario, *, live: bool = False) -> list[str]:
     """Return, in sentences, where the linear model stands for something else."""
     users = scenario.users
-    found = []
+    found = outside_words(scenario)
     if any(user.contact.grips for user in users):
         found.append("Grip contacts are modelled as two-sided: valid while all users touch.")
     if any(
@@ -187,6 +208,24 @@ def notes_of(scenario: Scenario, *, live: bool = False) -> list[str]:
         found.append("One axis is analysed: all axes have the same model.")
     found.append("Limits of force, speed and workspace are not modelled.")
     return found
+
+
+def amplitude_of(scenario: Scenario) -> float:
+    """Return the amplitude up to which code from other packages is tried, in SI units: less for a
+    master of the strict channel, where a wave passes only if its energy has come.
+    """
+    strict = scenario.strict and scenario.controller not in RECORDS.library
+    return STRICT_AMPLITUDE if strict else AMPLITUDE
+
+
+def outside_words(scenario: Scenario) -> list[str]:
+    """Return what the model of code from other packages rests on, in sentences."""
+    most = f"{1e3 * amplitude_of(scenario):.1g} mm, mm/s or mN"
+    return [
+        f"{each} comes from another package: its model was tried over two hyperperiods, with "
+        f"signals of up to {most}; beyond that it is not known."
+        for each in outside(scenario)
+    ]
 
 
 def left_out(scenario: Scenario) -> list[str]:

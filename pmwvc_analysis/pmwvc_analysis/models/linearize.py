@@ -5,17 +5,21 @@
 Both ends and the devices are brought to rest, where all signals are zero. Then every signal that
 they carry from tick to tick and every packet under way is set to one in a run of its own, and all
 runs are stepped side by side once around the hyperperiod (:mod:`.hyperperiod`). What the signals
-are at the end is a row each of the transition matrix, on the states that matter
-(:mod:`.reduction`).
+are at the end is a row each of the transition matrix, on the states that matter: those that are
+not read, not driven, or present twice are left out. None of that changes an eigenvalue other than
+zero, nor what follows from the inputs. Structure counts, not size: a state is left out where its
+entries are exactly zero, or two rows exactly equal, in every run.
 
 Not here: motions that are no instability (:mod:`.rigid`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
-from pmwvc_analysis.models.reduction import reduced
+from pmwvc_analysis.models.outside import loop_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -65,7 +69,7 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = Hyperperiod(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
+    loop = loop_of(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
     return model_of(loop, *loop.around(outputs=outputs))
 
 
@@ -81,3 +85,70 @@ def model_of(loop: Hyperperiod, rows: Array, read: dict[str, Array]) -> Linear:
     placed = (moving | deflections | springs) & {name for name, _ in columns}
     outputs = dict(zip(read, found.read, strict=True))
     return Linear(loop, columns, found.rows, outputs, frozenset(placed))
+
+
+class Reduced(NamedTuple):
+    """States that are kept, and the matrices on them."""
+
+    kept: list[int]
+    rows: Array  # (runs, kept, kept and inputs)
+    read: list[Array]  # (runs, signals, kept and inputs)
+
+
+def reduced(rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]) -> Reduced:
+    """Leave out states that do not matter.
+
+    Parameters
+    ----------
+    rows
+        ``(runs, n, n and inputs)``: the states after a step.
+    read
+        ``(runs, signals, n and inputs)``: what is read of them otherwise.
+    """
+    n = rows.shape[1]
+    whole = [rows.copy(), *(each.copy() for each in read)]
+    filled = [np.any(each != 0.0, axis=0) for each in whole]  # entries other than zero in any run
+    kept = list(range(n))
+    while True:
+        twins = _twins(whole[0], kept, always)
+        for each, entries in zip(whole, filled, strict=True):
+            for twin, first in twins.items():
+                each[:, :, first] += each[:, :, twin]
+                each[:, :, twin] = 0.0
+                entries[:, [first, twin]] = np.any(each[:, :, [first, twin]] != 0.0, axis=0)
+        still = [j for j in kept if j not in twins]
+        moved = filled[0][still]  # (still, n and inputs)
+        own = np.zeros_like(moved)
+        own[np.arange(len(still)), still] = True
+        columns = still + list(range(n, rows.shape[2]))
+        driven = np.any((moved & ~own)[:, columns], axis=1)
+        seen = np.any(np.concatenate([moved, *filled[1:]]), axis=0)
+        left = [
+            j
+            for j, is_driven in zip(still, driven, strict=True)
+            if always(j) or (is_driven and seen[j])
+        ]
+        gone = list(set(still) - set(left))
+        for each, entries in zip(whole, filled, strict=True):
+            each[:, :, gone] = 0.0
+            entries[:, gone] = False
+        if left == kept:
+            break
+        kept = left
+    columns = kept + list(range(n, rows.shape[2]))
+    found, *outputs = (each[:, :, columns] for each in whole)
+    return Reduced(kept, found[:, kept], outputs)
+
+
+def _twins(rows: Array, kept: list[int], always: Callable[[int], bool]) -> dict[int, int]:
+    """Return states that are equal to an earlier one after every step."""
+    first: dict[bytes, list[int]] = {}  # by their rows in the first run
+    found = {}
+    for j in kept:
+        alike = first.setdefault((rows[0, j] + 0.0).tobytes(), [])
+        earlier = next((i for i in alike if np.array_equal(rows[:, i], rows[:, j])), None)
+        if earlier is None:
+            alike.append(j)
+        elif not always(j):
+            found[j] = earlier
+    return found

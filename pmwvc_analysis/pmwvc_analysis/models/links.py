@@ -20,7 +20,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.packet import WavePacket
 
 LONGEST = 20000  # ticks of a hyperperiod
-AMPLE_J = 1.0  # beside a wave of 2^-40: the account never binds
+AMPLE_J = 1e3  # a frame: more than any wave of the model needs, so the account never binds
 SIGNALS = ("wave", "position")  # of a packet, as far as controllers read them
 
 

@@ -48,6 +48,7 @@ from pmwvc_core.network.effects import active, is_random, mean_s
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.design.velocity_filter_response import slow_lags
 from pmwvc_core.wave.impedance import first_axis, transformation
@@ -81,11 +82,16 @@ def lag_decides(user: User, scenario: Scenario) -> bool:
     """Tell whether the lag alone decides what is rendered: not with a local model that answers at
     once, nor with position feedback, nor where the contact is not known.
     """
-    master = user.master
-    for record in (scenario.coupling, scenario.environment):
-        if record.linear != record.name:
-            return False
+    master, environment = user.master, scenario.environment
+    if not lag_is_known(scenario) or environment.linear != environment.name:
+        return False
     return not master.bank.as_published and not master.position.is_on
+
+
+def lag_is_known(scenario: Scenario) -> bool:
+    """Tell whether the lag of the server's coupling is known: of a linear one of the library."""
+    coupling = scenario.coupling
+    return coupling.name in COUPLINGS.library and coupling.linear == coupling.name
 
 
 def expected(user: User) -> str:

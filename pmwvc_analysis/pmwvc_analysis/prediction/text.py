@@ -9,7 +9,7 @@ import math
 
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models import at_hand
-from pmwvc_analysis.models.linear import left_out, nonlinear
+from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.models.links import LONGEST, hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
@@ -17,6 +17,7 @@ from pmwvc_analysis.prediction.encoder_work import encoder_lines
 from pmwvc_analysis.prediction.lag import (
     RATIO_TOLERANCE,
     lag_decides,
+    lag_is_known,
     lag_s,
     link_words,
     round_trip_words,
@@ -53,12 +54,13 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     if known.exact or known.relative_model:
         several = at_hand.words(scenario, live=live)
         found += [several] if several else []
+    found += outside_words(scenario)
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if scenario.changes:
         found.append(f"For the parameters at the start; later changes: {scenario.changes}.")
     if not proofs_hold(scenario.controller):
         return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
-    if scenario.coupling.linear != scenario.coupling.name:  # its lag is not known
+    if not lag_is_known(scenario):
         found.append(scenario.coupling.words)
     else:
         for user in scenario.users:

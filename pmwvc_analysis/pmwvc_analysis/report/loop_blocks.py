@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.prediction.lag import lag_decides, link_words, round_trip_words
+from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known, link_words, round_trip_words
 from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import FilterParams, LinkParams
@@ -121,7 +121,7 @@ def _link(link: LinkParams) -> list[str]:
 
 def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     """Return round trip and rendered stiffness in a sentence; empty where it is unknown."""
-    if not proofs_hold(scenario.controller) or scenario.coupling.linear != scenario.coupling.name:
+    if not proofs_hold(scenario.controller) or not lag_is_known(scenario):
         return ""
     trip = round_trip_words(user, scenario, live=live)
     text = f"{trip[0].upper()}{trip[1:]}"

@@ -35,7 +35,7 @@ from dataclasses import dataclass
 from typing import SupportsFloat
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import relative
+from pmwvc_analysis.models.linear import outside, relative
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_core.params import FilterParams
@@ -130,7 +130,7 @@ class Rating:
     k_max: float | None  # [N/m] None: no limit found
     passive: bool
     aliasing_gain: float | None  # None: nothing is sampled (the strict channel)
-    lag_s: float
+    lag_s: float | None  # None: not known of code from another package
     k_felt: float | None  # [N/m]
     k_ideal: float | None
     mass_felt: float | None  # [kg]
@@ -161,7 +161,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         k_max=limit.first,
         passive=prediction.passive(chosen),
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
-        lag_s=lag.lag_s(user, chosen, live=live),
+        lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),
         k_felt=own.k_felt if own else None,
         k_ideal=_ideal(found.ideal.k_felt, user.contact.contact_stiffness) if found else None,
         mass_felt=own.mass_felt if own else None,
@@ -227,7 +227,11 @@ def _ideal(coupled: float | None, own: SupportsFloat) -> float | None:
 
 
 def _cost(rating: Rating, arm_kg: float, noise_n: float) -> float | None:
-    """Return the cost of what is known; None where nothing is."""
+    """Return the cost of what is known; None where nothing is, or what an ideal coupling renders
+    is not.
+    """
+    if (rating.k_ideal and not rating.k_felt) or (rating.mass_ideal and not rating.mass_felt):
+        return None
     k_ratio = m_ratio = 1.0
     if rating.k_felt and rating.k_ideal:
         k_ratio = rating.k_felt / rating.k_ideal

@@ -36,7 +36,7 @@ from pmwvc_analysis.tune.criteria import (
     velocity_step,
 )
 from pmwvc_analysis.tune.session import STABLE, judged
-from pmwvc_core.controllers.library import proofs_hold, record_of
+from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
@@ -80,7 +80,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             f"{scenario.name}: controller = {record.name}: impedance, filter and hold "
             "belong to waves; docs/controllers.md has the tuning rules of the others"
         )
-    if not proofs_hold(record.name):
+    if record.linear != record.name:
         raise PmwvcError(
             f"{scenario.name}: controller = {record.name}: has no exact model to tune it by; "
             "tune controller = pmwvc, and check the result with 'pmwvc simulate'"

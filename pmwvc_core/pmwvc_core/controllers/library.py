@@ -38,11 +38,10 @@ def has_waves(controller: str) -> bool:
 
 
 def proofs_hold(controller: str) -> bool:
-    """Tell whether the proofs of wave ports (docs/theory.md) hold for a controller, by name: it
-    has waves, and the linear model of waves is its own.
+    """Tell whether the proofs of wave ports (docs/theory.md) hold for a controller, by name: only
+    for the library's own.
     """
-    record = record_of(controller)
-    return record.waves and record.linear == record.name
+    return controller in LIBRARY and has_waves(controller)
 
 
 def is_strict(controller: str, channel: str) -> bool:

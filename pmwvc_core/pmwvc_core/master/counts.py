@@ -73,6 +73,10 @@ class BetweenCounts(Stateful):
         self._stepped = False  # a count was seen, on any axis, in any run
         self._rough: Flag = False  # a velocity that is the jump of the counts
 
+    def take_as_exact(self) -> None:
+        """Take positions as exact from now on, before any step shows it."""
+        self._exact = True
+
     @property
     def counts(self) -> bool:
         """Whether any position may be that of counts."""

@@ -81,7 +81,7 @@ class StrictMaster(DevicePort):
         Energy that packets needed and have not been paid with yet [J].
     """
 
-    BLOCKS = "_tracker _position"
+    BLOCKS = "tracker _position"
     SIGNALS = "_integral v_m _xd"
     MEMORY = (
         "node_j deficit_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled "
@@ -106,7 +106,7 @@ class StrictMaster(DevicePort):
         self._v: Value = 0.0  # of the playout
         self._f: Value = 0.0
         self._withheld_j: Value = 0.0
-        self._tracker = BetweenCounts(params.tick_s)
+        self.tracker = BetweenCounts(params.tick_s)
         self._xd: Value = 0.0  # for the force
         self._begun = False
         self._wanted: Flag = False  # energy, at the other end
@@ -218,13 +218,13 @@ class StrictMaster(DevicePort):
         if self._settled:
             if not self._begun:
                 self._x, self._xd = x, xd
-                self._tracker.begin(x)
+                self.tracker.begin(x)
             return
         self._settled = self._begun = True
         h = self._tick_s
         self._x = x
-        self._xd = self._tracker.step(x, xd)
-        u = self._port.u(self._tracker.dx * self._rate, self.v_m)
+        self._xd = self.tracker.step(x, xd)
+        u = self._port.u(self.tracker.dx * self._rate, self.v_m)
         for each in self._port_filters:
             u = each.step(u)
         if self._position:
@@ -233,7 +233,7 @@ class StrictMaster(DevicePort):
         self.u_m_lp = u
         self._integral = self._integral + u * h
         self.node_j = (
-            self.node_j + squared(self._v) * self._half_s + dot(self._f, self._tracker.moved)
+            self.node_j + squared(self._v) * self._half_s + dot(self._f, self.tracker.moved)
         )
 
     def send(self) -> Value:
@@ -243,8 +243,8 @@ class StrictMaster(DevicePort):
         self._integral = 0.0 * self._integral
         needed, kept = squared(wave) * (0.5 * frame_s), KEPT_J
         lent: Value = 0.0
-        if self._tracker.counts:
-            self._withhold(self._tracker.rough)
+        if self.tracker.counts:
+            self._withhold(self.tracker.rough)
         if self._position:
             lent = self._position.stored_j
             self._position.send(wave, number, frame_s)
@@ -255,10 +255,10 @@ class StrictMaster(DevicePort):
         self.node_j = self.node_j + self._playout.spared(frame_s, wanted=self._wanted)
         own = self.node_j - self._brake.stored_j  # what the hand can have back is not paid out
         paid = maximum(minimum(own, needed), own - kept)
-        if self._tracker.counts:
+        if self.tracker.counts:
             paid = maximum(paid, minimum(own - lent, needed + self.deficit_j))
         paid = maximum(paid, 0.0)
-        if self._tracker.counts:
+        if self.tracker.counts:
             self._lack(needed - paid)
         self.energy_u_tx = self.energy_u_tx + paid
         self.node_j = self.node_j - paid

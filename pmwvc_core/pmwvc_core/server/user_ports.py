@@ -38,10 +38,11 @@ class UserPort(Stateful):
     """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step.
 
     ``account`` is the running sum that goes into the user's packets [J]; None: that of the waves.
+    ``kept`` is what a coupling keeps for its next step, by name; zero when the user joins.
     """
 
     BLOCKS = "contact brake"
-    SIGNALS = "xd_s f_s"
+    SIGNALS = "xd_s f_s kept"
     MEMORY = "offset x_s u_s v_s account packet present energy_u_s energy_v_s"
     __slots__ = (
         "account",
@@ -53,6 +54,7 @@ class UserPort(Stateful):
         "energy_v_s",
         "f_s",
         "front",
+        "kept",
         "offset",
         "packet",
         "present",
@@ -82,6 +84,7 @@ class UserPort(Stateful):
         self.v_s: Value = 0.0  # [sqrt(W)]
         self.energy_u_s: Value = 0.0  # [J] since the start
         self.energy_v_s: Value = 0.0  # [J]
+        self.kept: dict[str, Value] = {}
 
     def match(self, impedance: Impedance) -> None:
         """Take an impedance over; waves carry the same power with any."""
@@ -114,5 +117,6 @@ class UserPort(Stateful):
     def silence(self, zero: Value) -> None:
         """Forget the signals of the last step; the energies stay."""
         self.xd_s = self.f_s = self.u_s = self.v_s = zero
+        self.kept = dict.fromkeys(self.kept, zero)
         if self.brake:
             self.brake.reset()

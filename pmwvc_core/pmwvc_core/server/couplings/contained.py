@@ -4,7 +4,8 @@
 
 What the failed step changed is taken back. Then f_s = sqrt(b/2) u_s, so that no wave returns;
 avatars and object move by these forces as the record says that they move. Heat is what went in
-and is not stored. Not here: a step that takes too long, and the solver's own memory.
+and is not stored. Not here: a step that takes too long, and what a solver keeps outside its
+ports.
 """
 
 from collections.abc import Sequence
@@ -55,7 +56,7 @@ class Contained:
         """Use every port's ``u_s``; return the energy dissipated [J]."""
         blocks: list[Any] = [body, *(port.contact for port in ports)]
         states = [block.snapshot() for block in blocks]
-        signals = [(port.xd_s, port.f_s) for port in ports]
+        signals = [(port.xd_s, port.f_s, dict(port.kept)) for port in ports]
         try:
             return self._solver.step(ports, body)
         except PLUGIN_ERRORS as error:  # whatever a plug-in raises
@@ -63,8 +64,8 @@ class Contained:
             self.faults.replaced = True
         for block, state in zip(blocks, states, strict=True):
             block.restore(state)
-        for port, (velocity, force) in zip(ports, signals, strict=True):
-            port.xd_s, port.f_s = velocity, force
+        for port, (velocity, force, kept) in zip(ports, signals, strict=True):
+            port.xd_s, port.f_s, port.kept = velocity, force, kept
         return self._damped(ports, body)
 
     def _damped(self, ports: Sequence[UserPort], body: Body) -> Value:
