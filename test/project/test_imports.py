@@ -76,7 +76,7 @@ ANALYSIS = {
     "report": {"budget", "charts", "compare", "figures", "prediction", "traces", "verdicts"},
 }  # fmt: skip
 # Below each folder of the recording: what it may import of the recording; its files import all.
-RECORDING = {"format": set(), "mcap": set(), "clocks": set()}
+RECORDING = {"format": set(), "mcap": set()}
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from support import handmade
 
-from pmwvc_analysis.recording.clocks import clock
-from pmwvc_analysis.recording.clocks.alignment import ECHO, ONE_HOST, align
+from pmwvc_analysis.recording import clocks
+from pmwvc_analysis.recording.clocks import ECHO, ONE_HOST, align
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.traces import FateTraces
@@ -175,7 +175,7 @@ def test_what_the_alignment_leaves_open_is_no_violation_and_no_proof():
 def test_a_clock_that_is_set_over_and_over_bends_no_time_line():
     monotonic = np.arange(1000, dtype=np.int64) * FRAME_NS
     stamps = monotonic + 10**18 + np.where(np.arange(1000) % 7 < 3, 10**10, 0)
-    even = monotonic + clock.offset_ns(monotonic, stamps)
+    even = monotonic + clocks.offset_ns(monotonic, stamps)
     assert set(np.diff(even)) == {FRAME_NS}
 
 

@@ -148,7 +148,7 @@ def test_refused_packets_are_named_by_their_reason():
 
 
 def test_the_messages_of_two_starts_are_added_up():
-    from pmwvc_analysis.recording.assemble import reception_traces
+    from pmwvc_analysis.recording.links import reception_traces
 
     def message(epoch, seq, lost):
         values = {**counts(Receiver(1, period_s=0.008, timeout_s=0.03)), **passage(None)}

@@ -30,12 +30,11 @@ END_S = 0.1
 def of_master(user: UserTraces) -> Iterator[Event]:
     """Yield restarts and stalls of one master."""
     who = f"{user.name} master"
-    for row in changes(user.epoch):
-        yield event(float(user.block_time_s[row - 1]), who, "restart", "started again")
     gaps = [(hole.start_s, hole.end_s) for hole in holes.of_user(user)]
-    if len(user.epoch):
-        rows = changes(user.epoch)
-        gaps += [(float(user.block_time_s[r - 1]), float(user.block_time_s[r])) for r in rows]
+    for row in changes(user.epoch):
+        end_s, again_s = user.block_time_s[row - 1 : row + 1].tolist()
+        yield event(end_s, who, "restart", "started again")
+        gaps.append((end_s, again_s))
     yield from _stalls(who, "ticks", user.time_s, user.tick_s, gaps)
 
 
@@ -62,11 +61,11 @@ def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
     """Yield who joined, left or fell silent, contacts, restarts and stalls of the server."""
     server = traces.server
     assert server is not None
-    for row in (np.flatnonzero(np.diff(server.step) < 0) + 1).tolist():
-        yield event(float(server.time_s[row]), "server", "restart", "started again")
     gaps = [(hole.start_s, hole.end_s) for hole in holes.of_server(server)]
-    restarts = np.flatnonzero(np.diff(server.step) < 0)
-    gaps += [(float(server.time_s[r]), float(server.time_s[r + 1])) for r in restarts]
+    for row in np.flatnonzero(np.diff(server.step) < 0).tolist():
+        end_s, again_s = server.time_s[row : row + 2].tolist()
+        yield event(again_s, "server", "restart", "started again")
+        gaps.append((end_s, again_s))
     yield from _stalls("server", "steps", server.time_s, server.period_s, gaps)
     masters = {user.name: user for user in traces.users}
     for index, name in enumerate(server.users):

@@ -13,20 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.recording import taken
-from pmwvc_analysis.recording.clocks import clock
-from pmwvc_analysis.recording.link_blocks import COLUMNS
+from pmwvc_analysis.recording import clocks
 from pmwvc_core.account import continued
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import (
     OF_OBJECT,
     PER_AXIS,
-    LinkState,
     MasterTrace,
-    PacketFate,
-    Reception,
     ServerTrace,
     Trace,
     Wave,
@@ -34,13 +28,11 @@ from pmwvc_core.runtime.messages.fields import (
 from pmwvc_core.traces import (
     ENERGIES,
     OF_AVATARS,
-    FateTraces,
     PacketTraces,
-    ReceptionTraces,
     ServerTraces,
+    TakenTraces,
     UserTraces,
 )
-from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
 TRACES = dict(zip(PER_AXIS, SIGNALS, strict=True))  # signal of the traces by field
 
@@ -64,11 +56,13 @@ def _restarts(epochs: NDArray[np.uint64]) -> Integers:
 
 def user_traces(
     name: str, messages: Sequence[MasterTrace], starts: Integers, *, zero_ns: int
-) -> UserTraces:
-    """Return the force loop of one user from its MasterTrace blocks and their times [ns]."""
+) -> tuple[UserTraces, TakenTraces | None]:
+    """Return the force loop of one user from its MasterTrace blocks and their times [ns], and
+    which packets it was given (None: not recorded).
+    """
     order = np.argsort(starts, kind="stable")
     blocks = [messages[i] for i in order]
-    block_s = clock.seconds(starts[order], zero_ns)
+    block_s = clocks.seconds(starts[order], zero_ns)
     sizes = [len(block.lateness) for block in blocks]
     period = float(blocks[0].period)
     within = np.concatenate([np.arange(size) for size in sizes])
@@ -88,7 +82,7 @@ def user_traces(
     ]
     epochs = _epochs(blocks)
     restarts = _restarts(epochs)
-    return UserTraces(
+    traces = UserTraces(
         name=name,
         tick_s=period,
         time_s=np.repeat(block_s, sizes) + within * period,
@@ -105,11 +99,12 @@ def user_traces(
         missed=_total(blocks, "missed"),
         safety_events=_total(blocks, "safety_events"),
         epoch=epochs,
-        changes=taken.changes(blocks),
-        looked_ns=taken.looked_ns(blocks),
+        changes=_changes(blocks),
+        looked_ns=_looked_ns(blocks),
         grid=round(int(blocks[0].start_ns) / (period * 1e9)) - int(blocks[0].first_tick),
         **{trace: axes(field) for field, trace in TRACES.items() if field != "f_h"},
     )
+    return traces, _taken_by_master(blocks)
 
 
 def _accounts(messages: Sequence[Trace]) -> dict[str, Array]:
@@ -136,9 +131,9 @@ def _total(blocks: Sequence[MasterTrace], field: str) -> int:
 
 def server_traces(
     messages: Sequence[ServerTrace], starts: Integers, *, zero_ns: int
-) -> tuple[ServerTraces, Array]:
-    """Return the environment from its ServerTrace messages and their times [ns], and how late each
-    step was [s].
+) -> tuple[ServerTraces, Array, dict[str, TakenTraces]]:
+    """Return the environment from its ServerTrace messages and their times [ns], how late each
+    step was [s], and which packets of each user it was given (empty: not recorded).
 
     Users are those of the last message, in its order; where an earlier one lacks a user, its
     values are NaN.
@@ -168,7 +163,7 @@ def server_traces(
     traces = ServerTraces(
         users=names,
         periods_s=_column(steps, "period"),
-        time_s=clock.seconds(starts[order], zero_ns),
+        time_s=clocks.seconds(starts[order], zero_ns),
         step=_whole(steps, "step"),
         contact=[array[:, 0] > 0.0 for array in each("contact", 0.0)],
         state=[array[:, 0].astype(np.int64) for array in each("state", 0.0)],
@@ -176,11 +171,11 @@ def server_traces(
         energy_v_s=sums("energy_v_s"),
         dissipated=continued(_column(steps, "dissipated"), restarts),
         accounts=_accounts(steps),
-        changes=taken.changes(steps),
-        looked_ns=taken.looked_ns(steps),
+        changes=_changes(steps),
+        looked_ns=_looked_ns(steps),
         **signals,
     )
-    return traces, _column(steps, "lateness")
+    return traces, _column(steps, "lateness"), _taken_by_server(steps, names)
 
 
 def packet_traces(
@@ -195,7 +190,7 @@ def packet_traces(
     positions = [list(m.position) if len(m.position) == dof else unknown for m in kept]
     return PacketTraces(
         topic=topic,
-        time_s=clock.seconds(np.array([log_ns[i] for i in rows], dtype=np.int64), zero_ns),
+        time_s=clocks.seconds(np.array([log_ns[i] for i in rows], dtype=np.int64), zero_ns),
         epoch=_epochs(kept),
         seq=_whole(kept, "seq"),
         sent_ns=_whole(kept, "sent_ns"),
@@ -207,46 +202,49 @@ def packet_traces(
     )
 
 
-def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
-    """Return the fate of each packet of a link, blocks in order and repeated ones left out."""
-    blocks = list({int(m.first): m for m in sorted(messages, key=lambda m: int(m.first))}.values())
-
-    numbers = [np.arange(len(b.seq), dtype=np.int64) + int(b.first) for b in blocks]
-    columns = {
-        name: np.concatenate([np.asarray(getattr(b, field)).astype(np.int64) for b in blocks])
-        for field, name in COLUMNS.items()
-    }
-    columns["epoch"] = np.concatenate([np.asarray(b.epoch, dtype=np.uint64) for b in blocks])
-    return FateTraces(link=link, number=np.concatenate(numbers), **columns)
-
-
-_RECEIVED = ["accepted", "beginnings", "lost", "duplicate", "reordered", *REFUSED]
-_RECEIVED.append("other_controller")
-_LINK_NUMBERS = (
-    "in_count out_count lost duplicated reordered corrupted queued dropped "
-    "delay_mean delay_min delay_max delay_error_max rate_hz delay_s jitter_s loss duplicate "
-    "rate_limit_bps"
-).split()
+def _taken_by_master(blocks: Sequence[MasterTrace]) -> TakenTraces | None:
+    """Return what a master was given, by its blocks in the order of time; None: not recorded."""
+    if not all(hasattr(block, "taken_seq") for block in blocks):
+        return None
+    first = np.cumsum([0, *(len(block.lateness) for block in blocks)])
+    rows = [
+        at + np.asarray(block.taken_tick, dtype=np.int64)
+        for at, block in zip(first.tolist(), blocks, strict=False)
+    ]
+    return TakenTraces(
+        np.concatenate(rows), _all(blocks, "taken_seq"), _all(blocks, "taken_epoch")
+    )
 
 
-def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Array]:
-    """Return counts, delays and settings of a link over time, by the names of LinkState."""
-    stamps = clock.stamps(messages)
-    order = np.argsort(stamps, kind="stable")
-    names = [name for name in _LINK_NUMBERS if all(hasattr(each, name) for each in messages)]
-    columns = {name: _column(messages, name)[order] for name in names}
-    return {"time_s": clock.seconds(stamps[order], zero_ns)} | columns
+def _taken_by_server(steps: Sequence[ServerTrace], users: Sequence[str]) -> dict[str, TakenTraces]:
+    """Return what the server was given of each user, by its steps in the order of time."""
+    if not all(hasattr(step, "taken_seq") for step in steps):
+        return {}
+    rows = np.repeat(np.arange(len(steps)), [len(step.taken_seq) for step in steps])
+    names = np.array([step.users[user] for step in steps for user in step.taken_user], dtype=str)
+    seq, epoch = _all(steps, "taken_seq"), _all(steps, "taken_epoch")
+    found = {}
+    for user in users:
+        own = names == user
+        found[user] = TakenTraces(rows[own], seq[own], epoch[own])
+    return found
 
 
-def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:
-    """Return the last report of each start of a receiver, added up."""
-    last: dict[int, Reception] = {}
-    passage = {name: math.nan for name in PASSAGE}
-    for message in sorted(messages, key=lambda each: each.seq):
-        last[int(message.epoch)] = message
-    for message in sorted(messages, key=lambda each: nanoseconds(each.stamp)):
-        values = {name: float(getattr(message, name)) for name in PASSAGE}
-        if math.isfinite(values["round_trip"]):
-            passage = values
-    counts = {name: sum(int(getattr(m, name)) for m in last.values()) for name in _RECEIVED}
-    return ReceptionTraces(link, receivers=len(last), counts=counts, passage=passage)
+def _all(messages: Sequence[MasterTrace] | Sequence[ServerTrace], field: str) -> Integers:
+    parts = [np.asarray(getattr(each, field), dtype=np.int64) for each in messages]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+
+
+def _looked_ns(messages: Sequence[MasterTrace] | Sequence[ServerTrace]) -> Integers:
+    """Return when packets were taken in, behind the deadline of each tick or step [ns]; empty: not
+    recorded.
+    """
+    known = messages if all(hasattr(each, "looked") for each in messages) else ()
+    parts = [np.atleast_1d(np.asarray(each.looked, dtype=np.int64)) for each in known]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+
+
+def _changes(messages: Sequence[Trace]) -> Integers:
+    """Return how many changes were taken over up to each message; empty: not recorded."""
+    known = messages if all(hasattr(each, "changes") for each in messages) else ()
+    return np.array([each.changes for each in known], dtype=np.int64)

@@ -19,8 +19,7 @@ from pmwvc_analysis.recording.assemble import TRACES
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.rosbag_metadata import about
 from pmwvc_analysis.recording.format.topics import session_topics
-from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
-from pmwvc_analysis.recording.taken import of_rows
+from pmwvc_analysis.recording.links import fate_blocks, state_blocks
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import file_errors
@@ -34,6 +33,7 @@ from pmwvc_core.traces import (
     PacketTraces,
     ServerTraces,
     SessionTraces,
+    TakenTraces,
     UserTraces,
 )
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
@@ -158,7 +158,7 @@ def _master_blocks(
         message = build.master_trace(
             types,
             series,
-            taken=list(of_rows(received, first, after)),
+            taken=list(_taken(received, first, after)),
             changes=int(user.changes[block]) if len(user.changes) else 0,
             stamp_ns=start + _ns(user.time_s[first]),
             start_ns=_ns(user.time_s[first]),
@@ -204,7 +204,7 @@ def _server_steps(
             taken=[
                 (user, seq, epoch)
                 for user, each in enumerate(received)
-                for _, seq, epoch in of_rows(each, row, row + 1)
+                for _, seq, epoch in _taken(each, row, row + 1)
             ],
             looked=int(server.nearest_look_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,
@@ -235,3 +235,14 @@ def _packets(
         yield Outgoing(
             _ns(time_s), packets.topic, schemas.WAVE, build.wave(types, packet, start + sent_ns)
         )
+
+
+def _taken(taken: TakenTraces | None, first: int, after: int) -> Iterator[tuple[int, int, int]]:
+    """Yield row, number and sender's epoch of what was taken in by rows of the traces; rows count
+    from the first of them.
+    """
+    if taken is None:
+        return
+    begin, end = np.searchsorted(taken.row, [first, after])
+    for at in range(begin, end):
+        yield int(taken.row[at]) - first, int(taken.seq[at]), int(taken.epoch[at])

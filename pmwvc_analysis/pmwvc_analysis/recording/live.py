@@ -57,7 +57,9 @@ class BackgroundWriter:
             self._news.notify()
 
     def close(self) -> list[str]:
-        """Write what waits, complete the recording, and return the losses as text."""
+        """Write what waits, complete the recording, and return what is missing in it and why, one
+        line each.
+        """
         if self._thread.is_alive():
             with self._news:
                 self._ending = True
@@ -65,10 +67,6 @@ class BackgroundWriter:
             self._thread.join()
             self.writer.add_metadata("losses", self._losses())
             self.writer.close()
-        return self.report()
-
-    def report(self) -> list[str]:
-        """Return what is missing in the recording and why, one line each."""
         found = [
             f"{topic}: {count} did not fit the queue" for topic, count in self.overrun.items()
         ]

@@ -24,10 +24,11 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording.clocks import clock
+from pmwvc_analysis.recording import clocks
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.sequence import numbered
 from pmwvc_core.numeric import Integers
+from pmwvc_core.plural import count
 from pmwvc_core.runtime.messages import misfit
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
@@ -67,12 +68,11 @@ def keep_own(by_topic: Topics, types: Mapping[str, str]) -> list[dict[str, Any]]
 
 def _keep(by_topic: Topics, topic: str, own: list[bool], why: str) -> list[dict[str, Any]]:
     """Keep the messages of a topic for which ``own`` is true; return an event of the others."""
-    if not (count := own.count(False)):
+    if not (left_out := own.count(False)):
         return []
     first_ns = by_topic[topic].log_ns[own.index(False)]
     by_topic[topic] = by_topic[topic].kept(own)
-    amount = "1 message" if count == 1 else f"{count} messages"
-    what = f"{amount} on {topic} {why}, left out"
+    what = f"{count(left_out, 'message')} on {topic} {why}, left out"
     return [{"time_ns": first_ns, "who": topic, "kind": "stranger", "what": what}]
 
 
@@ -122,8 +122,8 @@ def _spans(series: Series) -> dict[int, tuple[int, int, int]]:
     """Return per epoch the first and the last log time [ns] and the number of messages."""
     spans: dict[int, tuple[int, int, int]] = {}
     for log_ns, message in zip(series.log_ns, series.messages, strict=True):
-        first, last, count = spans.get(int(message.epoch), (log_ns, log_ns, 0))
-        spans[int(message.epoch)] = (min(first, log_ns), max(last, log_ns), count + 1)
+        first, last, seen = spans.get(int(message.epoch), (log_ns, log_ns, 0))
+        spans[int(message.epoch)] = (min(first, log_ns), max(last, log_ns), seen + 1)
     return spans
 
 
@@ -131,9 +131,9 @@ def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> 
     """Return the epochs that follow one another, those with most messages first."""
     candidates = {e: s for e, s in spans.items() if e in known} or spans
     accepted: dict[int, tuple[int, int, int]] = {}
-    for epoch, (first, last, count) in sorted(candidates.items(), key=lambda item: -item[1][2]):
+    for epoch, (first, last, seen) in sorted(candidates.items(), key=lambda item: -item[1][2]):
         if all(last <= begin or first >= end for begin, end, _ in accepted.values()):
-            accepted[epoch] = (first, last, count)
+            accepted[epoch] = (first, last, seen)
     return set(accepted)
 
 
@@ -158,7 +158,7 @@ def _continuing(series: Series, kind: str) -> list[bool]:
         cuts = np.flatnonzero(np.diff(numbers[rows]) > LARGEST_JUMP) + 1
         rows = max(np.split(rows, cuts), key=len)
         if trace:
-            starts = clock.monotonic_times([series.messages[row] for row in rows])
+            starts = clocks.monotonic_times([series.messages[row] for row in rows])
             increasing = _increasing(starts)
             rows, starts = rows[increasing], starts[increasing]
             if len(rows) > 1:  # those with a neighbour whose clock differs as little as theirs

@@ -14,7 +14,7 @@ import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import yaml
@@ -43,13 +43,6 @@ class ParameterChange:
     at_ns: int
     node: str
     values: dict[str, Any] = field(default_factory=dict)
-
-
-class Changes(NamedTuple):
-    """Changes as events; and as time [s] and values by their names in a scenario."""
-
-    events: list[dict[str, Any]]
-    settings: Settings
 
 
 def taken_over(
@@ -152,8 +145,11 @@ def parameter_change(data: bytes) -> ParameterChange | None:
     return ParameterChange(seconds * NS_PER_S + nanoseconds, node, values)
 
 
-def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns: int) -> Changes:
-    """Return what changed, in the order of time.
+def parameter_changes(
+    changes: Sequence[ParameterChange], folder: Path, zero_ns: int
+) -> tuple[list[dict[str, Any]], Settings]:
+    """Return what changed in the order of time: as events, and as times [s] and values by their
+    names in a scenario.
 
     The session folder has the nodes' parameter files in ``nodes``. Before the begin of the
     session only what differs from the files counts.
@@ -184,7 +180,7 @@ def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns:
     if count > MOST_EVENTS:
         what = f"{count - MOST_EVENTS} more changes of parameters"
         found.append({"time_s": None, "who": "session", "kind": "parameter", "what": what})
-    return Changes(found, settings)
+    return found, settings
 
 
 def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:

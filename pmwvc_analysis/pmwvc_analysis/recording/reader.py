@@ -7,25 +7,21 @@ alike. Message definitions come from the file itself.
 """
 
 import json
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording import assemble
-from pmwvc_analysis.recording.clocks import clock
-from pmwvc_analysis.recording.clocks.clock import time_lines
+from pmwvc_analysis.recording import assemble, links
+from pmwvc_analysis.recording.clocks import time_lines
 from pmwvc_analysis.recording.content import CUT, WHOLE, Content, read_content
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
-from pmwvc_analysis.recording.taken import by_master, by_server
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.runtime.messages.fields import PacketFate
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
@@ -57,20 +53,20 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     steps_log_ns = [log_ns for series in servers for log_ns in series.log_ns]
     waves = content.of_type(schemas.WAVE)
     fate_messages = content.of_links(schemas.PACKET_FATE)
-    fates = {link: assemble.fate_traces(link, each) for link, each in fate_messages.items()}
+    fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
     times = time_lines(masters, steps, steps_log_ns, packets, fates)
     starts = [int(each.min()) for each in (*times.masters.values(), times.server) if len(each)]
     zero_ns = min(starts or logs)
-    users = [
-        assemble.user_traces(name, blocks, times.masters[name], zero_ns=zero_ns)
-        for name, blocks in masters.items()
-    ]
-    server, lateness, received = None, np.zeros(0), {}
+    users, server, lateness, received = [], None, np.zeros(0), {}
     if steps:
-        in_time = [steps[i] for i in np.argsort(times.server, kind="stable")]
-        received = {f"{n}/up": t for n, t in by_server(in_time, steps[-1].users).items()}
-        server, lateness = assemble.server_traces(steps, times.server, zero_ns=zero_ns)
+        server, lateness, taken = assemble.server_traces(steps, times.server, zero_ns=zero_ns)
+        received = {f"{name}/up": packets for name, packets in taken.items()}
+    for name, blocks in masters.items():
+        user, own = assemble.user_traces(name, blocks, times.masters[name], zero_ns=zero_ns)
+        users.append(user)
+        if own is not None:
+            received[f"{name}/down"] = own
     traces = SessionTraces(
         source=content.metadata.get("session", {}).get("source", "live"),
         duration_s=_duration(users, server, logs, zero_ns),
@@ -82,12 +78,12 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         },
         fates=fates,
         receptions={
-            link: assemble.reception_traces(link, messages)
+            link: links.reception_traces(link, messages)
             for link, messages in content.of_links(schemas.RECEPTION).items()
         },
         taken=received,
         link_states={
-            link: assemble.link_states(messages, zero_ns=zero_ns)
+            link: links.link_states(messages, zero_ns=zero_ns)
             for link, messages in content.of_links(schemas.LINK_STATE).items()
         },
         metadata={
@@ -95,18 +91,14 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             "zero_ns": zero_ns,
             "server_lateness_s": lateness,
             "alignment": times.alignment,
-            "fate_zero_ns": _fate_zeros(fate_messages, zero_ns),
+            "fate_zero_ns": links.fate_zeros(fate_messages, zero_ns),
         },
     )
-    for name, blocks in masters.items():
-        in_time = [blocks[i] for i in np.argsort(times.masters[name], kind="stable")]
-        if (taken := by_master(in_time)) is not None:
-            received[f"{name}/down"] = taken
     traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
-    changed = parameter_changes(content.parameters, folder, zero_ns)
-    traces.settings = taken_over(changed.settings, users, server)
+    changed, changes = parameter_changes(content.parameters, folder, zero_ns)
+    traces.settings = taken_over(changes, users, server)
     traces.targets = dict(hand_targets(content.hands, zero_ns))
-    traces.events = _events(folder, content, changed.events, zero_ns) + _start_losses(traces)
+    traces.events = _events(folder, content, changed, zero_ns) + _start_losses(traces)
     return traces
 
 
@@ -137,20 +129,6 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     from pmwvc_core.scenario.reader import parse_scenario
 
     return parse_scenario({"channel": PLAIN, **mapping_in(path)}, source=str(path))
-
-
-def _fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> dict[str, int]:
-    """Return the start of the session on the monotonic clock of each link's emulator [ns].
-
-    A block is published after its last packet came in: the least difference is the clocks'.
-    """
-    found = {}
-    for link, messages in of_links.items():
-        blocks = [message for message in messages if len(message.time_in_ns)]
-        last_in = np.array([int(np.max(block.time_in_ns)) for block in blocks], dtype=np.int64)
-        if blocks:
-            found[link] = zero_ns - int(np.min(clock.stamps(blocks) - last_in))
-    return found
 
 
 def _duration(

@@ -77,11 +77,10 @@ class StreamCount:
     """The numbers seen of one publisher on one topic, as merged ranges ``[first, after)``.
 
     Of many ranges the oldest are settled into two counts; a number below ``settled`` that comes
-    then counts as repeated.
+    then is not counted.
     """
 
     ranges: list[list[int]] = field(default_factory=list)
-    repeated: int = 0
     settled: int = 1  # numbers below are settled
     settled_seen: int = 0
 
@@ -95,11 +94,8 @@ class StreamCount:
             self.ranges.append([first, after])
             if len(self.ranges) > MOST_RANGES:
                 self._settle(MOST_RANGES // 2)
-            return
-        if self.settled_seen and first < self.settled:
-            self.repeated += count
-            return
-        self._insert(first, after)
+        elif not self.settled_seen or first >= self.settled:
+            self._insert(first, after)
 
     def _settle(self, count: int) -> None:
         self.settled_seen += sum(after - first for first, after in self.ranges[:count])
@@ -111,7 +107,6 @@ class StreamCount:
         merged: list[list[int]] = []
         new = [first, after]
         for old in self.ranges:
-            self.repeated += max(0, min(old[1], after) - max(old[0], first))
             if old[1] < new[0] or old[0] > new[1]:
                 merged.append(old)
             else:

@@ -47,8 +47,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self.problem: str | None = None
         self.refused = 0
         self.counter = GapCounter()
-        self.start_ns = 0
-        self.end_ns = 0
+        self._span_ns: tuple[int, int] | None = None
         self._reserve = reserve_bytes
         self._channels: dict[str, tuple[int, Topic]] = {}
         self._schemas: dict[str, int] = {}
@@ -135,9 +134,8 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         channel, known = self._channels[topic]
         self.counter.add(topic, peek(known.type_name, data))
         number = self.counter.messages[topic]
-        if number == 1 and sum(self.counter.messages.values()) == 1:
-            self.start_ns = self.end_ns = log_ns
-        self.start_ns, self.end_ns = min(self.start_ns, log_ns), max(self.end_ns, log_ns)
+        first_ns, last_ns = self._span_ns or (log_ns, log_ns)
+        self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
         sent_ns = log_ns if publish_ns is None else publish_ns
         self._guarded(
             lambda: self._writer.add_message(channel, log_ns, data, sent_ns, number & 0xFFFFFFFF)
@@ -194,8 +192,9 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             (topic, self._hashes[topic.type_name], self._kept.get(name, 0))
             for name, (_, topic) in self._channels.items()
         ]
+        start_ns, end_ns = self._span_ns or (0, 0)
         return rosbag_metadata.information(
-            counts, file_name=FILE_NAME, start_ns=self.start_ns, end_ns=self.end_ns
+            counts, file_name=FILE_NAME, start_ns=start_ns, end_ns=end_ns
         )
 
     def _guarded(self, action: Callable[[], object]) -> None:

@@ -86,18 +86,16 @@ def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:
     return result
 
 
-def counts_from(user: UserTraces, traces: SessionTraces, rate_drops: Sequence[int]) -> int:
-    """Return the tick of the session at which a user's loop counts 0: its frames begin at the
-    multiples of every rate drop of the session.
+def counts_from(
+    user: UserTraces, traces: SessionTraces, stages: Sequence[Stage], number: int
+) -> int:
+    """Return the tick of the session at which the loop of a user (number from 0) counts 0: its
+    frames begin at the multiples of the rate drops of all stages.
     """
+    rate_drops = [stage.scenario.users[number].master.rate_drop for stage in stages]
     grid = user.grid if traces.live else 0
     begins = int(tick_numbers(user.time_s[:1], user.tick_s)[0])
     return begins - (int(user.tick[0]) + grid) % math.lcm(*rate_drops)
-
-
-def rate_drops(found: Sequence[Stage], number: int) -> list[int]:
-    """Return the rate drops that a user had, one for each stage."""
-    return [stage.scenario.users[number].master.rate_drop for stage in found]
 
 
 def steps(

@@ -97,7 +97,7 @@ def prescription(
     conditions = Conditions(
         schedule=schedule,
         first={
-            user.name: loop_times.counts_from(user, traces, loop_times.rate_drops(stages, number))
+            user.name: loop_times.counts_from(user, traces, stages, number)
             for number, user in enumerate(users)
         },
         ran_ns=ran_ns,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.recording.link_blocks import reordered
+from pmwvc_analysis.recording.links import reordered
 from pmwvc_analysis.recording.losses import DROPPED, came_out
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.reductions import number, percentiles

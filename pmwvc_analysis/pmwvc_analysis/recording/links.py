@@ -1,25 +1,38 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The messages an emulator would have published of one link, made from its packet fates."""
+"""The messages of emulated links and of receivers: their traces, and the messages that an emulator
+would have published of packet fates.
+"""
 
 import itertools
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.recording import clocks
 from pmwvc_analysis.recording.losses import DROPPED
 from pmwvc_core.network.fates import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.numeric import Flags
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.runtime.messages import MessageTypes
-from pmwvc_core.traces import FateTraces
+from pmwvc_core.runtime.messages import MessageTypes, nanoseconds
+from pmwvc_core.runtime.messages.fields import LinkState, PacketFate, Reception
+from pmwvc_core.traces import FateTraces, ReceptionTraces
+from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
 BLOCK_NS = 500_000_000
 STATE_NS = 1_000_000_000
 COLUMNS = {name: name for name in PUBLISHED} | {"bytes": "size_bytes"}
+_RECEIVED = ["accepted", "beginnings", "lost", "duplicate", "reordered", *REFUSED]
+_RECEIVED.append("other_controller")
+_LINK_NUMBERS = (
+    "in_count out_count lost duplicated reordered corrupted queued dropped "
+    "delay_mean delay_min delay_max delay_error_max rate_hz delay_s jitter_s loss duplicate "
+    "rate_limit_bps"
+).split()
 
 
 def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:
@@ -93,3 +106,53 @@ def reordered(fates: FateTraces) -> Flags:
         newest = np.maximum.accumulate(fates.seq[rows])
         result[rows] = fates.seq[rows] < newest
     return result
+
+
+def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
+    """Return the fate of each packet of a link, blocks in order and repeated ones left out."""
+    blocks = list({int(m.first): m for m in sorted(messages, key=lambda m: int(m.first))}.values())
+
+    numbers = [np.arange(len(b.seq), dtype=np.int64) + int(b.first) for b in blocks]
+    columns = {
+        name: np.concatenate([np.asarray(getattr(b, field)).astype(np.int64) for b in blocks])
+        for field, name in COLUMNS.items()
+    }
+    columns["epoch"] = np.concatenate([np.asarray(b.epoch, dtype=np.uint64) for b in blocks])
+    return FateTraces(link=link, number=np.concatenate(numbers), **columns)
+
+
+def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Array]:
+    """Return counts, delays and settings of a link over time, by the names of LinkState."""
+    stamps = clocks.stamps(messages)
+    order = np.argsort(stamps, kind="stable")
+    names = [name for name in _LINK_NUMBERS if all(hasattr(each, name) for each in messages)]
+    columns = {n: np.array([getattr(m, n) for m in messages], dtype=float)[order] for n in names}
+    return {"time_s": clocks.seconds(stamps[order], zero_ns)} | columns
+
+
+def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:
+    """Return the last report of each start of a receiver, added up."""
+    last: dict[int, Reception] = {}
+    passage = {name: math.nan for name in PASSAGE}
+    for message in sorted(messages, key=lambda each: each.seq):
+        last[int(message.epoch)] = message
+    for message in sorted(messages, key=lambda each: nanoseconds(each.stamp)):
+        values = {name: float(getattr(message, name)) for name in PASSAGE}
+        if math.isfinite(values["round_trip"]):
+            passage = values
+    counts = {name: sum(int(getattr(m, name)) for m in last.values()) for name in _RECEIVED}
+    return ReceptionTraces(link, receivers=len(last), counts=counts, passage=passage)
+
+
+def fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> dict[str, int]:
+    """Return the start of the session on the monotonic clock of each link's emulator [ns].
+
+    A block is published after its last packet came in: the least difference is the clocks'.
+    """
+    found = {}
+    for link, messages in of_links.items():
+        blocks = [message for message in messages if len(message.time_in_ns)]
+        last_in = np.array([int(np.max(block.time_in_ns)) for block in blocks], dtype=np.int64)
+        if blocks:
+            found[link] = zero_ns - int(np.min(clocks.stamps(blocks) - last_in))
+    return found

@@ -1,17 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The clock of each master against that of the server, from the echoes of their packets.
+"""The clocks of a recording, brought to one time line.
 
-Records carry the monotonic clock of their host. On one host that clock is common to all; between
-hosts wall clocks differ, and may be set while running, so they are not used. A packet names the
-newest one of the peer: its number, the peer's clock when it was sent, and how long it waited. With
-the server's clock S and the master's clock M, theta = S - M,
+Records carry the monotonic clock of their host (even steps, no meaning across hosts) and ROS time
+(of each host, may be set while running). Per publisher the median of their difference is added to
+the monotonic clock: intervals stay exact, and a clock that is set does not bend the time line.
+
+Between hosts the echoes of packets align the clock of each master with that of the server, without
+ROS time. A packet names the newest one of the peer: its number, the peer's clock when it was sent,
+and how long it waited. With the server's clock S and the master's clock M, theta = S - M,
 
     up   = (sent_S - hold) - echo_sent_M = delay up   + theta     (packets of the server)
     down = (sent_M - hold) - echo_sent_S = delay down - theta     (packets of the master)
 
-No delay is below zero, and an emulated link records the delay of every packet, which is taken off.
-Over a window the least of each stays, as in NTP:
+No delay is below zero, and the delays that an emulated link recorded are taken off. Over a window
+the least of each stays, as in NTP:
 
     -min(down) <= theta <= min(up),     theta = (min(up) - min(down))/2 +- (min(up) + min(down))/2
 
@@ -23,11 +26,20 @@ Equations: docs/theory.md 13.10.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.numeric import Integers
-from pmwvc_core.runtime.messages.fields import Wave
+from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.runtime.messages import nanoseconds
+from pmwvc_core.runtime.messages.fields import (
+    LinkState,
+    MasterTrace,
+    PacketFate,
+    ServerTrace,
+    Trace,
+    Wave,
+)
 from pmwvc_core.traces import FateTraces
 from pmwvc_core.transport.clock_line import Least, latest_line
 
@@ -35,6 +47,7 @@ WINDOW_NS = 1_000_000_000
 MOST_WINDOWS = 120  # longer sessions have longer windows
 ONE_HOST, ECHO = "one host", "echo"
 LEAST_PAIRS = 8  # in a window, either way
+LARGEST_OFFSET_NS = 20_000_000  # a server's wall clock this far from the recorder's is wrong
 
 
 @dataclass(frozen=True)
@@ -63,6 +76,94 @@ class Alignment:
             "drift_ppm": self.rate * 1e6,
             "uncertainty_s": self.uncertainty_s,
         }
+
+
+WALL = Alignment("wall clock")
+
+
+def monotonic_times(messages: Sequence[Trace]) -> Integers:
+    """Return the monotonic time of each trace message on its own host [ns]."""
+    return np.array([message.start_ns for message in messages], dtype=np.int64)
+
+
+def stamps(messages: Sequence[Trace] | Sequence[LinkState] | Sequence[PacketFate]) -> Integers:
+    """Return the ROS time of each message on its own host [ns]."""
+    return np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
+
+
+def start_times(messages: Sequence[Trace]) -> Integers:
+    """Return the evenly stepped ROS time of each trace message [ns], epoch by epoch."""
+    epochs = np.array([message.epoch for message in messages], dtype=np.uint64)
+    monotonic, stamped = monotonic_times(messages), stamps(messages)
+    result = np.zeros_like(monotonic)
+    for epoch in np.unique(epochs):
+        own = epochs == epoch
+        result[own] = monotonic[own] + offset_ns(monotonic[own], stamped[own])
+    return result
+
+
+def offset_ns(monotonic_ns: Integers, stamp_ns: Integers) -> int:
+    """Return what turns the monotonic clock into ROS time [ns]."""
+    differences = np.sort(stamp_ns - monotonic_ns)
+    return int(differences[len(differences) // 2])
+
+
+def seconds(ros_ns: Integers, zero_ns: int) -> Array:
+    """Return seconds since the start of the session."""
+    return (ros_ns - zero_ns).astype(float) * 1e-9
+
+
+class TimeLines(NamedTuple):
+    """Times of the messages [ns], and per user how its clock was aligned."""
+
+    masters: dict[str, Integers]
+    server: Integers
+    alignment: dict[str, dict[str, str | float]]
+
+
+def time_lines(
+    masters: Mapping[str, Sequence[MasterTrace]],
+    steps: Sequence[ServerTrace],
+    steps_log_ns: Sequence[int],
+    waves: Mapping[str, Sequence[Wave]],
+    fates: Mapping[str, FateTraces],
+) -> TimeLines:
+    """Return the times of all trace messages, in their order; packets are by topic."""
+    ahead_ns = _offset_ns(steps, np.array(steps_log_ns, dtype=np.int64)) if steps else 0
+    times: dict[str, Integers] = {}
+    alignment: dict[str, Alignment] = {}
+    for name, blocks in masters.items():
+        found = _aligned(name, waves, fates) if steps else None
+        alignment[name] = found or WALL
+        times[name] = (
+            found.to_server(monotonic_times(blocks)) + ahead_ns if found else start_times(blocks)
+        )
+    aligned = any(found is not WALL for found in alignment.values())
+    server = monotonic_times(steps) + ahead_ns if aligned else start_times(steps)
+    return TimeLines(times, server, {name: found.summary for name, found in alignment.items()})
+
+
+def _aligned(
+    name: str, waves: Mapping[str, Sequence[Wave]], fates: Mapping[str, FateTraces]
+) -> Alignment | None:
+    """Align a user's clock by the packets as sent, else as they came out of their link."""
+    own, servers = f"/{name}/wave_", f"/server/{name}/wave_"
+    return align(
+        waves.get(f"{own}up") or waves.get(f"{servers}up") or (),
+        waves.get(f"{servers}down") or waves.get(f"{own}down") or (),
+        fates.get(f"{name}/up"),
+        fates.get(f"{name}/down"),
+    )
+
+
+def _offset_ns(steps: Sequence[ServerTrace], logs: Integers) -> int:
+    """Return what turns the server's monotonic clock into ROS time; by the recorder's clock where
+    the server's own was set while running [ns].
+    """
+    monotonic = monotonic_times(steps)
+    own = offset_ns(monotonic, stamps(steps))
+    recorder = offset_ns(monotonic, logs)
+    return own if abs(own - recorder) <= LARGEST_OFFSET_NS else recorder
 
 
 def align(
