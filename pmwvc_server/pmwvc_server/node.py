@@ -25,14 +25,13 @@ from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.receptions import Receptions
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.kept_apart import kept_words, why_kept
+from pmwvc_core.server.user_ports import kept_words, why_kept
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
-from pmwvc_server.params import PauseParams
-from pmwvc_server.settings import declare_settings
+from pmwvc_server.settings import PauseParams, declare_settings
 from pmwvc_server.wires import RosWires
 
 MARKER_HZ = 30.0

@@ -8,9 +8,11 @@ coupling and object may change while the node runs; the last word counts, and a 
 users goes to each of them.
 """
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
+from typing import Any
 
 from rclpy.node import Node
 
@@ -18,7 +20,16 @@ from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.assembly import make_server_step
 from pmwvc_core.frame.server_step import ServerStep
-from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
+from pmwvc_core.params import (
+    BaselineParams,
+    ContactParams,
+    MasterParams,
+    SafetyParams,
+    ServerParams,
+    TaskParams,
+    Validated,
+)
+from pmwvc_core.params.fields import parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
@@ -35,7 +46,50 @@ from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
 from pmwvc_server.asking import caller
-from pmwvc_server.params import PauseParams, PortParams, WatchdogParams
+
+
+def _same_as(owner: type, name: str) -> Any:
+    """Declare a field that is the same parameter as one of another dataclass."""
+    field = next(field for field in dataclasses.fields(owner) if field.name == name)
+    return dataclasses.field(default=field.default, metadata=field.metadata)
+
+
+@dataclass(frozen=True)
+class PortParams(Validated):
+    """Parameters of a user's master that the server needs."""
+
+    impedance: float = _same_as(MasterParams, "impedance")
+    impedance_matrix: str = _same_as(MasterParams, "impedance_matrix")
+    rate_drop: int = _same_as(MasterParams, "rate_drop")
+    tick_s: float = _same_as(MasterParams, "tick_s")
+
+    def conflicts(self) -> list[str]:
+        """Check that the matrix is one."""
+        return matrix_conflicts(self.impedance_matrix)
+
+    @property
+    def master(self) -> MasterParams:
+        """A master with these parameters, the others at their defaults."""
+        return MasterParams(**dataclasses.asdict(self))
+
+
+@dataclass(frozen=True)
+class WatchdogParams(Validated):
+    """Times after which a user counts as silent, as gone, and as active: those of the masters."""
+
+    timeout_s: float = _same_as(SafetyParams, "timeout_s")
+    release_s: float = _same_as(SafetyParams, "release_s")
+    soft_start_s: float = _same_as(SafetyParams, "soft_start_s")
+
+
+@dataclass(frozen=True)
+class PauseParams(Validated):
+    """A parameter of the node alone, which no scenario has."""
+
+    paused: bool = parameter(
+        False, "-", "the object stands still, users are taken out and join anew afterwards"
+    )
+
 
 LARGEST = 8
 BLACK_BOX = "a black box and its port are fixed once running"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
 
-from pmwvc_core.baselines.arrivals import Arrivals
-from pmwvc_core.baselines.modulated_spring import ModulatedSpring
+from pmwvc_core.baselines.device_end import Arrivals
+from pmwvc_core.baselines.pspm import ModulatedSpring
 from pmwvc_core.baselines.tdpa import Observer
 from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams

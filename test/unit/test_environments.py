@@ -7,9 +7,8 @@ import pytest
 from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS, KNOWN
-from pmwvc_core.server.cube import Cube
+from pmwvc_core.server.cube import Cube, FixedBody
 from pmwvc_core.server.environments import LIBRARY, make_body
-from pmwvc_core.server.fixed_body import FixedBody
 
 
 def test_every_environment_a_parameter_can_name_exists():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The common part of the devices' ends of all controllers without waves.
+"""The common part of the devices' ends of all controllers without waves; arriving energy.
 
 They send where the device is and how fast it moves, and keep their accounts in the same places as
 the wave controllers do: ``energy_u_...`` is what flowed from the hand into the controller,
@@ -99,3 +99,26 @@ class DeviceEnd(Stateful, ABC):
     def position(self) -> Value:
         """Return the position [m] last measured."""
         return self._x
+
+
+class Arrivals(Stateful):
+    """The receiving end of one peer's running sum of energy [J], which its packets carry.
+
+    A sum makes loss, duplicates and reordering harmless: the newest packet contains all earlier
+    ones. Energy sent by an earlier life of the peer, or before its first packet arrived, is not
+    counted: it is lost, never gained.
+    """
+
+    MEMORY = "_epoch _sum"
+
+    def __init__(self) -> None:
+        self._epoch: int | None = None
+        self._sum: Value = 0.0
+
+    def take(self, packet: WavePacket) -> Value:
+        """Return the energy that this packet brings beyond all before it [J]."""
+        if packet.epoch != self._epoch:
+            self._epoch, self._sum = packet.epoch, packet.energy
+        gained = maximum(packet.energy - self._sum, 0.0)
+        self._sum = self._sum + gained
+        return gained

@@ -29,8 +29,8 @@ under the same observer (after Coelho et al. 2019).
 from collections.abc import Mapping, Sequence
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.baselines.arrivals import Arrivals
 from pmwvc_core.baselines.avatar_end import AvatarEnd
+from pmwvc_core.baselines.device_end import Arrivals
 from pmwvc_core.baselines.direct import DirectMaster
 from pmwvc_core.numeric import Value, dot, maximum, minimum, squared, where
 from pmwvc_core.params import ServerParams

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from pmwvc_core.network.distributions import DISTRIBUTIONS, TAIL, drawn, normal
-from pmwvc_core.network.effects.rate_limit import line_bytes
+from pmwvc_core.network.effects.queues import line_bytes
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind
 from pmwvc_core.network.streams import Stream
 from pmwvc_core.numeric import Array

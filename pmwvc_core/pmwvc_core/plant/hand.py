@@ -28,7 +28,6 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Value, dot, maximum, where
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.arm import arm_step
 from pmwvc_core.plant.devices import along_first_axis
 from pmwvc_core.plant.forces import Operator, Setting, rows_of
 from pmwvc_core.plant.task import Task
@@ -149,3 +148,15 @@ class RecordedHand(Operator):
         if row >= len(self._y):
             return self._grip.force(self._start + self._y[-1] - x, -xd)
         return self._grip.force(self._start + self._y[row] - x, self._yd[row] - xd)
+
+
+def arm_step(
+    yd: Value, drive: Value, twice_mass: Value, inertia: Value, tick_s: float
+) -> tuple[Value, Value]:
+    """Return how far an arm moves in a tick [m], and its velocity afterwards [m/s].
+
+    It has the velocity ``yd`` before [m/s]; ``drive`` is the force on it if it stayed where it is
+    [N], ``inertia`` 2 m + T D + T^2 K/2 of its damper D and spring K [kg].
+    """
+    velocity = (twice_mass * yd + tick_s * drive) / inertia  # the mean of the tick
+    return tick_s * velocity, 2.0 * velocity - yd

@@ -25,10 +25,9 @@ from typing import Protocol
 
 from pmwvc_core.numeric import Value, clip, dot, finite, limit_length, squared
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.arm import arm_step
 from pmwvc_core.plant.devices import along_first_axis
 from pmwvc_core.plant.forces import Operator
-from pmwvc_core.plant.hand import Grip
+from pmwvc_core.plant.hand import Grip, arm_step
 
 SILENT_S = 0.15
 FADE_S = 0.1

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The shared object: m_o x'' + b_o x' = sum of the contact forces (App. B, Eq. 1).
+"""The shared object, m_o x'' + b_o x' = sum of the contact forces (App. B, Eq. 1), and a wall.
 
 Two ways to go one step on: exactly under forces held over the step (what sampled couplings use),
 and by the midpoint rule (implicit coupling), which keeps the account of kinetic energy to
@@ -143,3 +143,37 @@ def object_account(
     else:
         heat = damper_heat(mass, damping, period, velocity, force)
     return Account(dot(force, moved), stored=gained, dissipated=heat)
+
+
+class FixedBody(Stateful):
+    """An object that never moves: whatever the force, velocity zero, no energy taken."""
+
+    MEMORY = "x xd"
+
+    def __init__(self) -> None:
+        self.x: Value = 0.0
+        self.xd: Value = 0.0
+
+    @property
+    def kinetic(self) -> Value:
+        """Zero."""
+        return 0.0
+
+    def configure(self, mass: Value, damping: Value, *, period: float) -> None:
+        """Stay."""
+
+    def push(self, force: Value) -> tuple[Value, Value]:
+        """Stay."""
+        return 0.0 * force, 0.0
+
+    def imbalance(self, velocity: Value, force: Value) -> Value:
+        """Return zero: a wall bears any force."""
+        return 0.0 * force
+
+    def mobility(self, slope: Value) -> Value:
+        """Return zero."""
+        return 0.0 * slope
+
+    def drift(self, velocity: Value) -> Value:
+        """Stay."""
+        return 0.0

@@ -14,7 +14,7 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.kept_apart import LEAST_M
+from pmwvc_core.server.user_ports import LEAST_M
 from pmwvc_core.traces import SessionTraces
 from pmwvc_view import controls, description
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN

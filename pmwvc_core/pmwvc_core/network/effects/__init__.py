@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Link effects by name, one file each: what a link does to its packets."""
+"""Link effects by name: what a link does to its packets."""
 
 from pmwvc_core.network.effects.library import (
     EFFECTS,

@@ -32,7 +32,7 @@ from pmwvc_core.server.black_box.secant import Secant, decoded
 from pmwvc_core.server.compensations import COMPENSATIONS, Wave
 from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings.sampled import weights
-from pmwvc_core.server.fixed_body import FixedBody
+from pmwvc_core.server.cube import FixedBody
 from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.wave.impedance import MatrixImpedance, smallest_of_runs
 from pmwvc_core.wave.reflection import reflection

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The record of a compensation: what treats the energy of late decoding, and its properties."""
+"""The record of a compensation of the energy of late decoding, and the one that does nothing."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from pmwvc_core.account import Entry
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Record
+from pmwvc_core.state import Stateful
 
 
 class Wave(NamedTuple):
@@ -71,3 +72,21 @@ class Compensation(Record):
     passive: Callable[[ServerParams], bool] = never
     allowance_j: Callable[[ServerParams], float] = nothing
     accounts: tuple[Entry, ...] = ()
+
+
+class Untreated(Stateful):
+    """Send what came out."""
+
+    accounts: Mapping[str, Value] = {}
+
+    def step(self, waves: Sequence[Wave], stored: Value | None) -> list[Value]:
+        """Return ``v``."""
+        return [wave.v for wave in waves]
+
+
+UNTREATED = Compensation(
+    name="none",
+    words="The energy of late decoding is not treated.",
+    linear="none",
+    make=lambda params, users: Untreated(),
+)

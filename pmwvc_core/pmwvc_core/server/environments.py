@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Environments by name: the library, and entry points of the group ``pmwvc.environments``.
+
+A laboratory adds an environment by installing a package of its own that names a factory
+``EnvironmentSetup -> BlackBox`` in that group; nothing here changes. Nothing is known of it but
+its answers, and it is imported only when it is made.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import ServerParams
+from pmwvc_core.plugins import PluginGroup, Record
+from pmwvc_core.server.black_box.hunt_crossley import HuntCrossley
+from pmwvc_core.server.black_box.interface import BlackBox, EnvironmentSetup
+from pmwvc_core.server.black_box.touch import ActiveWall, FreeCube, SlopedWall, TouchedWall
+from pmwvc_core.server.cube import Body, Cube, FixedBody
+
+
+def still(params: ServerParams) -> float:
+    """Return zero: nothing drives the environment [Hz]."""
+    return 0.0
+
+
+def passive(params: ServerParams) -> str:
+    """Return nothing: the environment has no energy of its own."""
+    return ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Environment(Record):
+    """An environment: what makes it, and its properties.
+
+    Attributes
+    ----------
+    make
+        Makes it as a black box, at rest.
+    body
+        Makes the body whose equations every coupling knows, at rest at the origin; None: it is
+        known as a black box only.
+    noun
+        What users touch, in reports.
+    movable
+        Whether it is an object that moves freely (``server.object_mass``).
+    sloped
+        Whether it reports its slope, with which the loop is solved.
+    with_slope
+        Name of the same environment that reports its slope; None where there is none.
+    spring
+        Whether each user touches a spring and damper that stand still: K and B of its contact.
+    contact_law
+        Whether reports give K and B of the users' contacts with it.
+    drive_hz
+        Frequency at which it moves by itself [Hz]; 0: not at all.
+    own_energy
+        Why it may give out energy of its own; empty where it has none.
+    """
+
+    make: Callable[[EnvironmentSetup], BlackBox]
+    body: Callable[[ServerParams], Body] | None = None
+    noun: str = "the object"
+    movable: bool = False
+    sloped: bool = False
+    with_slope: str | None = None
+    spring: bool = False
+    contact_law: bool = True
+    drive_hz: Callable[[ServerParams], float] = still
+    own_energy: Callable[[ServerParams], str] = passive
+
+
+def _body(params: ServerParams) -> Body:
+    return Cube(params.object_mass, params.object_damping, period=params.period_s)
+
+
+CUBE = Environment(
+    name="cube",
+    words="The shared object, which moves freely.",
+    linear="cube",
+    make=FreeCube,
+    body=_body,
+    noun="the cube",
+    movable=True,
+)
+
+
+WALL = Environment(
+    name="wall",
+    words="A wall that does not move.",
+    linear="wall",
+    make=TouchedWall,
+    body=lambda params: FixedBody(),
+    noun="the wall",
+    with_slope="wall_with_slope",
+    spring=True,
+)
+WALL_WITH_SLOPE = Environment(
+    name="wall_with_slope",
+    words="A wall that reports the slope of its force.",
+    linear="wall_with_slope",
+    make=SlopedWall,
+    noun="the wall",
+    sloped=True,
+    spring=True,
+)
+
+
+HUNT_CROSSLEY = Environment(
+    name="hunt_crossley",
+    words="A soft body that stands still, F = K d^n (1 + c d').",
+    linear="wall",
+    make=HuntCrossley,
+    sloped=True,
+    contact_law=False,
+)
+
+
+def _drive_hz(params: ServerParams) -> float:
+    drive = params.active_wall
+    return drive.frequency_hz if drive.amplitude_m > 0.0 else 0.0
+
+
+def _own_energy(params: ServerParams) -> str:
+    return "its environment is driven" if params.active_wall.amplitude_m > 0.0 else ""
+
+
+ACTIVE_WALL = Environment(
+    name="active_wall",
+    words="A wall driven along axis 0: it gives out the energy of its drive.",
+    linear="wall",
+    make=ActiveWall,
+    noun="the wall",
+    contact_law=False,
+    drive_hz=_drive_hz,
+    own_energy=_own_energy,
+)
+
+
+LIBRARY: Mapping[str, Environment] = {
+    record.name: record for record in (CUBE, WALL, WALL_WITH_SLOPE, HUNT_CROSSLEY, ACTIVE_WALL)
+}
+PLUGINS = PluginGroup(
+    "pmwvc.environments",
+    "server.environment",
+    "an environment",
+    calls=("step",),
+    own=tuple(LIBRARY),
+)
+
+
+def environment_of(name: str) -> Environment:
+    """Return an environment by name; one of another package has only what holds for any."""
+    if name in LIBRARY:
+        return LIBRARY[name]
+    return Environment(
+        name=name,
+        words="An environment of another package.",
+        linear="wall",
+        make=partial(PLUGINS.make, name),
+        own_energy=lambda params: (
+            f"whether environment {name!r} has energy of its own is not known"
+        ),
+    )
+
+
+def require(name: str) -> None:
+    """Refuse an environment that is neither in the library nor installed; none is imported.
+
+    Raises
+    ------
+    ParameterError
+        Naming those there are.
+    """
+    if name not in LIBRARY:
+        PLUGINS.required(name)
+
+
+def make_black_box(setup: EnvironmentSetup) -> BlackBox:
+    """Make the environment ``setup.server.environment`` names, at rest.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such environment (naming those there are), if it cannot be imported or made
+        (with the reason), or if what is made is not an environment.
+    """
+    return environment_of(setup.server.environment).make(setup)
+
+
+def make_body(params: ServerParams) -> Body:
+    """Return the body of the environment ``params.environment`` names, at rest at the origin.
+
+    Raises
+    ------
+    ParameterError
+        If it is known as a black box only.
+    """
+    make = environment_of(params.environment).body
+    if make is None:
+        known = ", ".join(name for name, record in LIBRARY.items() if record.body)
+        raise ParameterError(
+            f"server.environment = {params.environment!r}: needs controller = pmwvc with "
+            f"server.coupling = unknown; here there are {known}"
+        )
+    return make(params)
