@@ -189,7 +189,7 @@ def test_the_target_rests_until_all_are_there():
     assert rig.loop.protocol.target.position_m == 0.0
     rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
     moving_s = round(0.5 / PERIOD_S) * PERIOD_S - SOFT_START_S
-    expected = Task(TASK).target(moving_s)[0]
+    expected = Task(TASK).offset(moving_s, dof=1)
     assert rig.loop.protocol.target.position_m == pytest.approx(expected, rel=1e-9)
     assert expected > 0.0
 

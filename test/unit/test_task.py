@@ -24,34 +24,32 @@ tasks = st.builds(
 
 
 def test_a_minimum_jerk_move_begins_and_ends_at_rest_and_is_fastest_half_way():
-    assert minimum_jerk(-1.0) == minimum_jerk(0.0) == (0.0, 0.0)
-    assert minimum_jerk(1.0) == minimum_jerk(2.0) == (1.0, 0.0)
-    assert minimum_jerk(0.5) == pytest.approx((0.5, 1.875))
+    assert minimum_jerk(-1.0) == minimum_jerk(0.0) == 0.0
+    assert minimum_jerk(1.0) == minimum_jerk(2.0) == 1.0
+    assert minimum_jerk(0.5) == pytest.approx(0.5)
+    slope = [_slope(minimum_jerk, progress) for progress in (0.0, 0.5, 1.0)]
+    assert slope == pytest.approx([0.0, 1.875, 0.0], abs=1e-5)
+
+
+def _slope(value, at):
+    return (value(at + STEP_S) - value(at - STEP_S)) / (2.0 * STEP_S)
 
 
 def test_carrying_goes_there_and_back_with_pauses():
     task = Task(TaskParams(kind="carry", move_s=4.0, distance_m=0.05, move_rise_s=3.0, rest_s=1.0))
     at = {0.0: 0.0, 4.0: 0.0, 5.5: 0.025, 7.0: 0.05, 7.9: 0.05, 9.5: 0.025, 11.0: 0.0, 15.0: 0.05}
     for time_s, place in at.items():
-        assert task.target(time_s)[0] == pytest.approx(place, abs=1e-12), time_s
-    assert task.target(5.5)[1] == pytest.approx(0.05 * 1.875 / 3.0)
-    assert task.target(9.5)[1] == pytest.approx(-0.05 * 1.875 / 3.0)
-
-
-@given(tasks, st.floats(0.0, 40.0))
-def test_velocities_are_the_slopes_of_positions(params, time_s):
-    task = Task(params)
-    for value in (task.target, task.closing):
-        slope = (value(time_s + STEP_S)[0] - value(time_s - STEP_S)[0]) / (2.0 * STEP_S)
-        assert value(time_s)[1] == pytest.approx(slope, abs=2e-3)
+        assert task.offset(time_s, dof=1) == pytest.approx(place, abs=1e-12), time_s
+    slopes = [_slope(lambda at: task.offset(at, dof=1), time_s) for time_s in (5.5, 9.5)]
+    assert slopes == pytest.approx([0.05 * 1.875 / 3.0, -0.05 * 1.875 / 3.0])
 
 
 @given(tasks, st.floats(0.0, 40.0))
 def test_the_target_stays_on_its_way_and_hands_close_once(params, time_s):
     task = Task(params)
     low, high = sorted((0.0, params.distance_m))
-    assert low - 1e-12 <= task.target(time_s)[0] <= high + 1e-12
-    closing = [task.closing(t)[0] for t in np.linspace(0.0, time_s, 20)]
+    assert low - 1e-12 <= task.offset(time_s, dof=1) <= high + 1e-12
+    closing = [task.closing(t) for t in np.linspace(0.0, time_s, 20)]
     assert all(0.0 <= share <= 1.0 for share in closing)
     assert closing == sorted(closing)
 
@@ -59,14 +57,13 @@ def test_the_target_stays_on_its_way_and_hands_close_once(params, time_s):
 def test_in_several_axes_the_way_is_a_straight_line():
     task = Task(TaskParams(kind="carry", distance_m=0.05, sideways_m=-0.02))
     for time_s in (0.0, 5.0, 6.3, 20.0):
-        along, _ = task.target(time_s)
+        along = task.offset(time_s, dof=1)
         np.testing.assert_allclose(task.offset(time_s, dof=3), [along, -0.4 * along, 0.0])
-        assert task.offset(time_s, dof=1) == along
 
 
 @pytest.mark.parametrize(("kind", "closes"), [("free", 0.0), ("hold", 1.0), ("carry", 1.0)])
 def test_only_carrying_moves_and_a_free_hand_does_not_close(kind, closes):
     task = Task(TaskParams(kind=kind))
-    assert task.closing(100.0) == (closes, 0.0)
-    moved = any(task.target(time_s)[0] for time_s in np.linspace(0.0, 30.0, 100))
+    assert task.closing(100.0) == closes
+    moved = any(task.offset(time_s, dof=1) for time_s in np.linspace(0.0, 30.0, 100))
     assert moved == (kind == "carry")

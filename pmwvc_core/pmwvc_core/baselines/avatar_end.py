@@ -7,7 +7,8 @@ each by itself. ``energy_u_s`` is what flowed to the avatar, ``energy_v_s`` what
 from f_s xd_s of the step.
 
 Two ways to move an avatar: along the device (``direct``, ``tdpa``), or by a spring and a damper
-from a set point, solved together with the contact (``virtual_coupling``, ``pspm``).
+from a set point, solved together with the contact (``virtual_coupling``, ``pspm``): see
+:class:`SprungAvatarEnd`.
 """
 
 from abc import abstractmethod
@@ -47,6 +48,21 @@ class AvatarEnd(ServerController):
         """Return what goes back to a present user: the force [N]."""
         return port.f_s
 
+    def _book(self, port: UserPort, rate: Value, lost: Value) -> None:
+        """Book a step in which the contact had this relative velocity [m/s] and lost that [J]."""
+        self.dissipated = self.dissipated + lost + self._period * port.contact.heat(rate)
+        flow = self._period * dot(port.f_s, port.xd_s)
+        port.energy_u_s = port.energy_u_s + maximum(flow, 0.0)
+        port.energy_v_s = port.energy_v_s + maximum(-flow, 0.0)
+
+
+class SprungAvatarEnd(AvatarEnd):
+    """Avatars on springs; what goes back is their position."""
+
+    def _answer(self, port: UserPort) -> Value:
+        """Return where the avatar is, in the device's frame [m]."""
+        return port.x_s - port.offset
+
     def _pull(
         self, port: UserPort, set_point: Value, velocity: Value, stiffness: Value, damping: Value
     ) -> None:
@@ -67,10 +83,3 @@ class AvatarEnd(ServerController):
         lost = port.contact.slide(h * port.xd_s)
         port.x_s = self.body.x + port.contact.position
         self._book(port, port.xd_s - self.body.xd, lost)
-
-    def _book(self, port: UserPort, rate: Value, lost: Value) -> None:
-        """Book a step in which the contact had this relative velocity [m/s] and lost that [J]."""
-        self.dissipated = self.dissipated + lost + self._period * port.contact.heat(rate)
-        flow = self._period * dot(port.f_s, port.xd_s)
-        port.energy_u_s = port.energy_u_s + maximum(flow, 0.0)
-        port.energy_v_s = port.energy_v_s + maximum(-flow, 0.0)

@@ -35,7 +35,7 @@ point only where that pays the tank back.
 from collections.abc import Mapping, Sequence
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.baselines.avatar_end import AvatarEnd
+from pmwvc_core.baselines.avatar_end import SprungAvatarEnd
 from pmwvc_core.baselines.device_end import Arrivals, DeviceEnd
 from pmwvc_core.numeric import Value, clip, dot, maximum, root, squared, where
 from pmwvc_core.params import ServerParams
@@ -50,7 +50,7 @@ ENTRIES = TANK, SPRING = (
 )
 
 
-class PspmServer(AvatarEnd):
+class PspmServer(SprungAvatarEnd):
     """Avatars on modulated set points."""
 
     BLOCKS = "springs"
@@ -83,10 +83,6 @@ class PspmServer(AvatarEnd):
         spring.moved(port.x_s, -self._period * dot(port.f_s, port.xd_s))
         spring.divide()
         port.account = spring.sent
-
-    def _answer(self, port: UserPort) -> Value:
-        """Return where the avatar is, in the device's frame [m]."""
-        return port.x_s - port.offset
 
 
 class PspmMaster(DeviceEnd):

@@ -14,15 +14,14 @@ K_c T_c/2 + B_c; with delays T_1 + T_2 around the loop K_c (T_1 + T_2)/2 <= B_c 
 Neither rule excludes generated energy: no account bounds it.
 """
 
-from pmwvc_core.baselines.avatar_end import AvatarEnd
+from pmwvc_core.baselines.avatar_end import SprungAvatarEnd
 from pmwvc_core.baselines.device_end import DeviceEnd
 from pmwvc_core.numeric import Value
 from pmwvc_core.params.baselines import VirtualCouplingParams
-from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.transport.packet import WavePacket
 
 
-class VirtualCouplingServer(AvatarEnd):
+class VirtualCouplingServer(SprungAvatarEnd):
     """Avatars that hang on the devices by spring and damper."""
 
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
@@ -31,10 +30,6 @@ class VirtualCouplingServer(AvatarEnd):
         coupling = port.baseline.virtual_coupling
         x_s = position + port.offset
         self._pull(port, x_s, velocity, coupling.stiffness, coupling.damping)
-
-    def _answer(self, port: UserPort) -> Value:
-        """Return where the avatar is, in the device's frame [m]."""
-        return port.x_s - port.offset
 
 
 class VirtualCouplingMaster(DeviceEnd):

@@ -101,7 +101,7 @@ class Hand(Operator):
         """Return where the arm wants to be [m]; also note how far the hand closes until then."""
         time_s = tick * self.tick_s
         if self._closed != 1.0:  # else what follows stays as it is
-            closed, closing = self._closing, self._task.closing(time_s)[0]
+            closed, closing = self._closing, self._task.closing(time_s)
             self._closed, self._closing = closed, closing
             self._squeeze = (self._half_squeeze * (closed + closing)) * self.axis
             self._facing = (self._face + self._gap * (1.0 - closing)) * self.axis

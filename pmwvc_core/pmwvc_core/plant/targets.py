@@ -67,7 +67,7 @@ class TaskTargets(Stateful):
         time_s = self._tick * self._tick_s
         due = self._tick % self._every == 0
         self._tick += 1
-        closed = self._task.closing(time_s)[0] if due else 0.0
+        closed = self._task.closing(time_s) if due else 0.0
         if closed == 0.0:
             return ()
         position = self._start + closed * (self._pressed - self._start)

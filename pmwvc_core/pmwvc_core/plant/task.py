@@ -15,14 +15,7 @@ from pmwvc_core.params import TaskParams
 from pmwvc_core.state import Stateful
 
 
-def minimum_jerk(progress: float) -> tuple[float, float]:
-    """Return s(r) and ds/dr, with r held between 0 and 1."""
-    rest = 1.0 - progress
-    slope = 30.0 * progress * progress * rest * rest if 0.0 < progress < 1.0 else 0.0
-    return travelled(progress), slope
-
-
-def travelled(progress: float) -> float:
+def minimum_jerk(progress: float) -> float:
     """Return s(r), with r held between 0 and 1."""
     if progress <= 0.0:
         return 0.0
@@ -50,31 +43,20 @@ class Task:
         offset[:2] = self._distance_m, self.params.sideways_m
         return offset * self._progress(time_s)
 
-    def target(self, time_s: float) -> tuple[float, float]:
-        """Return position [m] and velocity [m/s] of the target along axis 0."""
-        since = time_s - self._move_s
-        slope = 0.0
-        if self._moves and since > 0.0:
-            leg, within_s = divmod(since, self._leg_s)
-            slope = minimum_jerk(within_s / self._rise_s)[1] / self._rise_s
-            slope = -slope if leg % 2 else slope
-        return self._distance_m * self._progress(time_s), self._distance_m * slope
-
     def _progress(self, time_s: float) -> float:
         """Return how far the target is on its way, 0 to 1."""
         since = time_s - self._move_s
         if since <= 0.0 or not self._moves:
             return 0.0
         leg, within_s = divmod(since, self._leg_s)
-        progress = travelled(within_s / self._rise_s)
+        progress = minimum_jerk(within_s / self._rise_s)
         return 1.0 - progress if leg % 2 else progress
 
-    def closing(self, time_s: float) -> tuple[float, float]:
-        """Return how far the hands have closed, 0 (open) to 1, and its rate [1/s]."""
+    def closing(self, time_s: float) -> float:
+        """Return how far the hands have closed, 0 (open) to 1."""
         if not self._closes:
-            return 0.0, 0.0
-        progress, slope = minimum_jerk((time_s - self.params.grip_s) / self.params.grip_rise_s)
-        return progress, slope / self.params.grip_rise_s
+            return 0.0
+        return minimum_jerk((time_s - self.params.grip_s) / self.params.grip_rise_s)
 
 
 class ShownTarget(Stateful):

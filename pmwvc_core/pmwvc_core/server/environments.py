@@ -20,16 +20,6 @@ from pmwvc_core.server.black_box.touch import ActiveWall, FreeCube, SlopedWall, 
 from pmwvc_core.server.cube import Body, Cube, FixedBody
 
 
-def still(params: ServerParams) -> float:
-    """Return zero: nothing drives the environment [Hz]."""
-    return 0.0
-
-
-def passive(params: ServerParams) -> str:
-    """Return nothing: the environment has no energy of its own."""
-    return ""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Environment(Record):
     """An environment: what makes it, and its properties.
@@ -67,8 +57,8 @@ class Environment(Record):
     with_slope: str | None = None
     spring: bool = False
     contact_law: bool = True
-    drive_hz: Callable[[ServerParams], float] = still
-    own_energy: Callable[[ServerParams], str] = passive
+    drive_hz: Callable[[ServerParams], float] = lambda params: 0.0
+    own_energy: Callable[[ServerParams], str] = lambda params: ""
 
 
 def _body(params: ServerParams) -> Body:

@@ -39,16 +39,6 @@ class Treatment(Protocol):
         ...
 
 
-def never(params: ServerParams) -> bool:
-    """Return False: nothing is known."""
-    return False
-
-
-def nothing(params: ServerParams) -> float:
-    """Return zero [J]."""
-    return 0.0
-
-
 @dataclass(frozen=True, kw_only=True)
 class Compensation(Record):
     """A compensation: what makes its treatment of waves, and its properties.
@@ -69,8 +59,8 @@ class Compensation(Record):
 
     make: Callable[[ServerParams, int], Treatment]
     limits: bool = False
-    passive: Callable[[ServerParams], bool] = never
-    allowance_j: Callable[[ServerParams], float] = nothing
+    passive: Callable[[ServerParams], bool] = lambda params: False
+    allowance_j: Callable[[ServerParams], float] = lambda params: 0.0
     accounts: tuple[Entry, ...] = ()
 
 
