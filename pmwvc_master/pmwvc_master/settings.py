@@ -4,6 +4,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
@@ -23,14 +24,13 @@ from pmwvc_core.params import (
     OperatorParams,
     SafetyParams,
     ServerParams,
-    Spec,
     TaskParams,
     specs,
 )
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.runtime.session_token import declare_token
-from pmwvc_core.scenario.rates import NEEDS_STRICT
+from pmwvc_core.scenario.changes import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.transport.token import Token
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
@@ -100,9 +100,7 @@ def declare_settings(
     on_safety: Callable[[SafetyParams], None],
 ) -> MasterSettings:
     """Declare all parameters of the node and return the values; ParameterError if one is wrong."""
-
-    def value(name: str, spec: Spec, default: Any) -> Any:
-        return declare_value(node, name, spec, default)
+    value = partial(declare_value, node)
 
     def shared(name: str) -> Any:
         return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))

@@ -31,6 +31,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare,
@@ -39,9 +40,8 @@ from pmwvc_core.runtime.parameters import (
     pass_on,
 )
 from pmwvc_core.runtime.session_token import declare_token
-from pmwvc_core.scenario.rates import PERIOD, why_fixed
+from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
-from pmwvc_core.scenario.server_times import ServerTimes
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
@@ -92,7 +92,6 @@ class PauseParams(Validated):
 
 
 LARGEST = 8
-BLACK_BOX = "a black box and its port are fixed once running"
 
 
 @dataclass(frozen=True)
@@ -204,7 +203,7 @@ class _ForAll:
     def check_change(self, old: ContactParams, new: ContactParams) -> None:
         """Refuse what a black box would not notice."""
         if self.black_box and new != old:
-            raise ParameterError(f"server: {BLACK_BOX}")
+            raise ParameterError(f"server: {FIXED}")
         self.check_deadband(new)
 
     def check_deadband(self, contact: ContactParams) -> None:
@@ -217,7 +216,7 @@ class _ForAll:
         """Refuse changes around a black box, of a fixed period, or to an impossible coupling."""
         couplings = [COUPLINGS.of(params.coupling) for params in (old, new)]
         if new != old and any(coupling.black_box for coupling in couplings):
-            raise ParameterError(f"server.coupling = {new.coupling!r}: {BLACK_BOX}")
+            raise ParameterError(f"server.coupling = {new.coupling!r}: {FIXED}")
         if (new.coupling, new.integrator) != (old.coupling, old.integrator):
             solver_of(couplings[1], new)
         fixed = why_fixed(PERIOD, strict=self.strict, server=new, coupling=couplings[1])

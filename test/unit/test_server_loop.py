@@ -9,10 +9,10 @@ import pytest
 from pmwvc_core.frame.assembly import make_server_step
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
+from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.scenario.server_times import ServerTimes
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, Packer
 from pmwvc_server.loop import ServerLoop
 

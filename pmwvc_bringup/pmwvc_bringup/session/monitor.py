@@ -28,6 +28,7 @@ from pmwvc_bringup.session.status import UserStatus
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.strict_accounts import NODE, RELEASED
 from pmwvc_core.runtime.messages import misfit, nanoseconds
+from pmwvc_core.runtime.peers import publishers_of
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.services import unmatched
 from pmwvc_msgs.msg import LinkState, MasterTrace, Reception, ServerTrace
@@ -88,8 +89,7 @@ class Monitor:
         found = {}
         for topic, (publishers, _) in ends.items():
             if self._node.count_publishers(topic) > publishers:
-                infos = self._node.get_publishers_info_by_topic(topic)
-                names = sorted(f"{i.node_namespace.rstrip('/')}/{i.node_name}" for i in infos)
+                names = sorted(publishers_of(self._node)(topic))
                 former = [n for n in names if again and n.endswith(UNKNOWN)]
                 names = [n for i, n in enumerate(names) if n not in again or n not in names[:i]]
                 names = [n for n in names if n not in former]

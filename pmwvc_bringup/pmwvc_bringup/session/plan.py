@@ -13,10 +13,10 @@ from pathlib import Path
 import yaml
 
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.params.user import server_times
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.scenario.server_times import server_times
 
 MODULES = {
     "recorder": "pmwvc_analysis.recorder_node",

@@ -9,7 +9,7 @@ what they publish, and send targets of hands.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from xml.etree import ElementTree
 
 from pmwvc_analysis.recording.format.topics import session_topics
@@ -32,7 +32,7 @@ class Access:
     publishes: Sequence[str] = ()
     subscribes: Sequence[str] = ()
     replies: Sequence[str] = ()
-    requests: Sequence[str] = field(default=())
+    requests: Sequence[str] = ()
 
 
 def accesses(users: Sequence[str]) -> list[Access]:

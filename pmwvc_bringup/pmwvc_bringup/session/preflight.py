@@ -18,8 +18,6 @@ from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server import environments
 
-SIMULATED = "simulated"
-
 
 def check(scenario: Scenario) -> None:
     """Refuse a scenario that could not run: ScenarioError with every file and plug-in that cannot
@@ -60,7 +58,7 @@ def notes(scenario: Scenario) -> list[str]:
     return disturbed + [
         f"{user.name}: a simulated device replaces device.plugin = {user.device.plugin!r}."
         for user in scenario.users
-        if user.device.plugin != SIMULATED
+        if not user.device.is_simulated
     ]
 
 
@@ -83,11 +81,10 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
     def master() -> None:
         make_master(scenario.controller, user.master, user.baseline)
 
-    attempts: list[Callable[[], object]] = [operator, master]
-    if user.device.plugin != SIMULATED:  # that one is part of this, installed or run from source
+    links = [partial(effects.check, link) for link in (user.link_up, user.link_down)]
+    attempts: list[Callable[[], object]] = [operator, master, *links]
+    if not user.device.is_simulated:  # that one is part of this, installed or run from source
         attempts.insert(0, partial(_require_device, user.device.plugin))
-    for link in (user.link_up, user.link_down):
-        attempts.append(partial(effects.check, link))
     for attempt in attempts:
         try:
             attempt()

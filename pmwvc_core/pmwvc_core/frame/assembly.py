@@ -21,9 +21,9 @@ from pmwvc_core.master.brake import RETURN_S as DEVICE_LETS_GO_S
 from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.params import ServerParams, TaskParams
+from pmwvc_core.params.user import ServerTimes, server_times
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.scenario.server_times import ServerTimes, server_times
 from pmwvc_core.server.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.transport.deadband import Deadband

@@ -196,18 +196,13 @@ class Validated:
 
     def __post_init__(self) -> None:
         """Check every declared field, then what holds between fields."""
-        problems = self.problems()
-        if problems:
+        problems = [
+            f"{name} = {problem}"
+            for name, spec in specs(self).items()
+            if (problem := spec.problem(getattr(self, name)))
+        ]
+        if problems := problems or self.conflicts():
             raise ParameterError("; ".join(problems))
-
-    def problems(self) -> list[str]:
-        """Return every mistake as ``name = value: must be ...``."""
-        found = []
-        for name, spec in specs(self).items():
-            problem = spec.problem(getattr(self, name))
-            if problem:
-                found.append(f"{name} = {problem}")
-        return found or self.conflicts()
 
     def conflicts(self) -> list[str]:
         """Return what is wrong between fields that are each right (none unless overridden)."""

@@ -6,8 +6,6 @@ Rows are separated by semicolons, entries by blanks or commas. Not here: what a 
 (:mod:`pmwvc_core.wave.impedance`).
 """
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,35 +17,26 @@ ASYMMETRY = 1e-9  # of the largest entry: digits lost in writing, made symmetric
 
 def matrix_of(text: str) -> NDArray[np.float64]:
     """Return the symmetric matrix ``(dof, dof)`` of a text; ParameterError with a wrong value."""
-    wrong = matrix_problem(text)
-    if wrong:
-        raise ParameterError(wrong)
+    if reason := _reason(text, None):
+        raise ParameterError(f"{text!r}: must be {reason}")
     matrix = np.array(_rows(text))
     return np.asarray(0.5 * (matrix + matrix.T))
 
 
-def matrix_problem(text: str, dof: int | None = None) -> str | None:
-    """Return what is wrong with a text (with its value), or None; an empty one is right. The
-    matrix has a row per axis, where their number ``dof`` is known.
-    """
-    if not text.strip():
-        return None
-    reason = _reason(text, dof)
-    return None if reason is None else f"{text!r}: must be {reason}"
-
-
 def matrix_conflicts(text: str, dof: int | None = None) -> list[str]:
-    """Return the same as the mistakes of a parameter ``impedance_matrix``."""
-    wrong = matrix_problem(text, dof)
-    return [f"impedance_matrix = {wrong}"] if wrong else []
+    """Return the mistakes of a parameter ``impedance_matrix``; an empty text has none. The matrix
+    has a row per axis, where their number ``dof`` is known.
+    """
+    reason = _reason(text, dof) if text.strip() else ""
+    return [f"impedance_matrix = {text!r}: must be {reason}"] if reason else []
 
 
 def _rows(text: str) -> list[list[float]]:
     return [[float(entry) for entry in row.replace(",", " ").split()] for row in text.split(";")]
 
 
-def _reason(text: str, dof: int | None) -> str | None:
-    """Return what the matrix would have to be and is not."""
+def _reason(text: str, dof: int | None) -> str:
+    """Return what the matrix would have to be and is not; "" where nothing is wrong."""
     try:
         rows = _rows(text)
     except ValueError:
@@ -75,4 +64,4 @@ def _reason(text: str, dof: int | None) -> str | None:
             f"of a condition number of at most {LARGEST_CONDITION:g} "
             f"(its eigenvalues are {values[0]:.4g} to {values[-1]:.4g})"
         )
-    return None if math.isfinite(values[-1]) else "of finite numbers"
+    return ""

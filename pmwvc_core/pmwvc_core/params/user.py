@@ -4,7 +4,9 @@
 the hand.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -87,6 +89,22 @@ class SafetyParams(Validated):
                 f"must be > damper_velocity = {self.damper_velocity} m/s"
             ]
         return []
+
+
+class ServerTimes(NamedTuple):
+    """Times of the server, one for all users: the longest of theirs [s]."""
+
+    timeout_s: float
+    release_s: float
+    soft_start_s: float
+
+
+def server_times(users: Iterable[SafetyParams]) -> ServerTimes:
+    """Return when the server takes a user as silent and as gone, and when tasks begin."""
+    each = list(users)
+    return ServerTimes(
+        *(max(float(getattr(user, name)) for user in each) for name in ServerTimes._fields)
+    )
 
 
 @dataclass(frozen=True)

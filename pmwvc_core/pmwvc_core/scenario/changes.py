@@ -9,6 +9,12 @@
 A time [s] from the start of the session, then what is set together. A server takes a change over
 with its next step, a master with its next frame, a link with its next packet. What may change is
 what may change in a running node (a safety limit may be widened, too: nobody is on the device).
+
+Rates: on the strict channel a packet carries the time that it stands for, so that the rate of
+packets and the server's period may change with the next frame or step. On the plain channel it
+stands for a fixed time, which filter, hold and the receiver's energy rest on. A coupling that
+moves avatars by the velocity of the step before would lose or make displacement where that step
+was shorter or longer than this one.
 """
 
 import re
@@ -17,12 +23,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.names import resolved, spec_of, varied
-from pmwvc_core.scenario.rates import why_fixed
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 CHANGEABLE = ("server", "master", "safety", "link")  # groups
+RATE_DROP, PERIOD = "master.rate_drop", "server.period_s"
+NEEDS_STRICT = (
+    "can change on the strict channel only; on the other channels a packet stands for a fixed time"
+)
 FIXED = "a black box and its port are fixed once running"
 _FORM = "must be 'TIME NAME=VALUE ...; TIME NAME=VALUE ...', such as '2.5 server.object_mass=1'"
 _SETTING = re.compile(r"([A-Za-z0-9_.*]+)=(\S+)")
@@ -112,6 +123,20 @@ def _require_changeable(name: str, scenario: Scenario) -> None:
     )
     if fixed:
         raise ScenarioError("changes", [f"{name}: {fixed}"])
+
+
+def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupling) -> str:
+    """Return why a rate (``RATE_DROP`` or ``PERIOD``) cannot change while a session runs on this
+    channel, with this server and its coupling; "" where it can, as any other parameter.
+    """
+    if name in (RATE_DROP, PERIOD) and not strict:
+        return NEEDS_STRICT
+    if name == PERIOD and (coupling.moves is None or coupling.moves(server)[0] != 0.0):
+        return (
+            f"is fixed with server.coupling = {coupling.name}, server.integrator = "
+            f"{server.integrator}: avatars move by the velocity of the step before"
+        )
+    return ""
 
 
 def _value(name: str, text: str) -> Any:

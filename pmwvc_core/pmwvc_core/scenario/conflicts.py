@@ -10,8 +10,8 @@ from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
-from pmwvc_core.scenario.server_times import server_times
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
 

@@ -12,7 +12,10 @@ import numpy as np
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.plant.forces import Operator
+from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.plant.forces import Operator, Setting
+from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.ticks import Ticks
 
 
@@ -75,6 +78,23 @@ class Conditions:
         times = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
         missed = np.setdiff1d(every[ran[0] :], ran)
         return Ticks(first, int(ran[0]), times, frozenset(missed.tolist()))
+
+    def device_and_hand(
+        self, scenario: Scenario, index: int, runs: int
+    ) -> tuple[SimulatedDevice, Operator]:
+        """Return device and hand of the user with a number (from 0), where a session of ``runs``
+        begins.
+        """
+        user, dof, tick_s = scenario.users[index], scenario.dof, scenario.tick_s
+        half = scenario.server.object_size_m / 2
+        start = user.side * (half + user.contact.gap_m)
+        device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
+        # In a batch every run has a place of its own from the beginning.
+        device.place(start + np.zeros((runs, 1)) if runs > 1 else start)
+        if hand := self.hands.get(user.name):
+            return device, hand()
+        at = Setting(user.side, half, start, tick_s, dof)
+        return device, make_operator(user.operator, scenario.task, at)
 
 
 FROM_SCENARIO = Conditions()

@@ -10,7 +10,6 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import CATCH_UP_S
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.device import device_and_hand
 from pmwvc_core.simulation.links import links_of
 from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.transport.packet import WavePacket
@@ -35,7 +34,7 @@ class SimulatedUser:
         self.settings = user = scenario.users[index]
         self.loop = force_loop_of(scenario, index, schedule=conditions.schedule)
         self.up, self.down = links_of(scenario, index, (inbox, self.loop.inbox), conditions.links)
-        self.device, self.operator = device_and_hand(scenario, index, runs, conditions)
+        self.device, self.operator = conditions.device_and_hand(scenario, index, runs)
         tick_ns = round(scenario.tick_s * 1e9)
         self.ticks = conditions.ticks_of(user.name, ticks=ticks, tick_ns=tick_ns)
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
