@@ -4,6 +4,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from support import plain as scenarios
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.hand_targets import hand_targets, is_of_hand
 from pmwvc_analysis.recording.mcap.salvage import RawMessage
+from pmwvc_analysis.replay.hands import remote_hand
 from pmwvc_analysis.replay.run import replay, reproduced
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.plant.remote_hand import RemoteHand
@@ -97,6 +99,22 @@ def test_a_replay_follows_the_recorded_targets():
     assert reproduced(again.differences)
     recorded.targets.clear()  # the control
     assert not reproduced(replay(recorded, scenario, scenario).differences)
+
+
+def test_targets_stay_at_their_ticks_behind_a_pause_of_the_loop():
+    """A hand moves on in 99 ticks of a pause of 250; the target comes 50 ticks behind it."""
+    scenario = remote_scenario()
+    recorded = SimpleNamespace(
+        live=True,
+        targets={"user1": HandTargets(np.array([0.4]), np.array([[0.01, 0.0, 0.0]]))},
+    )
+    ran_ns = 1_000_000 * np.arange(800)
+    ran_ns[100:350] = -1
+    hand = remote_hand(scenario.users[0], recorded, ran_ns, tick_s=0.001, dof=1)
+    came = [bool(hand.source.take()) for _ in range(300)]
+    made_up_for = 99
+    assert came.index(True) == 100 + made_up_for + 50
+    assert sum(came) == 1
 
 
 def test_a_live_sessions_changes_of_parameters_are_replayed_but_for_what_is_set():

@@ -67,9 +67,9 @@ def session_topics(
     for user in users:
         found += [wave(f"/{user}/wave_up"), wave(f"/{user}/wave_down")]
         found += [
-            wave(f"/server/{link[0]}/wave_{link[1]}")
-            for link in map(_split, links)
-            if link[0] == user
+            wave(f"/server/{user}/wave_{way}")
+            for way in ("up", "down")
+            if f"{user}/{way}" in links
         ]
         found.append(trace(f"/{user}/trace", schemas.MASTER_TRACE))
         found.append(reception(user))
@@ -93,12 +93,6 @@ def session_topics(
     return found
 
 
-def _split(link: str) -> tuple[str, str]:
-    """Return user and direction of a link's name."""
-    user, _, direction = link.rpartition("/")
-    return user, direction
-
-
 def relayed(topic: str) -> tuple[str, str] | None:
     """Return the link that a topic comes out of, and the topic that feeds it.
 
@@ -115,5 +109,5 @@ def relayed(topic: str) -> tuple[str, str] | None:
 
 def source_of(link: str) -> str:
     """Return the topic that feeds a link."""
-    user, direction = _split(link)
+    user, _, direction = link.rpartition("/")
     return f"/{user}/wave_up" if direction == "up" else f"/server/{user}/wave_down"
