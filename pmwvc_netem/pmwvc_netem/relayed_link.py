@@ -18,13 +18,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pmwvc_core.network.fates import FateLog
-from pmwvc_core.network.in_flight import Cause, Fate, FateKind
+from pmwvc_core.network.in_flight import TRAVELLING, Cause, Fate, FateKind
 from pmwvc_core.network.link import Link
 
 ENCAPSULATION = 4  # bytes that even an empty message has
 _EPOCH = 20
 _WAVE_HEAD = 32
-_TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)  # until they come out
 _EPOCH_AND_SEQ = {0: struct.Struct(">QI"), 1: struct.Struct("<QI")}
 
 
@@ -124,7 +123,7 @@ class RelayedLink:
                 self.fates.add(fate)
                 continue
             for fate in self.link.send((message, *known), now_ns, size_bytes=size):
-                if fate.kind not in _TRAVELLING:
+                if fate.kind not in TRAVELLING:
                     self.fates.add(fate, epoch=known[0], seq=known[1])
 
     def let_out(self) -> None:

@@ -19,8 +19,6 @@ OTHERS = [
     *ROOT.glob("tools/**/*.py"),
 ]
 ALLOWED = {
-    "pmwvc_core.server.black_box.interface:Joins": "documents what a plug-in may have",
-    "pmwvc_core.server.black_box.interface:Leaves": "documents what a plug-in may have",
     "pmwvc_analysis.budget.parts:unchecked": "the list in docs/file_format.md",
     "pmwvc_analysis.budget.parts:_unchecked": "the list in docs/file_format.md",
 }

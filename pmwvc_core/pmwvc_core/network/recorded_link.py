@@ -12,9 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_core.network.contained import EffectFaults
-from pmwvc_core.network.in_flight import DELIVERED, Cause, Fate, FateKind, InFlight
-
-TRAVELLING = (DELIVERED, FateKind.DUPLICATE)
+from pmwvc_core.network.in_flight import DELIVERED, TRAVELLING, Cause, Fate, FateKind, InFlight
 
 
 class RecordedFate(NamedTuple):

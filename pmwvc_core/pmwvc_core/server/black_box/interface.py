@@ -32,7 +32,11 @@ class EnvironmentSetup:
 
 
 class BlackBox(Protocol):
-    """An environment as a black box: all that it must have. More that it may have stands below."""
+    """An environment as a black box: all that it must have. More that it may have stands below.
+
+    It may also have ``join(user, position)`` and ``leave(user)``, called before the next step when
+    user 0, 1, ... joins with its avatar at ``(..., dof)`` [m], or leaves.
+    """
 
     def step(self, position: Array, velocity: Array, dt: float) -> Array:
         """Go one step on.
@@ -50,24 +54,6 @@ class BlackBox(Protocol):
         Array
             Forces of the avatars on the environment, of the same shape [N].
         """
-        ...
-
-
-@runtime_checkable
-class Joins(Protocol):
-    """Optional: called before the next step when a user joins."""
-
-    def join(self, user: int, position: Array) -> None:
-        """User ``user`` (0, 1, ...) is there now, its avatar at ``(..., dof)`` [m]."""
-        ...
-
-
-@runtime_checkable
-class Leaves(Protocol):
-    """Optional: called before the next step when a user leaves."""
-
-    def leave(self, user: int) -> None:
-        """User ``user`` is gone."""
         ...
 
 
