@@ -16,7 +16,7 @@ from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import AMPLITUDE, STRICT_AMPLITUDE, NonlinearError
-from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.outside import trial
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_core import plugins
@@ -106,7 +106,33 @@ class Remembering(OneStepDelay):
         return super().step(ports, body)
 
 
-ENDS = {end.__name__.lower(): end for end in (Hidden, Enclosed, Dead, Clipped, Fading, Undeclared)}
+class Branching(WaveMaster):
+    """Asks for the sign of a wave as if it were one number."""
+
+    def receive(self, wave):
+        super().receive(wave if wave > 0.0 else 0.5 * wave)
+
+
+class Failing(OneStepDelay):
+    """Fails in every step."""
+
+    def step(self, ports, body):
+        raise ZeroDivisionError("no mass")
+
+
+class Ordered(OneStepDelay):
+    """Softens the force of every user but the first."""
+
+    def step(self, ports, body):
+        for port in ports[1:]:
+            port.f_s = 0.5 * port.f_s
+        return super().step(ports, body)
+
+
+ENDS = {
+    end.__name__.lower(): end
+    for end in (Hidden, Enclosed, Dead, Clipped, Fading, Undeclared, Branching)
+}
 
 
 def controller(name, end):
@@ -130,10 +156,15 @@ def lab():
     ends = {name: controller(name, end) for name, end in ENDS.items()}
     ends["strict"] = dataclasses.replace(LIBRARY["pmwvc"], name="strict", linear="strict")
     late = COUPLINGS.library["one_step_delay"]
-    own = dataclasses.replace(late, name="remembering", linear="remembering", make=Remembering)
+    own = {
+        solver.__name__.lower(): dataclasses.replace(
+            late, name=solver.__name__.lower(), linear=solver.__name__.lower(), make=solver
+        )
+        for solver in (Remembering, Failing, Ordered)
+    }
     with pytest.MonkeyPatch.context() as patch:
         points = offer(patch, group, "lab_ends", ends | {"soft": examples["SOFT"]})
-        known = {"averaged": examples["AVERAGED"], "remembering": own}
+        known = own | {"averaged": examples["AVERAGED"]}
         offer(patch, couplings, "lab_couplings", known, kept=points)
         plugins.imported.cache_clear()
         yield
@@ -222,6 +253,7 @@ def test_the_largest_stable_stiffness_separates_what_decays_from_what_grows():
         ("dead", "controller = dead: not linear: signals of 0.0078 and of 9e-13"),
         ("clipped", "controller = clipped: not linear|superposition does not hold"),
         ("undeclared", "Undeclared does not declare its state"),
+        ("branching", "controller = branching: not stepped on arrays: ValueError"),
     ],
 )
 def test_an_end_whose_model_would_be_wrong_has_none(name, reason):
@@ -231,10 +263,25 @@ def test_an_end_whose_model_would_be_wrong_has_none(name, reason):
     assert not any("Stable:" in line for line in prediction_text.lines(scenario, live=False))
 
 
-def test_a_coupling_that_keeps_something_for_itself_has_no_model():
-    scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling="remembering")
-    with pytest.raises(NonlinearError, match=r"coupling = remembering: two hyperperiods"):
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("remembering", "coupling = remembering: two hyperperiods in a row"),
+        ("failing", "coupling = failing: .*raised ZeroDivisionError: no mass"),
+    ],
+)
+def test_a_coupling_whose_model_would_be_wrong_has_none(name, reason):
+    scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling=name)
+    with pytest.raises(NonlinearError, match=reason):
         stability.span(scenario)
+
+
+def test_a_coupling_may_treat_equal_users_differently():
+    """The library's may not: its equal users are one problem with a weight."""
+    scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling="ordered")
+    whole = build(scenario)
+    assert compare(scenario, model=whole) < 1e-9
+    assert stability.span(scenario).settled[0] == pytest.approx(spectral_radius(whole), rel=1e-9)
 
 
 def test_nothing_is_proved_of_code_from_another_package():

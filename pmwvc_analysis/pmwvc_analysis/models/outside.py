@@ -24,6 +24,7 @@ from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.identity import ONE
 from pmwvc_analysis.models.linear import NonlinearError, amplitude_of, outside
 from pmwvc_core.controllers.library import LIBRARY, PLAIN
+from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -48,7 +49,13 @@ def loop_of(
         If the hyperperiod is too long.
     """
     if found := outside(scenario):
-        _check(scenario, f"{scenario.name}: {', '.join(found)}", live=live, weights=weights)
+        what = f"{scenario.name}: {', '.join(found)}"
+        try:
+            _check(scenario, what, live=live, weights=weights)
+        except PmwvcError:
+            raise
+        except PLUGIN_ERRORS as error:  # whatever a plug-in raises
+            raise NonlinearError(f"{what}: not stepped on arrays: {reason(error)}") from error
     return Hyperperiod(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
 
 
@@ -79,6 +86,9 @@ def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int])
 
     loop = made()
     once, _ = loop.around()
+    if faults := loop.server.faults:
+        if faults.steps:  # a damper stands for them, which is another law
+            raise NonlinearError(f"{what}: {faults.text}")
     twice, _ = made().around(rounds=2)
     if names := _other(loop, (once @ once)[..., loop.units], twice[..., loop.units]):
         raise NonlinearError(

@@ -7,7 +7,8 @@ times the force, and g - 1 motions against one another, in which their forces ca
 stays, and each of them has the eigenvalues of one user at a wall. So the eigenvalues of the whole
 loop are those of one user for each group, weighted, and of one user at a wall for each group of
 several. Side, hand and limits do not matter here. (A cube behind a port that does not know it is
-not resolved like a wall: there, users are left apart.)
+not resolved like a wall, and code of another package may treat users by their order: there, users
+are left apart.)
 """
 
 import dataclasses
@@ -15,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.models.linear import outside
 from pmwvc_core.scenario.scenario import Scenario, User
 
 COMPARED_FIELDS = ("master", "baseline", "device", "contact", "link_up", "link_down")
@@ -30,7 +32,8 @@ class Subproblem(NamedTuple):
 def subproblems(scenario: Scenario) -> list[Subproblem]:
     """Return smaller problems with, together, all eigenvalues of a scenario."""
     groups: list[list[User]] = []
-    apart = scenario.coupling.black_box and scenario.environment.movable
+    unknown_cube = scenario.coupling.black_box and scenario.environment.movable
+    apart = unknown_cube or outside(scenario)
     for user in scenario.users:
         for group in groups:
             if not apart and all(
