@@ -3,11 +3,8 @@
 """The search: filters and holds that are fit for the rate drop, and the best impedance of each. On
 the strict channel, which has neither, the impedance alone.
 
-The best impedance of a filter and a hold is found from their lag (the link is a spring 2b/tau and
-a mass b tau/2) and the noise of the encoder; the few choices that are left are then rated by the
-exact model. An impedance stays between the least that keeps a one-step-delay port passive (K T_VE
-+ 2B <= b) and a quarter of what the force loop itself stands at a matched port, b T_c/m = 2; and
-one step d of an encoder to and fro passes the slew limit, 2 b d/T_c <= max_slew T_c.
+The best impedance of a filter and a hold is found from their lag and the noise of the encoder
+(:mod:`.candidates`); the few choices that are left are then rated by the exact model.
 
 The best choice is then simulated with the scenario's own hands. One that is not stable there, or
 limited by safety, gives way to the next best, and at last to a smaller impedance.
@@ -21,30 +18,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.budget.counts import behind_counts
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Element, nonlinear
-from pmwvc_analysis.prediction import lag, prediction
+from pmwvc_analysis.tune.candidates import best_impedance, bounds_of, filters_of, is_fit
 from pmwvc_analysis.tune.criteria import (
     AsGiven,
     Choice,
     Rating,
-    cost_of,
     is_stable,
-    noise_n,
     rated,
-    velocity_step,
 )
 from pmwvc_analysis.tune.session import STABLE, judged
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
 
-LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 STEP = 1.5  # factor between the alternatives
 WIDE = 2.0  # likewise, where no choice found from the lag is stable
 HOLDS = ("foh", "zoh")
@@ -86,7 +76,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             "tune controller = pmwvc, and check the result with 'pmwvc simulate'"
         )
     bounds = bounds_of(scenario)
-    names = {name: one for name, one in filters_of(scenario).items() if _fit(scenario, one)}
+    names = {name: one for name, one in filters_of(scenario).items() if is_fit(scenario, one)}
     rows = {
         (name, hold): rated(
             scenario, best_impedance(scenario, one, hold, bounds, live=live), live=live
@@ -194,78 +184,3 @@ def _refusal(scenario: Scenario, rows: Sequence[Rating], bounds: tuple[float, fl
         f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked at "
         f"within a factor of {WIDE:g}) is stable with any filter; {helps}"
     )
-
-
-def bounds_of(scenario: Scenario) -> tuple[float, float]:
-    """Return the least and the largest impedance to look at [N s/m]."""
-    largest = min(
-        0.5 * float(user.device.mass) / float(user.master.tick_s) for user in scenario.users
-    )
-    step = velocity_step(scenario)
-    if step is not None:
-        passes = min(
-            float(user.safety.max_slew) * float(user.master.tick_s) for user in scenario.users
-        )
-        largest = min(largest, 0.5 * passes / step)
-    for user in scenario.users:
-        if behind_counts(user, scenario):
-            largest = min(largest, count_bound(user.master, user.device).largest_impedance)
-    least = LEAST
-    bound = scenario.coupling.least_impedance
-    if bound is not None:
-        least = max(bound(scenario.server, user.contact) for user in scenario.users)
-    return min(max(least, LEAST), largest), largest
-
-
-def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
-    """Return the filters to choose from, by what they are called in the answer."""
-    master = scenario.users[0].master
-    if scenario.strict:
-        return {"filter as given": master.filter}
-    half_hz = 0.5 / master.frame_s  # half the packet rate
-    found = {
-        "integrate and dump": FilterParams(kind="integrate_and_dump"),
-        "first order, 0.1 of the packet rate": FilterParams(
-            kind="first_order", cutoff_hz=round(0.2 * half_hz, 3)
-        ),
-        "Butterworth up to half the packet rate": FilterParams(
-            kind="butterworth", pass_hz=half_hz, stop_hz=2.0 * half_hz
-        ),
-    }
-    return {"filter as given": master.filter} | {
-        name: one for name, one in found.items() if one != master.filter
-    }
-
-
-def _fit(scenario: Scenario, one: FilterParams) -> bool:
-    """Tell whether a filter can be built at this tick, with the velocity filter there is, and
-    lets hardly any aliasing through.
-    """
-    user = scenario.users[0]
-    master = dataclasses.replace(user.master, filter=one)
-    try:
-        if master.velocity_filter.is_on:
-            velocity_filter(master)
-        gain = prediction.aliasing_gain(dataclasses.replace(user, master=master))
-    except PmwvcError:
-        return False
-    return one == user.master.filter or gain <= prediction.ALIASING_BOUND
-
-
-def best_impedance(
-    scenario: Scenario, one: FilterParams, hold: str, bounds: tuple[float, float], *, live: bool
-) -> Choice:
-    """Return the impedance of least cost for a filter and a hold, from the lag of the link."""
-    grid = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
-    chosen = Choice(float(grid[0]), one, hold).applied(scenario)
-    user = chosen.users[0]
-    tau_s = lag.lag_s(user, chosen, live=live)
-    contact, device = float(user.contact.contact_stiffness), float(user.device.mass)
-    whole = device + float(user.operator.mass)
-    costs = []
-    for impedance in grid:
-        rendered = lag.series_stiffness(contact, float(impedance), tau_s)
-        heavier = (whole + max(impedance * tau_s / 2.0, 0.0)) / whole
-        noise = noise_n(scenario, float(impedance)) if velocity_step(scenario) else 0.0
-        costs.append(cost_of(rendered / contact if rendered > 0.0 else 1.0, heavier, noise))
-    return Choice(float(grid[int(np.argmin(costs))]), one, hold)

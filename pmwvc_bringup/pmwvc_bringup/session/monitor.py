@@ -3,9 +3,8 @@
 """The runner's ROS node: checks the connections of the session's nodes, starts them together and
 reads their status a few times per second.
 
-It subscribes with a short queue, which it empties itself, so that it costs almost no time. Any
-program on the domain can publish on these topics: a message whose fields do not fit together is
-skipped, and so is another publisher while the one that is followed goes on. A topic with more
+Any program on the domain can publish on these topics: a message whose fields do not fit together
+is skipped, and so is another publisher while the one that is followed goes on. A topic with more
 publishers than planned is named.
 """
 
