@@ -20,7 +20,7 @@ from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.session import simulate
+from pmwvc_core.simulation.session import simulate_one
 
 PRESS = {
     "name": "press",
@@ -83,9 +83,7 @@ def test_a_virtual_coupling_is_stable_up_to_its_rule_and_not_far_beyond(delay_s,
         )
         for stiffness in (proposed.stiffness, edge, 4.0 * edge)
     ]
-    found = [
-        verdict(t, s).instability for t, s in zip(simulate(scenarios), scenarios, strict=True)
-    ]
+    found = [verdict(simulate_one(scenario), scenario).instability for scenario in scenarios]
     assert found == [None, None, "diverged"]
 
 
@@ -128,7 +126,7 @@ def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(
         load(name, settings_texts=[*words, f"baseline.tdpa.damping={damping}"])
         for damping in (0.0, 3.0, ours)
     ]
-    found = [verdict(t, s).stable for t, s in zip(simulate(scenarios), scenarios, strict=True)]
+    found = [verdict(simulate_one(scenario), scenario).stable for scenario in scenarios]
     assert found == [False, name == "carry_16ms", True]
 
 
@@ -140,7 +138,7 @@ def test_a_damper_within_its_rule_does_not_chatter_on_an_encoder():
         load("carry_16ms", settings_texts=[*words, f"baseline.tdpa.damping_max={most}"])
         for most in (25.0, 125.0)
     ]
-    within, beyond = (_true_balance(traces) for traces in simulate(scenarios))
+    within, beyond = map(_true_balance, map(simulate_one, scenarios))
     assert within > -2.5e-3 > beyond
 
 
@@ -168,7 +166,7 @@ def test_a_contact_too_stiff_for_the_servers_step_stays_unstable_on_any_link(sti
     )
     criteria = LIBRARY["tdpa"].check(BaselineParams(), loop_in(scenario)).criteria
     assert (criteria["contact"] < 0.0) is diverges
-    assert (verdict(simulate([scenario])[0], scenario).instability == "diverged") is diverges
+    assert (verdict(simulate_one(scenario), scenario).instability == "diverged") is diverges
 
 
 def test_without_any_damping_no_virtual_coupling_is_proposed():

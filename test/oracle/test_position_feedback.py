@@ -11,7 +11,7 @@ import functools
 
 import numpy as np
 import pytest
-from support.simulated import simulated
+from support.simulated import side_by_side, simulated
 
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
@@ -155,7 +155,7 @@ def test_sessions_side_by_side_are_those_run_alone():
         )
         for gain in (5.0, 20.0)
     ]
-    for together, scenario in zip(simulate(runs), runs, strict=True):
+    for together, scenario in zip(side_by_side(runs), runs, strict=True):
         alone = simulate_one(scenario).users[0]
         np.testing.assert_allclose(together.users[0].x_m, alone.x_m, rtol=1e-9, atol=1e-12)
         for name, energy in alone.accounts.items():

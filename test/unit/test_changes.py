@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support import plain as scenarios
 from support.handmade import oscillating
+from support.simulated import side_by_side
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -107,7 +108,7 @@ def test_masters_links_and_limits_change_as_well(setting):
 
 def test_changes_hold_for_every_run_of_a_batch():
     scenarios_ = [carrying(CHANGES, device__mass=mass) for mass in (0.2, 0.3)]
-    together = simulate(scenarios_)
+    together = side_by_side(scenarios_)
     alone = simulate_one(scenarios_[1])
     np.testing.assert_allclose(together[1].server.x_o, alone.server.x_o, atol=1e-12)
 

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import pytest
 from support import plain as scenarios
-from support.simulated import judged, simulated
+from support.simulated import judged, side_by_side, simulated
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.prediction import prediction
@@ -18,7 +18,7 @@ from pmwvc_core.params.server import COUPLINGS
 from pmwvc_core.plant.forces import ForceOnRecord
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.simulation.session import simulate_one
 
 TICKS, TICK_S = 320, 0.001
 AXIS_BY_AXIS = ("pmwvc", "direct", "virtual_coupling")  # the others have one energy for all axes
@@ -138,7 +138,7 @@ def test_sessions_with_hands_are_the_same_alone_and_side_by_side(variant, dof):
     sideways = {"task.sideways_m": 0.02, "matrix": tilted(dof)} if dof > 1 else {}
     settings = task | sideways | {"safety.max_force": 1.0, "operator.squeeze": 2.0} | variant
     both = [scenario_of(dof, **settings | {"server.contact_stiffness": k}) for k in (150.0, 300.0)]
-    for scenario, batched in zip(both, simulate(both), strict=True):
+    for scenario, batched in zip(both, side_by_side(both), strict=True):
         alone = simulate_one(scenario)
         assert alone.users[0].x_m.shape == (TICKS, dof)
         for one, two in zip(signals(alone), signals(batched), strict=True):

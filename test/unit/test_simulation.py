@@ -9,6 +9,7 @@ import gc
 import numpy as np
 import pytest
 from support.plain import load
+from support.simulated import side_by_side
 
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.network.link import Link, stream_of
@@ -78,7 +79,7 @@ def test_a_batch_equals_its_single_runs(dof, coupling, contact):
             {"server.object_mass": 1.0, "operator.stiffness": 50, "master.filter.pole_rad_s": 70},
         )
     ]
-    batched = simulate(scenarios)
+    batched = side_by_side(scenarios)
     for scenario, together in zip(scenarios, batched, strict=True):
         alone = simulate_one(scenario)
         for (name, one), (_, other) in zip(arrays_of(alone), arrays_of(together), strict=True):
@@ -181,7 +182,7 @@ def test_a_run_that_runs_away_leaves_the_others_of_its_batch_alone():
         for damping in (2.0, 400.0)
     )
     with np.errstate(over="ignore", invalid="ignore"):
-        together = simulate([calm, wild])
+        together = side_by_side([calm, wild])
     alone = simulate_one(calm)
     assert not np.isfinite(together[1].server.f_s[0]).all()
     np.testing.assert_allclose(together[0].users[0].x_m, alone.users[0].x_m, rtol=1e-9, atol=1e-12)

@@ -60,8 +60,16 @@ def test_the_seed_counts_only_where_something_is_random():
 
 def test_batches_keep_every_scenario_once_and_stay_below_the_largest():
     many = [scenario(server__object_mass=1.0 + i % 3, duration_s=1 + i % 2) for i in range(7)]
-    groups = batches(many, largest=2)
+    groups = batches(many, smallest=1, largest=2)
     assert sorted(i for group in groups for i in group) == list(range(7))
     assert max(map(len, groups)) == 2
     for group in groups:
         assert len({structure_of(many[i]) for i in group}) == 1
+
+
+def test_few_runs_of_one_axis_are_stepped_one_by_one():
+    few = [scenario(server__object_mass=1.0 + i) for i in range(3)]
+    assert batches(few, smallest=4, largest=9) == [[0], [1], [2]]
+    assert batches(few, smallest=3, largest=9) == [[0, 1, 2]]
+    wide = [scenario(dof=3, server__object_mass=1.0 + i) for i in range(3)]
+    assert batches(wide, smallest=4, largest=9) == [[0, 1, 2]]

@@ -16,7 +16,10 @@
     return new Float32Array(bytes.buffer);
   });
   const LEFT = 56, RIGHT = 10, TOP = 6, BOTTOM = 34;
-  const MARKS = { dot: "h0", cross: "m-3-3l6 6m0-6l-6 6", plus: "m-3 0h6m-3-3v6" };
+  const MARKS = {
+    dot: "h0", cross: "m-3-3l6 6m0-6l-6 6", plus: "m-3 0h6m-3-3v6",
+    ring: "m-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0",
+  };
   const full = data.span;
   let range = [...full], panels = [], queued = false;
   const paint = (name) => `var(--c-${name})`;
@@ -107,7 +110,7 @@
   }
   function dotsPath(dots, x, y) {
     const xs = arrays[dots.x], ys = arrays[dots.y], seen = new Set();
-    const grid = dots.m === "dot" ? 1.5 : 4.5;
+    const grid = { dot: 1.5, ring: 0.1 }[dots.m] ?? 4.5;
     for (let i = 0; i < xs.length; i++) {
       if (xs[i] < x.low || xs[i] > x.high || !Number.isFinite(ys[i])) continue;
       const a = Math.round(x.at(xs[i]) / grid) * grid, b = Math.round(y.at(ys[i]) / grid) * grid;

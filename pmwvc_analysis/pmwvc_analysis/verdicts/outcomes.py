@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.counts import bounded
+from pmwvc_analysis.budget.criterion import together
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
 from pmwvc_analysis.verdicts.stability import LIMITED
@@ -67,7 +68,8 @@ def passive_by_account(scenario: Scenario) -> bool:
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
-    ports, hit = summary["passivity"]["ports"], summary["passivity"]["passive"]
+    ports = summary["passivity"]["ports"]
+    hit = together(port["passive"] for port in ports)
     violated = [port for port in ports if port["passive"] is False]
     if violated and all(port["held_j"] for port in violated):
         who = listed(sorted({port["owner"] for port in violated}))

@@ -125,13 +125,16 @@ def stack_scenarios(scenarios: Sequence[Scenario]) -> Scenario:
     return dataclasses.replace(first, users=users, server=stack([s.server for s in scenarios]))
 
 
-def batches(scenarios: Sequence[Scenario], *, largest: int) -> list[list[int]]:
-    """Return the positions of scenarios that are stepped together, at most ``largest`` at once."""
+def batches(scenarios: Sequence[Scenario], *, smallest: int, largest: int) -> list[list[int]]:
+    """Return the positions of scenarios that are stepped together, at most ``largest`` at once;
+    fewer than ``smallest`` of one axis are stepped one by one.
+    """
     by_structure: dict[Hashable, list[int]] = {}
     for position, scenario in enumerate(scenarios):
         by_structure.setdefault(structure_of(scenario), []).append(position)
-    return [
-        members[start : start + largest]
-        for members in by_structure.values()
-        for start in range(0, len(members), largest)
-    ]
+    found = []
+    for members in by_structure.values():
+        alone = len(members) < smallest and scenarios[members[0]].dof == 1
+        size = 1 if alone else largest
+        found += [members[start : start + size] for start in range(0, len(members), size)]
+    return found
