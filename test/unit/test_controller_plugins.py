@@ -73,7 +73,7 @@ def test_a_controller_of_another_package_has_an_exact_model(pmwvc):
 
 def test_a_controller_of_another_package_is_tuned_by_its_own_model(pmwvc):
     settings = ("--set", "controller=soft", "--set", "channel=plain", "--json")
-    result = pmwvc("tune", "carry_16ms", *settings)
+    result = pmwvc("tune", "wall", *settings)
     assert result.returncode == 0, result.stderr
     found = json.loads(result.stdout)
     assert found["best"]["stable"] is True

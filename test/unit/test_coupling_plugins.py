@@ -83,10 +83,10 @@ def test_a_coupling_of_another_package_has_an_exact_model(pmwvc):
 
 
 def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
-    result = pmwvc("tune", "carry_16ms", *AVERAGED, "--set", "channel=plain")
+    result = pmwvc("tune", "wall", *AVERAGED, "--set", "channel=plain")
     assert result.returncode == 0, result.stderr
     assert "computed with" not in result.stdout
-    assert "proposed: simulated for 12 s with the scenario's hands: stable" in result.stdout
+    assert "proposed: simulated for 8 s with the scenario's hands: stable" in result.stdout
 
 
 FAILED = slice(20, 30)  # steps
