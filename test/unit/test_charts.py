@@ -18,7 +18,7 @@ from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.axis import Axis
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
 from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.charts.chart_png import file_svg, write
+from pmwvc_analysis.charts.chart_png import figure, file_svg, write
 from pmwvc_analysis.charts.chart_svg import panel_svg
 from pmwvc_analysis.charts.decimate import envelope, reduced
 from pmwvc_analysis.figures import recorded
@@ -227,7 +227,12 @@ def test_long_labels_leave_the_axes_their_room(tmp_path):
     chart = Chart("long", "Long labels", "", [Panel("energy [mJ]", lines=[line])])
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # matplotlib's, where axes have no room left
-        write(chart, tmp_path)
+        files = write(chart, tmp_path)
+        drawn = figure(chart)
+        drawn.canvas.draw()
+    assert all(file.stat().st_size for file in files)
+    [axes] = drawn.axes
+    assert axes.get_position().width > 0.5  # of the figure
 
 
 def test_an_event_stands_at_its_time_in_every_figure():

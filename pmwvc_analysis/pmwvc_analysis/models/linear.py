@@ -210,12 +210,18 @@ def notes_of(scenario: Scenario, *, live: bool = False) -> list[str]:
     return found
 
 
-def amplitude_of(scenario: Scenario) -> float:
-    """Return the amplitude up to which code from other packages is tried, in SI units: less for a
-    master of the strict channel, where a wave passes only if its energy has come.
+def tried_strictly(scenario: Scenario) -> bool:
+    """Tell whether code from other packages is tried on the strict channel: a master made for it;
+    a coupling is tried on the plain one.
     """
-    strict = scenario.strict and scenario.controller not in RECORDS.library
-    return STRICT_AMPLITUDE if strict else AMPLITUDE
+    return scenario.strict and scenario.controller not in RECORDS.library
+
+
+def amplitude_of(scenario: Scenario) -> float:
+    """Return the amplitude up to which code from other packages is tried, in SI units: less on the
+    strict channel, where a wave passes only if its energy has come.
+    """
+    return STRICT_AMPLITUDE if tried_strictly(scenario) else AMPLITUDE
 
 
 def outside_words(scenario: Scenario) -> list[str]:

@@ -22,8 +22,13 @@ import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.identity import ONE
-from pmwvc_analysis.models.linear import NonlinearError, amplitude_of, outside
-from pmwvc_core.controllers.library import LIBRARY, PLAIN
+from pmwvc_analysis.models.linear import (
+    NonlinearError,
+    amplitude_of,
+    outside,
+    tried_strictly,
+)
+from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -68,7 +73,7 @@ def trial(scenario: Scenario) -> Scenario:
     """
     if not scenario.strict:
         return scenario
-    if scenario.controller in LIBRARY:
+    if not tried_strictly(scenario):
         return dataclasses.replace(scenario, channel=PLAIN)
     users = tuple(
         dataclasses.replace(user, master=dataclasses.replace(user.master, rate_drop=FRAME_TICKS))
