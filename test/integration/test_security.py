@@ -22,6 +22,7 @@ from pmwvc_msgs.msg import MasterTrace, Reception, Wave
 
 pytestmark = pytest.mark.integration
 NODES = {"server": "/", "netem": "/", "recorder": "/", "master": "/user1"}
+SILENT = ("server silent", "server receives nothing")
 NOT_ALWAYS = {  # of a device that speaks ROS, and of a hand from outside
     "/user1/device/servo_cf",
     "/user1/device/measured_cp",
@@ -103,23 +104,31 @@ def test_forged_packets_are_refused_counted_and_without_effect(session):
     other = Admission(Token(1, "user1", bytes(32)), out="up", into="down")
     before = len(blocks)
     begin = received[-1]
+    own, seen = set(), len(heard)
 
     def counted(name):
         return getattr(received[-1], name) - getattr(begin, name)
 
     def attack():
-        true.seq += 1000
-        true.wave = 5.0
-        data = wave_bytes(true, 0)
-        out.publish(stranger.sealed(data))  # knows epoch, session and number
-        out.publish(other.sealed(data))
-        out.publish(bytes(data[:60]))
-        peer.until(lambda: True)
-        return counted("forged") > 5 and counted("other_session") > 5 and counted("malformed") > 5
+        """Answer each true packet with a forged one of each kind: no flood."""
+        nonlocal seen
+        true_ones = [data for data in heard[seen:] if bytes(data) not in own]
+        seen = len(heard)
+        for _ in true_ones:
+            true.seq += 1000
+            true.wave = 5.0
+            data = wave_bytes(true, 0)
+            sealed = stranger.sealed(data)  # knows epoch, session and number
+            for forged in (sealed, other.sealed(data), bytes(data[:60])):
+                own.add(forged)
+                out.publish(forged)
+        counts = [counted(name) for name in ("forged", "other_session", "malformed", "accepted")]
+        return min(counts) > 5 and blocks[-1].state == MasterTrace.COUPLED
 
     peer.until(attack)
-    assert counted("accepted") > 0 and counted("stranger") == 0
-    seen = blocks[before:]
-    assert {block.state for block in seen} == {MasterTrace.COUPLED}
-    assert max(abs(f) for block in seen for f in block.f_applied) < 1e-6  # nobody presses
+    assert counted("stranger") == 0
+    for block in blocks[before:]:
+        # A machine that stands still for 50 ms makes either end silent, with or without forgers.
+        assert block.state == MasterTrace.COUPLED or block.reason.startswith(SILENT)
+        assert max(map(abs, block.f_applied)) < 1e-6  # nobody presses
     assert messages.nanoseconds(received[-1].stamp) > messages.nanoseconds(begin.stamp)
