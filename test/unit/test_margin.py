@@ -53,6 +53,28 @@ def test_without_a_margin_every_tick_of_delay_is_a_dip(monkeypatch):
     assert np.count_nonzero(waves[1300:] < 0.2 * WAVE) > 20
 
 
+def held_back(time_s):
+    """The first packets, over 50 ms, come at once: a link that was only then established."""
+    return 0.02 + max(0.05 - time_s, 0.0)
+
+
+def test_what_the_first_packets_bring_at_once_makes_no_lag_and_no_motion_is_lost():
+    for energy in (1.0, AMPLE):
+        waves, at_hand_s, playout = played(held_back, 2.0, energy)
+        assert at_hand_s[70:].max() < PACKET_S + 2 * TICK_S + SLACK_S
+        came = np.ceil((2.0 - 0.02) / PACKET_S)
+        given = waves.sum() * TICK_S
+        assert given + float(playout.waiting) == pytest.approx(came * WAVE * PACKET_S)
+    assert abs(float(playout.undelivered)) < 1e-9  # made up: the energy was ample
+
+
+def test_a_playout_that_takes_the_first_burst_as_regular_keeps_its_lag(monkeypatch):
+    """The control."""
+    monkeypatch.setattr("pmwvc_core.wave.playout.RETURN_S", 0.0)
+    _, at_hand_s, _ = played(held_back, 2.0, energy=1.0)
+    assert at_hand_s[1000:].min() > 0.035
+
+
 def uneven(until_s):
     rng = np.random.default_rng(4)
     return lambda time_s: 0.02 + (0.024 * rng.random() if time_s < until_s else 0.0)

@@ -24,8 +24,8 @@ lost.
 ``rate`` is 1 but for what keeps a margin at hand and no more than that (:mod:`.margin`). Where
 nothing is at hand p waits: the wave is zero, and whatever comes later is played later. What comes
 of an outage is not played but stays undelivered; so does what was due while the loop itself did
-not run, what an outage kept back and comes as a burst after it, and what is at hand beyond
-``LONGEST_S``.
+not run, what comes as a burst after an outage or with the first packets, and what is at hand
+beyond ``LONGEST_S``.
 
 A playout with something undelivered, or that has had too much at hand for long, and has no energy
 for it is *short*. The other direction then passes on what it can spare (:meth:`Playout.spared`).
@@ -82,7 +82,8 @@ class Playout(Stateful):
     BLOCKS = "margin _segments"
     SIGNALS = "_integral _wave undelivered"
     MEMORY = (
-        "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s _burst_s"
+        "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s _burst_s "
+        "_begins_s"
     )
 
     def __init__(self, *, most_repaid: Value, rises_s: float = RETURN_S) -> None:
@@ -105,6 +106,7 @@ class Playout(Stateful):
         self._behind = False
         self._since_s: Value = 0.0  # since the last wait
         self._burst_s: Value = 0.0  # for which what comes may still be of an outage
+        self._begins_s = RETURN_S  # for which what comes may have waited for the link
 
     def begin(self) -> None:
         """Drop what is at hand, undelivered and free: what comes has nothing to do with it."""
@@ -245,14 +247,19 @@ class Playout(Stateful):
 
     def _most_s(self, outage: Flag, h: float) -> Value:
         """Return how much may be at hand [s]. What an outage kept back may come within the next
-        ``RETURN_S`` as a burst: of that no more than a packet.
+        ``RETURN_S`` as a burst: of that no more than a packet. What the first packets bring at
+        once would be a lag that lasts: of that no more than frames and steps in any phase need.
         """
+        longest_s: Value = LONGEST_S
+        if self._begins_s > 0.0:
+            self._begins_s -= h
+            longest_s = self.margin.time_s + SLACK_S + self._segments.lasted_s + h
         burst = outage | (self._burst_s > 0.0)
         if burst is False or not anywhere(burst):
-            return LONGEST_S
+            return longest_s
         self._burst_s = where(outage, RETURN_S, self._burst_s - h)
         few_s = self.margin.time_s + SLACK_S + where(outage, 0.0, self._segments.lasted_s)
-        return where(self._burst_s > 0.0, few_s, LONGEST_S)
+        return where(self._burst_s > 0.0, few_s, longest_s)
 
     def _at(self, time_s: Value) -> tuple[Value, Value]:
         """Return integral and reserve up to a time, also within a segment."""
