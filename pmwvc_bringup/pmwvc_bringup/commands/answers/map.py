@@ -95,22 +95,28 @@ def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
     """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError where it is neither."""
     from pmwvc_analysis.maps.maps import Axis
 
+    name, _, _ = text.partition("=")
+    try:
+        values = _values(scenario, text)
+        for edge in (values[0], values[-1]):
+            varied(scenario, name, edge)  # refuses what is out of range
+    except PmwvcError as error:
+        raise PmwvcError(f"--{option}: {error}") from None
+    return Axis(name, values)
+
+
+def _values(scenario: Scenario, text: str) -> tuple[float, ...]:
     name, equals, span = text.partition("=")
     value = value_of(scenario, name)
     if not equals:
-        values = _usual(scenario, name, value)
-    else:
-        try:
-            first, last, count = span.split(":")
-            values = _spread(float(first), float(last), int(count))
-        except ValueError:
-            raise PmwvcError(
-                f"--{option} {text}: must be NAME=FIRST:LAST:COUNT, e.g. "
-                "server.contact_stiffness=0:3000:100"
-            ) from None
-    for edge in (values[0], values[-1]):
-        varied(scenario, name, edge)  # refuses what is out of range
-    return Axis(name, values)
+        return _usual(scenario, name, value)
+    try:
+        first, last, count = span.split(":")
+        return _spread(float(first), float(last), int(count))
+    except ValueError:
+        raise PmwvcError(
+            f"{text}: must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
+        ) from None
 
 
 def _usual(scenario: Scenario, name: str, value: float | None) -> tuple[float, ...]:
