@@ -117,10 +117,13 @@ def test_setting_of_the_page_changes_the_running_nodes_and_wrong_ones_are_refuse
 
 def test_delay_that_grows_by_the_page_drops_nobody(visited):
     """Waves or watchdog: a step of the delay beyond 30 ms would; a machine that stalls may."""
-    server_s = np.max(visited["traces"].metadata["server_lateness_s"])
-    for user in visited["traces"].users:
-        stalled = user.missed or max(server_s, user.lateness_s.max()) > 0.01
-        assert stalled or not (user.state == 2).any()
+    traces = visited["traces"]
+    late_s = [np.max(traces.metadata["server_lateness_s"])]
+    late_s += [user.lateness_s.max() for user in traces.users]
+    # the emulator stood still where it took packets in later than they were sent
+    late_s += [np.diff(fate.time_in_ns).max() * 1e-9 - 0.008 for fate in traces.fates.values()]
+    stalled = max(late_s) > 0.01 or any(user.missed for user in traces.users)
+    assert stalled or not any((user.state == 2).any() for user in traces.users)
 
 
 def test_hand_of_a_page_that_is_gone_opens_in_time(visited):
