@@ -132,7 +132,7 @@ def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_p
 
 def test_live_sessions_are_compared_side_by_side(tmp_path):
     out = tmp_path / "compared"
-    words = ["--over", "link.delay_s=0.004,0.02", "--duration", "3", "--set", "task.grip_s=0.1"]
+    words = ["--over", "link.delay_s=0.004,0.08", "--duration", "3", "--set", "task.grip_s=0.1"]
     code, text, errors = pmwvc("compare", "wall", *words, "--live", "--out", out, "--json")
     assert code == 0, errors
     found = json.loads(text)
