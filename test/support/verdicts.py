@@ -11,14 +11,19 @@ from pmwvc_analysis.traces.arrivals import UNEVEN, waited
 LATE_S = 0.01  # of a loop: it stood still
 
 
+def loops_stood_still(traces, users) -> bool:
+    """Tell whether the loop of the server, or of one of these users, stood still."""
+    late_s = [np.max(traces.metadata["server_lateness_s"])]
+    late_s += [user.lateness_s.max() for user in users]
+    return any(user.missed for user in users) or max(late_s) > LATE_S
+
+
 def stood_still(session) -> bool:
     """Tell whether a loop of the session stood still, or packets came late."""
     traces = read_session(session.folder)
-    late_s = [np.max(traces.metadata["server_lateness_s"])]
-    late_s += [user.lateness_s.max() for user in traces.users]
-    missed = any(user.missed for user in traces.users)
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
-    return missed or max(late_s) > LATE_S or waited(links, 0.0, traces.duration_s) > UNEVEN
+    late = waited(links, 0.0, traces.duration_s) > UNEVEN
+    return late or loops_stood_still(traces, traces.users)
 
 
 def judged_stable(session) -> None:

@@ -58,7 +58,10 @@ def test_what_is_not_stable_is_an_answer_too(pmwvc):
              "--set", "user2.master.rate_drop=991"),
             "common factors",
         ),
-        (("map", "wall", "--x", "device.mas=1:2:3", "--y", "link.delay_s"), "--x: device.mas"),
+        (
+            ("map", "wall", "--x", "device.mas=1:2:3", "--y", "link.delay_s"),
+            "--x: device.mas: there is no such parameter; did you mean",
+        ),
         (("map", "wall", "--x", "device.mass=2:1:3", "--y", "link.delay_s"), "FIRST:LAST:COUNT"),
         (("map", "wall", "--x", "link.delay_s", "--y", "link.delay_s"), "two different"),
         (("map", "wall", "--x", "server.coupling", "--y", "link.delay_s"), "give its range"),

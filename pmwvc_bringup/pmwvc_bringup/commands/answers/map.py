@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> Result:
 
     if arguments.workers is not None and arguments.workers < 1:
         raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
-    x, y = (axis_of(scenario, getattr(arguments, name), name) for name in ("x", "y"))
+    x, y = (_axis_given(scenario, arguments, option) for option in ("x", "y"))
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
@@ -91,32 +91,32 @@ def run(arguments: argparse.Namespace) -> Result:
     return Result(document=(folder / "map.json").read_text("utf-8"))
 
 
-def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
+def _axis_given(scenario: Scenario, arguments: argparse.Namespace, option: str) -> "Axis":
+    try:
+        return axis_of(scenario, getattr(arguments, option))
+    except PmwvcError as error:
+        raise PmwvcError(f"--{option}: {error}") from None
+
+
+def axis_of(scenario: Scenario, text: str) -> "Axis":
     """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError where it is neither."""
     from pmwvc_analysis.maps.maps import Axis
 
-    name, _, _ = text.partition("=")
-    try:
-        values = _values(scenario, text)
-        for edge in (values[0], values[-1]):
-            varied(scenario, name, edge)  # refuses what is out of range
-    except PmwvcError as error:
-        raise PmwvcError(f"--{option}: {error}") from None
-    return Axis(name, values)
-
-
-def _values(scenario: Scenario, text: str) -> tuple[float, ...]:
     name, equals, span = text.partition("=")
     value = value_of(scenario, name)
     if not equals:
-        return _usual(scenario, name, value)
-    try:
-        first, last, count = span.split(":")
-        return _spread(float(first), float(last), int(count))
-    except ValueError:
-        raise PmwvcError(
-            f"{text}: must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
-        ) from None
+        values = _usual(scenario, name, value)
+    else:
+        try:
+            first, last, count = span.split(":")
+            values = _spread(float(first), float(last), int(count))
+        except ValueError:
+            raise PmwvcError(
+                f"{text}: must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
+            ) from None
+    for edge in (values[0], values[-1]):
+        varied(scenario, name, edge)  # refuses what is out of range
+    return Axis(name, values)
 
 
 def _usual(scenario: Scenario, name: str, value: float | None) -> tuple[float, ...]:
