@@ -207,3 +207,18 @@ def test_a_sender_that_claims_more_than_a_legal_wave_carries_adds_no_more(claim_
         receiver.push(packer.pack(rest, rest, now_ns, energy=claim_j * k), now_ns)
     legal_j = 0.5 * longest**2 * PERIOD_S * packets
     assert receiver.playout.received_j == pytest.approx(min(claim_j * packets, legal_j))
+
+
+@pytest.mark.parametrize("runs", [None, 3])
+def test_beginning_anew_forgives_no_debt(runs):
+    playout = Playout(most_repaid=1.0)
+    ones = 1.0 if runs is None else np.ones((runs, 1))
+    playout.add(0.01 * ones, 0.02 * ones, PERIOD_S)
+    playout.given_j = 0.03 * ones  # 10 mJ were lent
+    playout.begin()
+    playout.add(0.01 * ones, 0.01 * ones, PERIOD_S)
+    assert np.all(playout.step(PERIOD_S) == 0.0)
+    playout.add(0.01 * ones, 0.01 * ones, PERIOD_S)
+    for _ in range(4):
+        playout.step(PERIOD_S)
+    assert np.all(playout.given_j + playout.released_j <= playout.received_j + 1e-12)

@@ -109,8 +109,9 @@ class Playout(Stateful):
         self._begins_s = RETURN_S  # for which what comes may have waited for the link
 
     def begin(self) -> None:
-        """Drop what is at hand, undelivered and free: what comes has nothing to do with it."""
-        self.discarded_j = self.received_j - self.given_j - self.released_j
+        """Drop what is at hand, undelivered and free; a debt stays."""
+        free_j = self.received_j - self.given_j - self.released_j
+        self.discarded_j = maximum(self.discarded_j, free_j)
         self._clear()
 
     @property
