@@ -20,6 +20,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.frame.device_sample import LATE_NS
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.pacing import Watch
 from pmwvc_core.runtime.peers import Peers, publishers_of
@@ -35,6 +36,7 @@ from pmwvc_master.settings import declare_settings
 from pmwvc_master.wires import RosWires
 
 FAREWELL_PERIODS = 3
+LATE_SAMPLES = f"ticks without a device sample of the last {LATE_NS / 1e6:g} ms"
 STATES = ("starting", "coupled", "damping", "fault")
 
 
@@ -69,7 +71,7 @@ class Master:
             f"{1.0 / settings.master.frame_s:.0f} packets per second; "
             f"device {settings.device.plugin}; waiting for the server"
         )
-        self._watch = Watch(self.loop)
+        self._watch, self._late = Watch(self.loop), 0  # late samples when last looked
         self._peers = Peers(
             publishers_of(node),
             inboxes={node.resolve_topic_name("wave_down"): self.loop.protocol.inbox},
@@ -141,9 +143,11 @@ class Master:
         loop = self.loop
         values, missed = self._watch.look()
         safety, inbox = loop.protocol.safety, loop.protocol.inbox
+        late, self._late = loop.protocol.late_samples - self._late, loop.protocol.late_samples
         state = STATES[int(safety.state)]
         values |= {
             "device samples": loop.work.samples,
+            LATE_SAMPLES: loop.protocol.late_samples,
             "state": state,
             "reason": safety.reason,
             "safety events": safety.events,
@@ -154,6 +158,7 @@ class Master:
         wrong, peers = self._peers.look()
         values |= peers
         wrong += [f"{missed} deadlines missed"] if missed else []
+        wrong += [f"{LATE_SAMPLES}: {late}"] if late else []
         text = f"{state}: {safety.reason}" if safety.reason else state
         text = "; ".join([text, *wrong])
         if state == "fault":

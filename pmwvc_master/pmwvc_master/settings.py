@@ -74,7 +74,6 @@ class MasterSettings(User):
             epoch=epoch,
             schedule=LIVE,
             workspace_m=info.workspace_m,
-            watched=info.pacing in ("device", "event"),
         )
 
     def device_setup(self, node: Node) -> DeviceSetup:

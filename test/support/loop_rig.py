@@ -75,17 +75,17 @@ class Wires:
 class Rig:
     """A loop between fakes, and a clock that shows what the test says."""
 
-    def __init__(self, *, rate_drop=TICKS, pacing="host"):
+    def __init__(self, *, rate_drop=TICKS, pacing="host", channel="plain"):
         self.device, self.wires, self.now_ns = Device(pacing), Wires(), 0
         self.server = Packer(99, period=FRAME_S)
         protocol = make_force_loop(
             User("user1", master=MasterParams(rate_drop=rate_drop)),
             controller="pmwvc",
+            channel=channel,
             dof=1,
             server_period_s=FRAME_S,
             epoch=7,
             schedule=LIVE,
-            watched=pacing == "event",
         )
         self.loop = MasterLoop(
             protocol,

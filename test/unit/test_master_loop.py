@@ -187,8 +187,9 @@ def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monke
     assert rig.wires.sent[-1].flags & FLAG_LEAVING
 
 
-def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again():
-    rig = Rig(pacing="event")
+@pytest.mark.parametrize("pacing", ["host", "exchange", "device", "event"])
+def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again(pacing):
+    rig = Rig(pacing=pacing)
     answered = iter(range(10**6))
 
     def tick_with_answers(*grids):
@@ -229,13 +230,32 @@ def test_a_device_that_never_spoke_is_a_fault_after_a_second():
     assert rig.loop.protocol.safety.state == SafetyState.FAULT
 
 
-def test_a_polled_device_need_not_mark_fresh_samples():
-    rig = Rig(pacing="host")
-    rig.device.sample.fresh = False
+@pytest.mark.parametrize(
+    ("age_ms", "late", "force"), [(0, 0, True), (5, 0, True), (6, 792, True), (20, 792, True),
+                                  (21, 792, False), (-1, 792, False)],
+)  # fmt: skip
+def test_the_age_of_a_sample_is_the_time_since_it_was_measured(age_ms, late, force):
+    """Old ones are counted from 5 ms on, none from 20 ms on; one of the future is of another
+    clock, and of no known age.
+    """
+    rig = Rig()
     for grid in range(8, 800):
         rig.answer(-0.05)
+        rig.device.sample.measured_ns = (grid - age_ms) * TICK_NS
         rig.tick(grid)
-    assert rig.device.forces[-1] > 0.5
+    assert rig.loop.protocol.late_samples == late
+    assert (rig.device.forces[-1] > 0.5) == force and any(rig.device.forces) == force
+
+
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+def test_a_position_that_is_no_number_at_a_frame_start_is_forgotten_with_it(channel):
+    rig = Rig(channel=channel)
+    for grid in range(8, 800):
+        rig.answer(-0.05)
+        rig.device.sample.x = float("nan") if grid == 400 else 0.1
+        rig.tick(grid)
+    assert rig.device.forces[-1] > 0.1
+    assert all(math.isfinite(p.wave) and math.isfinite(p.position) for p in rig.wires.sent)
 
 
 def test_a_device_that_senses_nothing_is_given_no_force():

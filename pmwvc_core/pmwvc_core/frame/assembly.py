@@ -43,7 +43,6 @@ def make_force_loop(
     epoch: int,
     schedule: FrameSchedule,
     workspace_m: float | None = None,
-    watched: bool = False,
 ) -> ForceLoop:
     """Return a user's force loop, at rest.
 
@@ -57,8 +56,6 @@ def make_force_loop(
         Phases of a frame.
     workspace_m
         Half extent that the device declares [m].
-    watched
-        Whether the device marks fresh samples.
     """
     inbox = make_receiver(
         controller,
@@ -87,7 +84,6 @@ def make_force_loop(
         packer=packer,
         frames=Frames(schedule, rate_drop=user.master.rate_drop, tick_s=user.master.tick_s),
         tick_s=user.master.tick_s,
-        watched=watched,
     )
 
 

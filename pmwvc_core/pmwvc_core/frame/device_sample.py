@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from pmwvc_core.numeric import Value
 
-STALE_S = 0.02  # without a fresh sample of a device that marks them: it is silent
+LATE_NS = 5_000_000  # a sample older than this is named in the diagnostics
+STALE_NS = 20_000_000  # one older than this is none: the device is silent
 
 
 @dataclass(slots=True)
@@ -14,8 +15,9 @@ class DeviceSample:
     """Motion and forces that a device senses at one tick.
 
     ``valid`` is False where position or velocity cannot be trusted: the loop then asks for no
-    force. ``fresh`` is False where nothing new came since the last read; only devices with pacing
-    ``device`` or ``event`` need to set it. ``f_h`` is the hand's force on the device, zero where
+    force. ``fresh`` is False where nothing new came since the last read, whatever the pacing, and
+    ``measured_ns`` the time of the measurement on the monotonic clock, None for that of the read.
+    ``f_h`` is the hand's force on the device, zero where
     ``hand_force_known`` is False. ``work`` is for devices that know their true motion, as a
     simulated one does: the work of the controller's force against the hand and of the hand's
     force on the device since the start [J]. Where it is None the loop counts the motion measured.
@@ -27,3 +29,4 @@ class DeviceSample:
     valid: bool = True
     work: tuple[Value, Value] | None = None
     fresh: bool = True
+    measured_ns: int | None = None

@@ -17,7 +17,7 @@ Time is an argument: integer nanoseconds of any monotonic clock.
 import math
 from collections.abc import Sequence
 
-from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
+from pmwvc_core.frame.device_sample import LATE_NS, STALE_NS, DeviceSample
 from pmwvc_core.frame.end import ProtocolEnd, waiting
 from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.frame.schedule import Frames
@@ -42,9 +42,6 @@ class ForceLoop(ProtocolEnd):
         Numbers the outgoing packets and keeps their running sums.
     frames
         When frames start and take their answer.
-    watched
-        Whether the device marks fresh samples; without a fresh one for ``STALE_S``
-        no force is rendered.
 
     Attributes
     ----------
@@ -54,10 +51,12 @@ class ForceLoop(ProtocolEnd):
         Whether the server had answered and the soft start was over when an answer was taken.
     x
         Last valid position [m].
+    late_samples
+        Ticks so far with a sample older than ``LATE_NS``, or none.
     """
 
     BLOCKS = "controller safety inbox packer frames"
-    MEMORY = "ended coupled x _fresh_tick _due _events_sent _epoch _timeout_s"
+    MEMORY = "ended coupled x late_samples _measured_ns _due _events_sent _epoch _timeout_s"
 
     def __init__(
         self,
@@ -68,7 +67,6 @@ class ForceLoop(ProtocolEnd):
         packer: Packer,
         frames: Frames,
         tick_s: float,
-        watched: bool = False,
     ) -> None:
         super().__init__()
         self.controller, self.safety = controller, safety
@@ -79,9 +77,8 @@ class ForceLoop(ProtocolEnd):
         self.ended: FrameReport | None = None
         self.coupled = False
         self.x: Value = 0.0
-        self._watched = watched
-        self._stale_ticks = round(STALE_S / tick_s)
-        self._fresh_tick = -1 - self._stale_ticks
+        self.late_samples = 0
+        self._measured_ns: float = -math.inf
         self._events_sent = 0
         self._due = math.inf  # the tick after the last one that ran
         self._timeout_s = inbox.timeout_s
@@ -115,7 +112,7 @@ class ForceLoop(ProtocolEnd):
         if not frames.starts(tick):
             return None
         begun = tick - tick % frames.rate_drop
-        if sample.valid:
+        if self._age_ns(sample, now_ns) <= STALE_NS:
             self.controller.measure(sample.x, sample.xd)
         packet = self._packed(now_ns)
         self._take_changes()
@@ -133,7 +130,7 @@ class ForceLoop(ProtocolEnd):
             Its number; frames start at the multiples of the rate drop.
         sample
             Of the device at the start of the tick. Where it cannot be trusted (not valid, or
-            stale), no force is rendered, and after it the force rises from zero.
+            older than ``STALE_NS``), no force is rendered, and after it the force rises from zero.
         packets
             Arrived since the last tick, in the order of arrival.
 
@@ -150,7 +147,9 @@ class ForceLoop(ProtocolEnd):
             self.inbox.playout.pass_by((tick - self._due) * self._tick_s)
         self._due = tick + 1
         x, xd = sample.x, sample.xd
-        if sample.valid and not (self._watched and self._stale(tick, sample)):
+        age_ns = self._age_ns(sample, now_ns)
+        self.late_samples += age_ns > LATE_NS
+        if age_ns <= STALE_NS:
             sensed, position, velocity = True, x, xd
             self.x = x
         else:  # where it was last seen; its velocity is not known
@@ -201,11 +200,12 @@ class ForceLoop(ProtocolEnd):
             self._take_answer(now_ns)
         return packet
 
-    def _stale(self, tick: int, sample: DeviceSample) -> bool:
-        """Tell whether a watched device has brought nothing fresh for too long."""
+    def _age_ns(self, sample: DeviceSample, now_ns: int) -> float:
+        """Return the time since a sample was measured [ns]; infinite where that is no sample."""
         if sample.fresh:
-            self._fresh_tick = tick
-        return tick - self._fresh_tick > self._stale_ticks
+            self._measured_ns = now_ns if sample.measured_ns is None else sample.measured_ns
+        age_ns = now_ns - self._measured_ns
+        return age_ns if sample.valid and age_ns >= 0 else math.inf
 
     def _packed(self, now_ns: int) -> WavePacket | None:
         """Return the next packet: the filter's output after the last tick; None where the deadband

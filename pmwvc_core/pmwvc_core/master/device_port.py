@@ -153,7 +153,7 @@ class DevicePort(Stateful, ABC):
 
     def measure(self, x: Value, xd: Value) -> None:
         """Note the position, so that a packet sent before the first tick has it."""
-        self._x = x
+        self._x, _ = self._sensed(x, xd)
 
     def position(self) -> Value:
         """Return the position last measured [m]."""

@@ -163,7 +163,7 @@ class StrictMaster(DevicePort):
 
     def measure(self, x: Value, xd: Value) -> None:
         """Account for the tick that ends at this position."""
-        self._settle(x, xd)
+        self._settle(*self._sensed(x, xd))
 
     def step(self, x: Value, xd: Value) -> Value:
         """Return the force wanted for the tick that starts with this motion [N]."""

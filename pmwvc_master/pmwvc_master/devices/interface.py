@@ -28,8 +28,7 @@ class DeviceInfo:
 
     ``pacing`` is the owner of the clock: ``host`` (the loop reads and writes), ``exchange`` (one
     round trip is one tick), ``device`` (a vendor's thread fills a mailbox) or ``event`` (samples
-    come irregularly, as over a topic). With the last two the loop watches ``DeviceSample.fresh``:
-    a device that has brought nothing new for ``STALE_S`` is silent.
+    come irregularly, as over a topic). The loop watches the age of the samples whatever it is.
     """
 
     model: str
@@ -82,8 +81,8 @@ class HapticDevice(Protocol):
         """
 
     def read(self, due_ns: int) -> DeviceSample:
-        """Return what is sensed at the tick due at ``due_ns`` (monotonic clock); never wait
-        longer than a tick.
+        """Return what is sensed at the tick due at ``due_ns`` (monotonic clock), of replies that
+        wait the newest; never wait longer than a tick.
 
         The sample may be the same object at every call: use it before the next one.
         """

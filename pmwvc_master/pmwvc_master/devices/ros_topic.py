@@ -8,14 +8,14 @@ tick: the force on the hand, ``-f_m``. Without a twist the velocity is the slope
 two poses, over the difference of their stamps.
 
 A sample holds between messages, so the driver should publish about as fast as the loop runs. When
-no finite pose has come for ``STALE_S`` the loop renders no force.
+no finite pose has come for ``STALE_NS`` the loop renders no force.
 """
 
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
+from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
 from pmwvc_core.numeric import Value, finite, flatten, signal
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_master.devices import cdr
@@ -58,7 +58,7 @@ class RosTopicDevice:
         self._force = node.create_publisher(WrenchStamped, "device/servo_cf", quality)
 
     def read(self, due_ns: int) -> DeviceSample:
-        """Take the samples since the last tick; return whether there is a new one."""
+        """Take the samples since the last tick; the newest counts."""
         sample = self._sample
         sample.fresh = False
         while (message := self._twist.take()) is not None:
@@ -76,11 +76,11 @@ class RosTopicDevice:
         if not finite(x):
             return
         sample = self._sample
-        if self._twist_ns is None or now_ns - self._twist_ns > STALE_S * 1e9:
+        if self._twist_ns is None or now_ns - self._twist_ns > STALE_NS:
             span_ns = stamp_ns - self._stamp_ns
             if self._pose_ns is None:  # the first pose gives no velocity
                 sample.xd = self._zero
-            elif 0 < span_ns <= STALE_S * 1e9:
+            elif 0 < span_ns <= STALE_NS:
                 sample.xd = (x - sample.x) / (span_ns * 1e-9)
             elif span_ns:
                 sample.xd = self._zero
