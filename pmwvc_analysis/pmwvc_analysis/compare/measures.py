@@ -20,6 +20,7 @@ from pmwvc_analysis.compare.rendered import Rendered, rendering
 from pmwvc_analysis.traces import reductions
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.arrivals import left_out
+from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
 from pmwvc_analysis.verdicts.passivity import passivity
@@ -34,7 +35,8 @@ NOISE_HZ = 20.0
 MEASURES = (
     "stable", "instability", "passive", "active_part", "k_max", "k_felt", "first_peak_hz",
     "mass_free_kg", "damping_free_n_s_m", "free_hz", "coherency_rms_m", "force_error_rms_n",
-    "energy_min_j", "force_noise_n", "force_peak_n", "left_out",
+    "energy_min_j", "force_noise_n", "force_peak_n", "force_step_max_n",
+    "force_least_n", "dropout_s", "left_out",
 )  # fmt: skip
 
 
@@ -105,6 +107,8 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
     saved = left_out(traces, scenario)
     noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
     away = [found.error for user in traces.users if (found := apart(traces, user)) is not None]
+    felt_by = [felt(traces, user, scenario) for user in traces.users]
+    least_n = [each.force_least_n for each in felt_by if each.force_least_n is not None]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
     return dict.fromkeys(MEASURES) | {
         "stable": judged.stable,
@@ -116,6 +120,9 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "energy_min_j": least.energy_j,
         "force_noise_n": max((n for n in noise if n is not None), default=None),
         "force_peak_n": reductions.number(max(peaks)) if peaks else None,
+        "force_step_max_n": max((each.force_step_max_n for each in felt_by), default=None),
+        "force_least_n": min(least_n, default=None),
+        "dropout_s": max((e.dropout_s for e in felt_by if e.dropout_s is not None), default=None),
         "left_out": float(np.mean(list(saved.values()))) if saved else None,
     }
 

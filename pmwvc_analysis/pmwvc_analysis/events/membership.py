@@ -8,6 +8,7 @@ import numpy as np
 
 from pmwvc_analysis.events.event import Event, changes, event
 from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.reductions import runs
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.frame.rows import Presence
@@ -21,7 +22,6 @@ STALL_S = 0.02  # a pause of a loop this long is an event
 STEPS = 2.5  # and this many periods
 DEBOUNCE_S = 0.05  # contact that is lost for less than this was not lost
 APART_M = 2e-3  # a device moves on by less while its first packet is under way
-TOUCH_N = 0.02  # a force of the environment from which on an avatar touches it
 CAUSE_S = 0.3  # how long before a release its cause is looked for
 MOST = 20
 END_S = 0.1
@@ -109,9 +109,7 @@ def _apart(server: ServerTraces, index: int, user: UserTraces | None, row: int) 
 def _contacts(
     server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, *, grips: bool
 ) -> Iterator[Event]:
-    name, touches = server.users[index], np.asarray(server.contact[index], dtype=bool)
-    if not touches.any():  # an environment that reports no contact: its force does
-        touches = np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > TOUCH_N
+    name, touches = server.users[index], touching(server, index)
     made = "grip" if grips else "contact"
     found = runs(touches, server.time_s, join_s=DEBOUNCE_S)
     for first, last in found[:MOST]:

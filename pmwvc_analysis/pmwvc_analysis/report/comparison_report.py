@@ -26,6 +26,9 @@ COLUMNS = (  # measure, heading of the report and of a terminal (empty: not ther
     ("energy_min_j", "lowest energy balance of a port [mJ]", "balance [mJ]", 1e3),
     ("force_noise_n", "force noise, RMS [mN]", "noise [mN]", 1e3),
     ("force_peak_n", "largest force [N]", "", 1.0),
+    ("force_step_max_n", "largest change of force in 1 ms [N]", "step [N]", 1.0),
+    ("force_least_n", "least force while pressing [N]", "", 1.0),
+    ("dropout_s", "force below half of the undisturbed one [ms]", "dropout [ms]", 1e3),
     ("left_out", "packets left out by a deadband [%]", "left out [%]", 100.0),
 )
 

@@ -8,6 +8,7 @@ Everything is read from the summary: terminal, report and exit code cannot diffe
 from typing import Any
 
 from pmwvc_analysis.budget.criterion import together
+from pmwvc_analysis.traces.felt import BLOW_N
 from pmwvc_core.plural import count
 
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
@@ -33,7 +34,7 @@ def verdict_lines(summary: dict[str, Any]) -> list[Line]:
     if not passivity["ports"]:
         found.append(_line(None, "Passivity not judged: no user was recorded."))
     found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
-    found += interventions(summary)
+    found += blows(summary) + interventions(summary)
     found += kept_apart(summary)
     found += _clocks(summary)
     found += [_line(False, each["text"]) for each in summary["outcomes"] if each["hit"] is False]
@@ -74,6 +75,27 @@ def _stability(summary: dict[str, Any]) -> Line:
     if summary["stable"]:
         return _line(True, f"Stable{until}: {why}.")
     return _line(False, f"Not stable{until}, {summary['instability']}: {why}.")
+
+
+def blows(summary: dict[str, Any]) -> list[Line]:
+    """Return whose force changed as by a blow, and whose was missing."""
+    found = []
+    for user in summary["users"]:
+        parts = []
+        if user["blows"]:
+            text = f"the force changed by {user['force_step_max_n']:.2f} N within 1 ms"
+            if user["blows"] > 1:
+                more = count(user["blows"] - 1, "more blow")
+                text += f"; {more} above {BLOW_N:g} N"
+            parts.append(f"at {user['force_step_max_s']:.2f} s {text}")
+        if user["dropout_s"]:
+            parts.append(
+                f"for {1e3 * user['dropout_s']:.0f} ms the force was below half of the "
+                f"undisturbed {user['force_undisturbed_n']:.2f} N"
+            )
+        if parts:
+            found.append(_line(None, f"{user['name']}: {'; '.join(parts)}."))
+    return found
 
 
 def interventions(summary: dict[str, Any]) -> list[Line]:

@@ -18,8 +18,8 @@ from functools import partial
 
 import numpy as np
 
-from pmwvc_analysis.events.safety import COUPLED
 from pmwvc_analysis.traces.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
+from pmwvc_analysis.traces.felt import closed_s
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -186,7 +186,8 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     if scenario is not None:
         last = stages(traces, scenario)[-1]
         since_s = max(since_s, last.start_s)
-        closing = _closing_ends_s(traces, scenario) > 0.5 * traces.duration_s
+        ends_s = [closed_s(user, scenario) for user in traces.users]
+        closing = max(ends_s, default=0.0) > 0.5 * traces.duration_s
         band, images = bands(last.scenario, closing=closing)
     known = {user.name: user for user in scenario.users} if scenario else {}
     of = partial(Motion, band_hz=band, images=images, since_s=since_s)
@@ -200,23 +201,6 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
         period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
         found.append(of("the object", server.time_s, period_s, server.xd_o))
     return found
-
-
-def _closing_ends_s(traces: SessionTraces, scenario: Scenario) -> float:
-    """Return when the last of the simulated hands has closed [s]; 0 where none closes.
-
-    Hands count their time from the end of the soft start.
-    """
-    if not scenario.task.closes:
-        return 0.0
-    hands = {user.name for user in scenario.users if user.operator.is_hand}
-    begun = [
-        user.block_time_s[np.argmax(user.state == COUPLED)]
-        for user in traces.users
-        if user.name in hands and (user.state == COUPLED).any()
-    ]
-    closed_s = scenario.task.grip_s + scenario.task.grip_rise_s
-    return max((float(time_s) + closed_s for time_s in begun), default=0.0)
 
 
 def _disturbed_s(traces: SessionTraces) -> float:

@@ -17,6 +17,7 @@ from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
 from pmwvc_analysis.traces.apart import apart, kept_text
+from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.intervals import merged
 from pmwvc_analysis.traces.reductions import final, number, rms, swing
 from pmwvc_analysis.traces.stages import stages
@@ -66,6 +67,7 @@ def summary(
         "object": _object(traces),
         "users": [
             _user(user, traces, found, balances.get(user.name), limited.get(user.name))
+            | felt(traces, user, scenario)._asdict()
             for user in traces.users
         ],
         "links": link_summaries(traces),

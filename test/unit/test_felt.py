@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The force that a hand feels: steps, least force and dropouts, each with a control."""
+
+import numpy as np
+import pytest
+from support import handmade
+from support.handmade import FORCE_N, session, without_blocks
+
+from pmwvc_analysis.compare.measures import measures
+from pmwvc_analysis.traces.felt import IMPACT_S, felt
+from pmwvc_analysis.verdicts.check import verdict_lines
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup.session.terminal import verdict_lines as printed
+
+
+def felt_of(traces, **overrides):
+    return felt(traces, traces.users[0], handmade.scenario(**overrides))
+
+
+def pressed(*, dof=1):
+    """A press whose avatar touches from the begin of the press on."""
+    traces = session(dof=dof)
+    for contact in traces.server.contact:
+        contact[traces.server.time_s < 0.5] = False
+    return traces
+
+
+def test_a_steady_press_has_neither_steps_nor_dropouts():
+    traces = pressed()
+    found = felt_of(traces)
+    assert not any("ms" in line for line in printed(summary(traces, handmade.scenario())))
+    assert found.force_step_max_n < 0.03  # the staircase of its frames
+    assert found.blows == 0
+    assert found.force_undisturbed_n == pytest.approx(FORCE_N, rel=1e-3)
+    assert found.force_least_n == pytest.approx(FORCE_N, rel=1e-3)
+    assert found.dropout_s == 0.0
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+def test_a_force_that_is_missing_for_20_ms_is_named_with_amount_time_and_length(dof):
+    traces = pressed(dof=dof)
+    user = traces.users[0]
+    user.f_applied[(user.time_s > 2.9995) & (user.time_s < 3.0195), 0] = 0.2 * FORCE_N
+    found = felt_of(traces, dof=dof)
+    assert found.force_step_max_n == pytest.approx(0.8 * FORCE_N, rel=1e-3)
+    assert found.force_step_max_s == pytest.approx(3.0)
+    assert found.blows == 2  # away, and back
+    assert found.force_least_n == pytest.approx(0.2 * FORCE_N)
+    assert found.dropout_s == pytest.approx(0.020)
+    result = summary(traces, handmade.scenario(dof=dof))
+    assert [user["blows"] for user in result["users"]] == [2, 0]
+    assert result["users"][0]["dropout_s"] == found.dropout_s
+    lines = verdict_lines(result)
+    assert [line["text"] for line in lines if "blow" in line["text"]] == [
+        "user1: at 3.00 s the force changed by 0.80 N within 1 ms; 1 more blow above 0.3 N; for "
+        "20 ms the force was below half of the undisturbed 1.00 N."
+    ]
+    assert "1 more blow above 0.3 N" in "\n".join(printed(result))
+    compared = measures(traces, handmade.scenario(dof=dof))
+    assert compared["force_step_max_n"] == found.force_step_max_n
+    assert compared["force_least_n"] == found.force_least_n
+    assert compared["dropout_s"] == found.dropout_s
+
+
+def test_a_force_that_fades_is_missing_without_a_blow():
+    traces = pressed()
+    user = traces.users[0]
+    user.f_applied[:, 0] *= 1.0 - np.clip(1.0 - np.abs(user.time_s - 3.0) / 0.1, 0.0, 1.0)
+    found = felt_of(traces)
+    assert found.blows == 0
+    assert found.dropout_s == pytest.approx(0.1, abs=0.003)
+    assert found.force_least_n == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("tick_s", [0.00025, 0.001])
+def test_a_step_is_what_changes_within_a_millisecond_whatever_the_tick(tick_s):
+    traces = session()
+    user = traces.users[0]
+    user.time_s, user.block_time_s = (t * tick_s / 0.001 for t in (user.time_s, user.block_time_s))
+    user.tick_s = tick_s
+    user.f_applied[:] = 0.1 * np.minimum(np.maximum(np.arange(4000) - 3000, 0), 10)[:, None]
+    found = felt(traces, user, None)
+    assert found.force_step_max_n == pytest.approx(0.1 * 0.001 / tick_s)
+    assert found.blows == int(tick_s < 0.001)
+
+
+def test_an_impact_is_no_fault():
+    traces = pressed()
+    user = traces.users[0]
+    user.f_applied[user.time_s > 0.52, 0] += 1.0
+    assert felt_of(traces).blows == 0
+    traces.server.contact[0][traces.server.time_s >= 0.51 - IMPACT_S] = True  # has long touched
+    assert felt_of(traces).force_step_max_n == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_force_held_through_a_stall_steps_when_the_loop_goes_on_and_a_hole_hides_it():
+    traces = pressed()
+    user = without_blocks(traces.users[0], slice(300, 310))
+    later = user.time_s > 2.45
+    user.f_applied[later, 0] -= 0.7 * np.clip((3.0 - user.time_s[later]) / 0.5, 0.0, 1.0)
+    assert felt_of(traces).blows == 0
+    user.block_number = np.arange(len(user.block_time_s)) + 1
+    found = felt_of(traces)
+    assert found.force_step_max_n == pytest.approx(0.7, abs=0.01)
+    assert found.force_step_max_s == pytest.approx(2.48)
+    assert found.dropout_s == pytest.approx(0.163, abs=0.002)
+
+
+@pytest.mark.parametrize("kind", ["sinusoid", "remote"])
+def test_who_does_not_mean_to_hold_a_force_loses_none(kind):
+    found = felt_of(pressed(), operator__kind=kind)
+    assert found[3:] == (None, None, None)
+    assert found.force_step_max_n > 0.0
+
+
+def test_the_time_before_the_hand_has_closed_is_no_dropout():
+    closing = {"operator__kind": "hand", "task__kind": "hold", "task__grip_s": 0.5}
+    traces = pressed()
+    user = traces.users[0]
+    user.f_applied[400, 0] = 2.0 * FORCE_N  # a jolt before
+    assert felt_of(traces, **closing).dropout_s == 0.0
+    user.f_applied[2500:2600, 0] = 0.0
+    assert felt_of(traces, **closing).dropout_s == pytest.approx(0.1)
+
+
+def test_without_a_server_or_a_scenario_only_steps_are_known():
+    traces = pressed()
+    assert felt(traces, traces.users[0], None)[3:] == (None, None, None)
+    traces.server = None
+    assert felt_of(traces)[3:] == (None, None, None)
+    assert felt_of(traces).force_step_max_n < 0.03
