@@ -5,4 +5,11 @@
 from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
 from pmwvc_master.devices.interface import DeviceFactory, DeviceInfo, DeviceSetup, HapticDevice
 
-__all__ = ["STALE_NS", "DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice"]
+__all__ = [
+    "STALE_NS",
+    "DeviceFactory",
+    "DeviceInfo",
+    "DeviceSample",
+    "DeviceSetup",
+    "HapticDevice",
+]
