@@ -28,11 +28,12 @@ hand pays it by moving: F_m gets up to ``MORE`` of b xd on top, all of it from `
 
 Where one of the playouts is short of energy, after outages or with a lag that has grown, the other
 one's surplus goes to it, and the hand pays likewise, through ``ASKED`` of b xd: packets take it to
-the playout of the server, which returns what it does not need.
+the playout of the server, which returns what it does not need. Motion that no force paid for, as
+that of a device that was silent, is undelivered there, too: up to all of b xd from ``MUCH`` on.
 
 Not here: limits (``safety``), packets, time.
 
-Equations: docs/theory.md 17.4, 17.5, 17.10.
+Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """
 
 from collections.abc import Mapping
@@ -42,7 +43,7 @@ from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.master.device_port import DevicePort
 from pmwvc_core.master.position.strict import StrictPosition
 from pmwvc_core.master.strict_accounts import DISCARDED, FREE, GIVEN, NODE, RELEASED
-from pmwvc_core.numeric import Flag, Value, anywhere, dot, maximum, minimum, squared, where
+from pmwvc_core.numeric import Flag, Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
@@ -51,6 +52,7 @@ KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for
 LIMIT_J = 2e-3
 MORE = 0.3  # of the damper b, while packets lack energy
 ASKED = 0.2  # likewise, while a playout is short of energy
+MUCH = 0.03  # [sqrt(W) s] that packets were not paid for: all of b is asked for
 MUCH_J = 1e-3
 MOST_DEFICIT_J = 0.01
 TWICE = 2.0
@@ -85,7 +87,7 @@ class StrictMaster(DevicePort):
     SIGNALS = "_integral v_m _xd"
     MEMORY = (
         "node_j deficit_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled "
-        "_begun _wanted _short"
+        "_begun _wanted _short _unpaid"
     )
 
     def __init__(
@@ -111,6 +113,7 @@ class StrictMaster(DevicePort):
         self._begun = False
         self._wanted: Flag = False  # energy, at the other end
         self._short: Flag = False  # of energy: the playout here
+        self._unpaid: Value = 0.0  # integral sent without its energy while the server is short
         self._settled = True  # the tick before
 
     def _begin_channel(self, params: MasterParams) -> None:
@@ -147,6 +150,8 @@ class StrictMaster(DevicePort):
 
     def on_packet(self, packet: WavePacket) -> None:
         """Note the avatar's position, and what the server lacks; the wave is the playout's."""
+        ends = self._wanted & (packet.short ^ True)
+        self._unpaid = where(ends, 0.0, self._unpaid)
         self._wanted, self._short = packet.short, self._playout.short
         if self._position:
             self._position.on_packet(packet)
@@ -191,7 +196,8 @@ class StrictMaster(DevicePort):
             more = minimum(self.deficit_j * (MORE / MUCH_J), MORE)
             f_m = f_m + more * (self._port.b * self._xd)
         if asked is not False and anywhere(asked):
-            f_m = f_m + where(asked, ASKED, 0.0) * (self._port.b * self._xd)
+            more = minimum(maximum(self._unpaid * (1.0 / MUCH), ASKED), 1.0)
+            f_m = f_m + where(asked, more, 0.0) * (self._port.b * self._xd)
         self.f_m = f_m
         return f_m
 
@@ -258,6 +264,10 @@ class StrictMaster(DevicePort):
         if self.tracker.counts:
             paid = maximum(paid, minimum(own - lent, needed + self.deficit_j))
         paid = maximum(paid, 0.0)
+        lacks = (paid < needed) & (self._withheld_j <= 0.0)  # not for its rough counts
+        if lacks is not False and anywhere(lacks):
+            part = 1.0 - root(where(lacks, paid / where(lacks, needed, 1.0), 1.0))
+            self._unpaid = self._unpaid + part * root(squared(wave)) * frame_s
         if self.tracker.counts:
             self._lack(needed - paid)
         self.energy_u_tx = self.energy_u_tx + paid

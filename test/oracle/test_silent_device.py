@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A device that brings no samples in a contact: what the hand moved meanwhile is undelivered, and
+repaid by the moving hand.
+"""
+
+import functools
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.simulation.batch import SessionBatch
+
+LEAST_J = -1e-9
+SILENT_S = 0.3
+
+
+@functools.lru_cache
+def carry(begin_s, *settings):
+    """Return scenario and traces of a carry whose first device is silent from then on for 0.3 s;
+    never, where that is None.
+    """
+    scenario = files.load("carry_16ms", settings_texts=list(settings), duration_s=16.0)
+    batch = SessionBatch([scenario])
+    sample = batch.users[0]._sample
+    for at_s, valid in ((begin_s, False), (begin_s and begin_s + SILENT_S, True)):
+        if at_s is not None:
+            batch.time.run(round(at_s * 1e9))
+            sample.valid = valid
+    batch.run(lambda _: None)
+    return scenario, batch.traces(0)
+
+
+def apart_m(traces, at_s):
+    """Distance of the first device from its avatar, largest within a tenth of a second [m]."""
+    server, user = traces.server, traces.users[0]
+    rows = (server.time_s >= at_s) & (server.time_s < at_s + 0.1)
+    x_m = np.interp(server.time_s[rows], user.time_s, user.x_m[:, 0])
+    return float(np.abs(x_m - server.x_s[0][rows, 0]).max())
+
+
+@pytest.mark.parametrize("begin_s", [4.0, 8.0, 12.0])
+def test_a_hand_that_moves_has_its_avatar_back_three_seconds_later(begin_s):
+    scenario, traces = carry(begin_s)
+    _, calm = carry(None)
+    after_s = begin_s + SILENT_S + 3.0
+    assert apart_m(traces, begin_s + SILENT_S) > 0.015
+    assert apart_m(traces, after_s) <= apart_m(calm, after_s) + 1e-3
+    grip_n, usual_n = (
+        float(np.abs(each.users[0].f_applied[each.users[0].time_s > after_s - 0.1]).mean())
+        for each in (traces, calm)
+    )
+    assert grip_n == pytest.approx(usual_n, rel=0.1)
+    for energy in user_energies(traces, scenario):
+        assert min(energy.up.minimum_j, energy.down.minimum_j, energy.joint.minimum_j) >= LEAST_J
+    user = traces.users[0]
+    silent = (user.time_s > begin_s + 0.02) & (user.time_s < begin_s + SILENT_S)
+    assert not user.f_applied[silent].any()  # no force on a dead sample
+
+
+def test_a_hand_that_rests_cannot_be_pressed_back_by_what_is_passive():
+    """Its arm, a spring k, needs (F0^2 - F1^2)/(2 k) to stand where it stood; nobody has that."""
+    scenario, traces = carry(8.0, "task.kind=hold")
+    user = traces.users[0]
+    force_n = np.abs(user.f_applied[:, 0])
+    before_n, after_n = force_n[7900], force_n[-1]
+    needed_j = (before_n**2 - after_n**2) / (2.0 * scenario.users[0].operator.stiffness)
+    (energy, _) = user_energies(traces, scenario)
+    assert apart_m(traces, 15.8) > 0.01 and energy.joint.balance_j[-1] < needed_j
