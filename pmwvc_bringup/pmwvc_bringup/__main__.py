@@ -51,7 +51,8 @@ def main() -> int:
     ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN  # by nohup, or a background job
     if not ignored:
         signal.signal(signal.SIGINT, lambda *_: _end())
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    if hasattr(signal, "pthread_sigmask"):  # not on Windows
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     sys.excepthook, sys.unraisablehook = _uncaught, _unraisable
     from pmwvc_bringup import cli, parser
 

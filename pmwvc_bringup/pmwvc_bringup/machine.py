@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The checks of this machine for live sessions: one finding each, with its remedy.
 
-They change nothing. Checks of a recorded session: :mod:`pmwvc_analysis.doctor`.
+They change nothing. What only live sessions need is checked where there is Linux and ROS, and
+loaded there: other systems lack its modules. Checks of a recorded session:
+:mod:`pmwvc_analysis.doctor`.
 """
 
 import importlib
 import importlib.metadata
+import importlib.util
 import os
 import platform
-import resource
 import shutil
 import sys
 import threading
@@ -23,8 +25,6 @@ import numpy as np
 
 from pmwvc_analysis.recording.format.size import live_bytes_per_minute
 from pmwvc_bringup import scenarios
-from pmwvc_core.runtime.pacing import Pacer
-from pmwvc_core.runtime.real_time import RealTimeReport, hold_memory, request_real_time
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 MIB = 2**20
@@ -51,8 +51,9 @@ class Finding:
 
 def examine() -> list[Finding]:
     """Run every check of this system; one that fails itself is a problem of its own."""
+    live = platform.system() == LINUX and importlib.util.find_spec("rclpy") is not None
     findings = []
-    for name, check in (CHECKS if platform.system() == LINUX else ELSEWHERE).items():
+    for name, check in (CHECKS if live else NOT_LIVE).items():
         try:
             findings.append(Finding(name, *check()))
         except Exception as error:  # a broken machine must not end the doctor
@@ -80,8 +81,10 @@ def _ros() -> Outcome:
 
 
 def _system() -> Outcome:
-    text = f"{platform.system()} {platform.machine()}: live sessions need Linux"
-    return WARNING, text, "use all commands but run and node here"
+    """Return what a system without ROS is good for, which is no fault of it."""
+    need = "ROS 2 (make setup)" if platform.system() == LINUX else "Linux"
+    text = f"{platform.system()} {platform.machine()}: all commands but run and node; "
+    return OK, f"{text}live sessions need {need}", ""
 
 
 def _messages() -> Outcome:
@@ -120,6 +123,8 @@ def _cores() -> Outcome:
 
 
 def _clock() -> Outcome:
+    from pmwvc_core.runtime.pacing import Pacer
+
     resolution_ns = time.get_clock_info("monotonic").resolution * 1e9
     late_ns: list[int] = []
 
@@ -139,6 +144,8 @@ def _clock() -> Outcome:
 
 
 def _real_time() -> Outcome:
+    from pmwvc_core.runtime.real_time import RealTimeReport, hold_memory, request_real_time
+
     reports: list[RealTimeReport] = []
     _in_thread(lambda: reports.append(hold_memory() + request_real_time(20)))
     report = reports[0]
@@ -167,9 +174,12 @@ def _shared_memory() -> Outcome:
 
 
 def _limits() -> Outcome:
+    import resource
+
     files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     processes = resource.getrlimit(resource.RLIMIT_NPROC)[0]
-    text = f"open files {_limit(files)}, processes {_limit(processes)}"
+    shown = ("unlimited" if n == resource.RLIM_INFINITY else n for n in (files, processes))
+    text = "open files {}, processes {}".format(*shown)
     if 0 <= files < 1024:
         return WARNING, text, "run ulimit -n 1024"
     if 0 <= processes < 512:
@@ -225,10 +235,6 @@ def _in_thread(work: Callable[[], None]) -> None:
     thread.join()
 
 
-def _limit(value: int) -> str:
-    return "unlimited" if value == resource.RLIM_INFINITY else str(value)
-
-
 CHECKS: dict[str, Callable[[], Outcome]] = {
     "python": _python,
     "ros": _ros,
@@ -242,4 +248,4 @@ CHECKS: dict[str, Callable[[], Outcome]] = {
     "disk": _disk,
     "environment": _environment,
 }
-ELSEWHERE: dict[str, Callable[[], Outcome]] = {"python": _python, "system": _system, "disk": _disk}
+NOT_LIVE: dict[str, Callable[[], Outcome]] = {"python": _python, "system": _system, "disk": _disk}

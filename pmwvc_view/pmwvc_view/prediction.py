@@ -8,12 +8,12 @@ import asyncio
 import contextlib
 import multiprocessing
 import os
-import signal
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.runtime.interrupts import held_back
 from pmwvc_core.scenario.scenario import Scenario
 
 NICE = 10  # loops and pages come first
@@ -35,9 +35,8 @@ class Predictor:
             context = multiprocessing.get_context("spawn")
             self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
             # A Ctrl-C reaches every process of a terminal; this one is ended by close().
-            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-            self._pool.submit(_load)  # starts it
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            with held_back():
+                self._pool.submit(_load)  # starts it
             for process in self._pool._processes or ():
                 _give_way(process)
 

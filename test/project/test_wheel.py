@@ -18,6 +18,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from rosbags.highlevel import AnyReader
 from setup_ros import locked
+from support.other_systems import ENCODING, GONE, taken_away
 
 from pmwvc_analysis.recording.format.schemas import OUR_TYPES, hash_of, schema_text
 
@@ -25,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BIN = Path(sys.prefix, "bin")
 
 
-def run(*words, cwd, code=0, **environment):
+def run(*words, cwd, code=0, encoding=None, **environment):
     """Run a program without this environment's variables; return what it printed."""
     keep = {name: os.environ[name] for name in ("HOME", "LANG") if name in os.environ}
     result = subprocess.run(
@@ -34,6 +35,7 @@ def run(*words, cwd, code=0, **environment):
         env={"PATH": os.defpath} | keep | environment,
         capture_output=True,
         text=True,
+        encoding=encoding,
     )
     assert result.returncode == code, result.stdout + result.stderr
     return result.stdout + result.stderr
@@ -122,9 +124,20 @@ def test_the_recording_is_one_that_this_environment_reads_alike(fresh):
         assert hash_of(text, name) == hash_of(schema_text(name), name)
 
 
-def test_the_page_of_a_simulated_session_is_served(fresh):
+@pytest.fixture(params=["Linux", "Darwin", "Windows"])
+def system(request, tmp_path):
+    """Environment variables that make Python one of a system, by what is not there."""
+    return {} if request.param == "Linux" else taken_away(request.param, tmp_path / "gone")
+
+
+def test_the_page_of_a_simulated_session_is_served(fresh, system):
     words = [fresh / "env/bin/pmwvc", "view", "wall", "--no-browser"]
-    environment = {"PATH": os.defpath, "HOME": os.environ["HOME"], "PYTHONUNBUFFERED": "1"}
+    environment = {
+        "PATH": os.defpath,
+        "HOME": os.environ["HOME"],
+        "PYTHONUNBUFFERED": "1",
+    } | system
+    environment |= system
     view = subprocess.Popen(words, cwd=fresh, env=environment, stdout=subprocess.PIPE, text=True)
     try:
         address = next(m[0] for line in view.stdout if (m := re.search(r"http://\S+", line)))
@@ -134,6 +147,47 @@ def test_the_page_of_a_simulated_session_is_served(fresh):
         view.kill()
         view.wait()
         view.stdout.close()
+
+
+COMMANDS = (
+    ("doctor",),
+    ("scenarios",),
+    ("scenarios", "three_users"),
+    ("links", "carry_16ms"),
+    ("policy", "user1", "user2", "--out", "policy.xml"),
+    ("token", "keys", "user1", "user2"),
+    ("completion", "bash"),
+    ("simulate", "carry_16ms", "--duration", "1", "--out", "one"),
+    ("report", "one"),
+    ("doctor", "one"),
+    ("export", "one", "--as", "csv"),
+    ("replay", "one", "--out", "again"),
+    ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "1", "--out", "two"),
+    ("stability", "wall"),
+    ("transparency", "wall"),
+    ("filter", "wall_filtered"),
+    ("tune", "wall", "--out", "tuned.yaml"),
+    ("simulate", "tuned.yaml", "--duration", "0.2"),
+    ("map", "wall", "--x", "master.impedance=10:30:3", "--y", "link.delay_s=0:0.01:2"),
+)
+
+
+def test_every_command_works_where_the_most_calls_are_missing(fresh, tmp_path):
+    """Windows lacks all that macOS lacks. No traceback, no character that its terminal cannot
+    show, no file in an encoding that depends on the machine.
+    """
+    assert all(set(GONE["Darwin"][name]) <= set(GONE["Windows"][name]) for name in GONE["Darwin"])
+    system, encoding = taken_away("Windows", tmp_path / "gone"), ENCODING["Windows"]
+    for words in COMMANDS:
+        said = run(fresh / "env/bin/pmwvc", *words, cwd=tmp_path, encoding=encoding, **system)
+        assert "Traceback" not in said, (words, said)
+    assert {path.parent.name for path in tmp_path.glob("*/*.html")} == {"one", "again", "two"}
+
+
+def test_doctor_finds_nothing_wrong_in_a_sound_environment_of_pip(fresh, system, tmp_path):
+    said = run(fresh / "env/bin/pmwvc", "doctor", cwd=tmp_path, **system)
+    assert "problem" not in said and "bug" not in said
+    assert "live sessions need" in said
 
 
 @pytest.mark.parametrize("words", [("run", "wall"), ("node", "master", "--help"), ("view",)])

@@ -5,7 +5,6 @@ else started, in the domain of that session.
 """
 
 import os
-import signal
 import subprocess
 import sys
 import webbrowser
@@ -14,9 +13,9 @@ from collections.abc import Mapping
 from rich.console import Console
 
 from pmwvc_bringup.session.plan import MODULES, Page
-from pmwvc_bringup.session.processes import Interrupts
 from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, running_domains
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.runtime.interrupts import Interrupts, held_back
 from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.session import Session
 from pmwvc_view.web.access import new_token, why_refused
@@ -55,7 +54,7 @@ def show(address: str, console: Console, *, browser: bool) -> None:
 
 def has_desktop(environment: Mapping[str, str]) -> bool:
     """Tell whether a browser can be opened here."""
-    if sys.platform == "darwin":
+    if sys.platform in ("darwin", "win32"):
         return True
     return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
 
@@ -79,9 +78,8 @@ def view(console: Console, *, page: Page, namespace: str, browser: bool) -> int:
         words += ["-r", f"__ns:=/{namespace.strip('/')}"]
     console.print(f"looking for a session with {DOMAIN}={environment[DOMAIN]}; Ctrl-C ends")
     with Interrupts().caught():  # the node gets a Ctrl-C as well, and ends by it
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # for the node, until it can
-        process = subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        with held_back():  # for the node, until it can end by it
+            process = subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
         with process.stdout as lines:
             for line in lines:

@@ -12,11 +12,9 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import FrameType
 
 # Signal and time to end after it [s]: a recorder finishes its file on SIGINT. A node gives its
 # services and ROS 5 s each before it ends by itself: not to be killed just then.
@@ -176,33 +174,3 @@ def _await(children: Sequence[Child], timeout_s: float, hurried: Callable[[], bo
             return False
         time.sleep(0.01)
     return True
-
-
-class Interrupts:
-    """Counts requests to end: Ctrl-C, a termination, a closed terminal."""
-
-    SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-    def __init__(self) -> None:
-        self.count = 0
-
-    @contextmanager
-    def caught(self) -> Iterator["Interrupts"]:
-        """Count signals inside the block instead of ending by them."""
-        before = {
-            number: signal.signal(number, self._take)
-            for number in self.SIGNALS
-            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN  # nohup
-        }
-        try:
-            yield self
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
-
-    def is_set(self) -> bool:
-        """Tell whether there was one."""
-        return self.count > 0
-
-    def _take(self, _: int, __: FrameType | None) -> None:
-        self.count += 1

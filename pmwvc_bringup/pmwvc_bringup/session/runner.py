@@ -25,10 +25,11 @@ from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
 from pmwvc_bringup.session.notes import Notes
 from pmwvc_bringup.session.page import address_in, show
-from pmwvc_bringup.session.processes import Children, Interrupts
+from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
 from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario
