@@ -14,11 +14,11 @@ from pmwvc_bringup.session.policy import accesses
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
-from pmwvc_core.runtime.polling import WAVE_QOS
+from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
 from pmwvc_core.runtime.token_files import write_session
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.token import Token
-from pmwvc_msgs.msg import MasterTrace, Reception, Wave
+from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace, Wave
 
 pytestmark = pytest.mark.integration
 NODES = {"server": "/", "netem": "/", "recorder": "/", "master": "/user1"}
@@ -57,10 +57,10 @@ def session(tmp_path_factory):
                 ("-r", "__ns:=/user1"),
             ),
         ):
-            stack.enter_context(NodeProcess(module, values, arguments=arguments))
+            node = stack.enter_context(NodeProcess(module, values, arguments=arguments))
         blocks = peer.collect(MasterTrace, "/user1/trace")
         peer.until(lambda: blocks and blocks[-1].state == MasterTrace.COUPLED)
-        yield peer, blocks
+        yield peer, blocks, node
 
 
 def differences(node):
@@ -86,7 +86,7 @@ def differences(node):
 
 
 def test_nodes_have_the_topics_and_services_of_the_policy_and_no_others(session):
-    peer, _ = session
+    peer, *_ = session
     with contextlib.suppress(AssertionError):  # the difference is more use than a time limit
         peer.until(lambda: not differences(peer.node))
     assert differences(peer.node) == []
@@ -94,7 +94,7 @@ def test_nodes_have_the_topics_and_services_of_the_policy_and_no_others(session)
 
 def test_forged_packets_are_refused_counted_and_without_effect(session):
     """A program in the session that reads every packet, but has no token."""
-    peer, blocks = session
+    peer, blocks, _ = session
     received = peer.collect(Reception, "/server/reception", reliable=True)
     heard = peer.collect(Wave, "/server/user1/wave_up", raw=True)
     out = peer.node.create_publisher(Wave, "/server/user1/wave_up", WAVE_QOS)
@@ -132,3 +132,47 @@ def test_forged_packets_are_refused_counted_and_without_effect(session):
         assert block.state == MasterTrace.COUPLED or block.reason.startswith(SILENT)
         assert max(map(abs, block.f_applied)) < 1e-6  # nobody presses
     assert messages.nanoseconds(received[-1].stamp) > messages.nanoseconds(begin.stamp)
+
+
+def test_packets_played_back_in_an_outage_or_after_a_goodbye_bring_nobody_back(session):
+    """A program without a token that sends true packets again, as they were."""
+    peer, _, master = session
+    heard, steps = peer.collect(Wave, "/server/user1/wave_up", raw=True), []
+    peer.node.create_subscription(ServerTrace, "/server/trace", steps.append, TRACE_QOS)
+    received = peer.collect(Reception, "/server/reception", reliable=True)
+    out = peer.node.create_publisher(Wave, "/server/user1/wave_up", WAVE_QOS)
+    peer.until(lambda: out.get_subscription_count() >= 1 and len(heard) > 400)
+    old = [bytes(data) for data in heard[:40]]
+
+    def in_state(state):
+        peer.until(lambda: steps[-1].state[0] == state)
+
+    def after(reports):
+        seen = len(received)
+        peer.until(lambda: len(received) >= seen + reports)
+        return received[-1]
+
+    def played_back():
+        """Play them back, one a step; return the states of the steps."""
+        first = len(steps)
+        for data in old:
+            seen = len(steps)
+            out.publish(data)
+            peer.until(lambda seen=seen: len(steps) > seen)
+        return {step.state[0] for step in steps[first:]}
+
+    assert peer.set_parameters("/netem", {"user1.link.up.loss": 1.0}) == [""]
+    in_state(ServerTrace.DAMPING)
+    before = after(2)
+    assert played_back() == {ServerTrace.DAMPING}
+    later = after(2)
+    assert later.accepted == before.accepted
+    assert later.reordered + later.duplicate >= before.reordered + before.duplicate + 40
+    assert peer.set_parameters("/netem", {"user1.link.up.loss": 0.0}) == [""]
+    in_state(ServerTrace.COUPLED)
+    assert after(2).accepted > later.accepted
+    assert master.stop() == 0
+    in_state(ServerTrace.ABSENT)
+    before = after(2)
+    assert played_back() == {ServerTrace.ABSENT}
+    assert after(2).accepted == before.accepted

@@ -105,4 +105,5 @@ class Rig:
             self.tick(grid)
 
     def answer(self, wave=0.0):
-        self.wires.arrived.append(self.server.pack(wave, 0.0, self.now_ns))
+        echo = (1, self.wires.sent[-1].sent_ns, 0) if self.wires.sent else (0, 0, 0)
+        self.wires.arrived.append(self.server.pack(wave, 0.0, self.now_ns, echo=echo))

@@ -22,17 +22,19 @@ class Server:
         texts = [f"channel={channel}"]
         self.step_ = server_step_of(files.load("carry_16ms", settings_texts=texts))
         self.now_ns = self.lives = 0
+        self.echo = (0, 0, 0)
 
     def step(self, *packets):
         self.now_ns += STEP_NS
-        self.step_.tick(self.now_ns, [list(packets), []])
+        (answer, _), _ = self.step_.tick(self.now_ns, [list(packets), []])
+        self.echo = (answer.seq, answer.sent_ns, 0) if answer else (0, 0, 0)
 
     def visit(self, *, goodbye=True):
         """Join, send a wave, and leave with a last packet, or without one."""
         self.lives += 1
         packer = Packer(self.lives, period=0.008)
         for wave in (0.0, 0.3, 0.1):
-            self.step(packer.pack(wave, -0.03, self.now_ns))
+            self.step(packer.pack(wave, -0.03, self.now_ns, echo=self.echo))
         assert self.step_.presence[0] is Presence.COUPLED
         if goodbye:
             self.step(packer.pack(0.0, -0.03, self.now_ns, FLAG_LEAVING))

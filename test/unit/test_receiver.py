@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer
+from pmwvc_core.transport.receiver import AHEAD, Receiver
 from pmwvc_core.transport.verdict import Verdict
 
 PERIOD_S = 0.008
@@ -69,24 +69,31 @@ def test_a_second_copy_is_a_duplicate_and_an_older_packet_is_reordered():
     assert taken(inbox) == 4.0
 
 
+def proving(packet, sent_ns):
+    """Return a packet that echoes one that was sent to it at an instant."""
+    return dataclasses.replace(packet, echo_seq=1, echo_sent_ns=sent_ns)
+
+
 def test_a_restarted_sender_begins_anew_and_its_former_life_stays_over():
     inbox = receiver()
     old, new = stream(5, epoch=1), stream(5, epoch=2)
     for n in range(3):
         inbox.push(old[n], n)
     later = 10**8
-    verdicts = [inbox.push(new[n], later + n) for n in range(3)]
-    assert verdicts == [Verdict.STRANGER, Verdict.STRANGER, Verdict.NEW_EPOCH]
-    assert inbox.push(old[3], later + 4) is Verdict.STALE
+    assert inbox.push(new[0], later) is Verdict.STRANGER
+    assert inbox.push(proving(new[1], 2), later + 1) is Verdict.STRANGER  # sent, then taken
+    assert inbox.push(proving(new[2], later), later + 2) is Verdict.NEW_EPOCH
+    for n in range(40):  # whatever comes of the former life, and however long
+        assert inbox.push(proving(old[3 + n % 2], 2), 20 * later + n) is Verdict.STRANGER
     assert inbox.push(new[3], later + 5) is Verdict.ACCEPTED
     assert taken(inbox) == 4.0 and inbox.newest.epoch == 2
 
 
-def test_a_later_number_sent_earlier_is_stale():
+def test_an_echo_of_what_was_never_sent_yet_proves_nothing():
     inbox = receiver()
-    first, second = stream(2, start_ns=100)
-    inbox.push(first, 0)
-    assert inbox.push(dataclasses.replace(second, sent_ns=99), 1) is Verdict.STALE
+    inbox.push(stream(1)[0], 0)
+    (new,) = stream(1, epoch=2)
+    assert inbox.push(proving(new, 1 << 62), 10**9) is Verdict.STRANGER
 
 
 @pytest.mark.parametrize(
@@ -170,17 +177,61 @@ def test_refused_packets_do_not_break_the_silence():
     assert inbox.silent(40_000_000)
 
 
-@pytest.mark.parametrize("poison", [{"seq": (1 << 32) - 1}, {"sent_ns": 1 << 62}])
-def test_one_poisoned_packet_cannot_lock_the_receiver(poison):
+@pytest.mark.parametrize(
+    "poison, refused",
+    [
+        ({"seq": (1 << 32) - 1}, 0),
+        ({"seq": AHEAD + 2}, 0),
+        ({"seq": 1000}, 5),
+        ({"sent_ns": 1 << 62}, 0),
+    ],
+)
+def test_one_poisoned_packet_cannot_lock_the_receiver(poison, refused):
+    """The sender echoes what it got a round trip of 40 ms ago."""
     inbox = receiver()
     packets = stream(40)
     inbox.push(packets[0], 0)
     inbox.push(dataclasses.replace(packets[1], **poison), PERIOD_NS)
-    verdicts = [inbox.push(p, (n + 2) * PERIOD_NS) for n, p in enumerate(packets[2:])]
-    back = verdicts.index(Verdict.NEW_EPOCH)
-    assert back == 7  # the eighth in a row
-    assert set(verdicts[back + 1 :]) == {Verdict.ACCEPTED}
+    verdicts = []
+    for n, packet in enumerate(packets[2:], start=2):
+        verdicts.append(inbox.push(proving(packet, (n - 5) * PERIOD_NS), n * PERIOD_NS))
+    # until one was made after the poisoned one came
+    assert verdicts == [Verdict.REORDERED] * refused + [Verdict.ACCEPTED] * (38 - refused)
     assert taken(inbox) == 40.0
+
+
+def test_after_the_last_number_they_begin_anew():
+    inbox = receiver()
+    packer = Packer(1, period=PERIOD_S)
+    packer.seq = LAST_NUMBER - 3
+    packets = [packer.pack(float(n), 0.0, n * PERIOD_NS) for n in range(6)]
+    assert [packet.seq for packet in packets[2:4]] == [LAST_NUMBER, 1]
+    for packet in (packets[0], *packets[2:]):
+        assert inbox.push(packet, 0) in (Verdict.NEW_EPOCH, Verdict.ACCEPTED)
+    assert inbox.lost == 1
+    assert inbox.push(packets[1], 1) is Verdict.REORDERED
+    assert inbox.lost == 0
+    assert {inbox.push(packet, 10**9) for packet in packets} == {Verdict.DUPLICATE}
+    assert taken(inbox) == 5.0
+
+
+def test_a_sender_that_has_left_comes_back_only_by_a_proof():
+    inbox = receiver()
+    packets = stream(20)
+    inbox.push(packets[0], 0)
+    inbox.push(dataclasses.replace(packets[10], flags=FLAG_LEAVING), 1)
+    for n, packet in enumerate([*packets[1:10], *packets[11:]]):
+        assert inbox.push(packet, 10**9 + n) is Verdict.STALE
+    assert inbox.challenges(10**9 + 30) and taken(inbox) == 11.0
+    assert inbox.push(proving(packets[12], 10**9 + 30), 10**9 + 40) is Verdict.ACCEPTED
+
+
+def test_a_challenge_is_heard_and_never_followed():
+    inbox = receiver()
+    challenge = dataclasses.replace(stream(1)[0], flags=FLAG_CHALLENGE)
+    assert inbox.push(challenge, 50) is Verdict.STRANGER
+    assert not inbox.connected()
+    assert inbox.echo(80) == (1, 0, 30)
 
 
 def test_late_packets_in_a_row_are_not_believed_while_newer_ones_come():
@@ -191,25 +242,16 @@ def test_late_packets_in_a_row_are_not_believed_while_newer_ones_come():
     assert taken(inbox) == 40.0
 
 
-def test_one_old_packet_repeated_for_ever_is_not_believed():
-    inbox = receiver()
-    old, new = stream(2, epoch=1), stream(3, epoch=2)
-    inbox.push(old[0], 0)
-    for packet in new:
-        inbox.push(packet, 10**8)
-    for n in range(20):
-        assert inbox.push(old[1], 10**9 + n) is Verdict.STALE
-    assert taken(inbox) == 3.0
-
-
-def test_refused_packets_count_from_the_last_accepted_one():
+def test_old_packets_are_not_believed_however_many_come_in_a_silence():
     inbox = receiver()
     packets = stream(40)
-    inbox.push(packets[20], 0)
-    for packet in packets[:7]:
-        inbox.push(packet, 1)
-    inbox.push(packets[21], 2)
-    assert inbox.push(packets[7], 10**9) is Verdict.REORDERED
+    inbox.push(packets[30], 0)
+    for now_ns in range(10**9, 2 * 10**9, 10**8):
+        assert {inbox.push(p, now_ns) for p in packets[:30]} <= {
+            Verdict.REORDERED,
+            Verdict.DUPLICATE,
+        }
+    assert inbox.silent(2 * 10**9) and taken(inbox) == 31.0
 
 
 def test_the_echo_states_how_long_the_newest_packet_has_waited():

@@ -5,28 +5,34 @@
 import dataclasses
 import random
 
-import pytest
-
-from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
-from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.senders import REMEMBERED
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Packer
+from pmwvc_core.transport.receiver import REMEMBERED, Receiver
 from pmwvc_core.transport.verdict import Verdict
 
 PERIOD_NS = 8_000_000
+ROUND_TRIP_NS = 5 * PERIOD_NS
 STRAY_NS = 25_000_000
 SECOND_NS = 10**9
 
 
 class Sender:
-    """A sender whose wave is its epoch."""
+    """A sender whose wave is its epoch, and which answers what comes a round trip before."""
 
-    def __init__(self, epoch, *, every_ns=PERIOD_NS, begin_ns=0, end_ns=10 * SECOND_NS):
+    def __init__(
+        self, epoch, *, every_ns=PERIOD_NS, begin_ns=0, end_ns=10 * SECOND_NS, hears=True
+    ):
         self.packer = Packer(epoch, period=0.008)
+        self.begin_ns, self.hears = begin_ns, hears
         self.times = range(begin_ns, end_ns, every_ns)
 
     def packets(self):
         for now_ns in self.times:
-            yield now_ns, self.packer.pack(float(self.packer.epoch), 0.0, now_ns)
+            yield now_ns, self.packet(now_ns)
+
+    def packet(self, now_ns, flags=0):
+        heard_ns = now_ns - ROUND_TRIP_NS
+        echo = (1, heard_ns, 0) if self.hears and heard_ns >= self.begin_ns else (0, 0, 0)
+        return self.packer.pack(float(self.packer.epoch), 0.0, now_ns, flags, echo)
 
 
 def receiver():
@@ -49,7 +55,7 @@ def test_a_second_sender_at_full_rate_never_takes_over_while_the_first_one_sends
     inbox = receiver()
     found = followed(inbox, Sender(1), Sender(2, begin_ns=1000))
     assert {epoch for _, epoch in found} == {1}
-    assert inbox.counts[Verdict.STRANGER] == inbox.others.refused[2] == 1250
+    assert inbox.counts[Verdict.STRANGER] == inbox.strangers[2] == 1250
 
 
 def test_another_sender_takes_over_after_the_silence_of_the_first_one():
@@ -60,24 +66,24 @@ def test_another_sender_takes_over_after_the_silence_of_the_first_one():
     assert {epoch for now, epoch in found if now > taken} == {2}
 
 
-@pytest.mark.parametrize("every_ns", [STRAY_NS, 13_000_000, PERIOD_NS])
-def test_packets_of_one_stray_sender_do_not_lock_the_true_one_out(every_ns):
-    true = Sender(1, begin_ns=1)
-    found = followed(receiver(), true, Sender(2, every_ns=every_ns, begin_ns=3))
+def test_a_sender_that_hears_nothing_never_takes_over():
+    """The control of the one above; as of packets that are played back."""
+    deaf = Sender(2, begin_ns=SECOND_NS // 2, hears=False)
+    found = followed(receiver(), Sender(1, end_ns=SECOND_NS), deaf)
     assert {epoch for _, epoch in found} == {1}
 
 
-def test_a_stray_that_was_there_first_gives_way_to_a_sender_that_sends_as_one():
-    stray = Sender(2, every_ns=STRAY_NS)
-    found = followed(receiver(), stray, Sender(1, begin_ns=100_000_000))
+def test_a_stray_that_was_there_first_gives_way_to_a_sender_that_hears():
+    stray = Sender(2, every_ns=4 * STRAY_NS, hears=False)
+    found = followed(receiver(), stray, Sender(1, begin_ns=300_000_001))
     taken = next(now for now, epoch in found if epoch == 1)
-    assert taken == 100_000_000 + 2 * PERIOD_NS  # its third packet
+    assert taken < 400_000_000
     assert {epoch for now, epoch in found if now > taken} == {1}
 
 
 def test_a_stray_that_comes_during_an_outage_does_not_take_over():
     inbox = receiver()
-    before, stray = Sender(1, end_ns=SECOND_NS), Sender(2, every_ns=STRAY_NS)
+    before, stray = Sender(1, end_ns=SECOND_NS), Sender(2, hears=False)
     followed(inbox, before)
     for now_ns, packet in stray.packets():
         if SECOND_NS < now_ns < 2 * SECOND_NS:
@@ -99,31 +105,51 @@ def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
             assert inbox.push(wild, now_ns + 1) is Verdict.STRANGER
         assert inbox.playout.step(0.008) == 1.0
     assert inbox.counts[Verdict.STRANGER] == 5000
-    assert len(inbox.others.refused) == REMEMBERED
+    assert len(inbox.strangers) == REMEMBERED
 
 
-def test_a_sender_that_comes_back_among_random_epochs_is_believed():
+def test_a_sender_that_comes_back_among_random_epochs_is_followed():
     inbox = receiver()
     followed(inbox, Sender(1, end_ns=SECOND_NS))
     draw = random.Random(7)
-    packer = Packer(3, period=0.008)
-    for n in range(3):  # restarted: another epoch
-        now_ns = 2 * SECOND_NS + n * PERIOD_NS
-        new = packer.pack(3.0, 0.0, now_ns)
+    again = Sender(3, begin_ns=2 * SECOND_NS, end_ns=2 * SECOND_NS + 7 * PERIOD_NS)
+    for now_ns, new in again.packets():
         for _ in range(5):
-            wild = dataclasses.replace(new, epoch=draw.getrandbits(64))
-            inbox.push(wild, now_ns)
-        inbox.push(new, now_ns + 1)
+            inbox.push(
+                dataclasses.replace(new, epoch=draw.getrandbits(64), echo_sent_ns=0), now_ns
+            )
+        inbox.push(new, now_ns)
     assert inbox.epoch == 3
 
 
-def test_after_a_goodbye_the_next_sender_begins_at_once():
+def test_after_a_goodbye_the_next_sender_begins_as_soon_as_it_was_challenged():
     inbox = receiver()
-    old = Sender(1).packer
+    old, new = Sender(1), Sender(2)
     for n in range(5):
-        inbox.push(old.pack(1.0, 0.0, n), n)
-    inbox.push(old.pack(0.0, 0.0, 5, FLAG_LEAVING), 5)
-    assert inbox.push(Sender(2).packer.pack(2.0, 0.0, 6), 6) is Verdict.NEW_EPOCH
+        inbox.push(old.packet(n), n)
+    inbox.push(old.packet(5, FLAG_LEAVING), 5)
+    assert not inbox.challenges(6)
+    assert inbox.push(new.packer.pack(2.0, 0.0, 6), 6) is Verdict.STRANGER
+    assert inbox.challenges(7)
+    answer = new.packer.pack(2.0, 0.0, 8, echo=(1, 7, 0))
+    assert inbox.push(answer, 9) is Verdict.NEW_EPOCH
+    assert not inbox.challenges(10)
+
+
+def test_both_ends_that_were_started_again_find_each_other():
+    """Lives that followed former ones: one goes on sending, the other one only answers."""
+    here, there = receiver(), receiver()
+    for inbox in (here, there):
+        inbox.push(Packer(1, period=0.008).pack(0.0, 0.0, 0), 0)
+    goes_on, answers = Packer(2, period=0.008), Packer(3, period=0.008)
+    for now_ns in range(SECOND_NS, SECOND_NS + 20 * PERIOD_NS, PERIOD_NS):
+        there.push(goes_on.pack(0.0, 0.0, now_ns, echo=here.echo(now_ns)), now_ns + 1)
+        later_ns = now_ns + 2
+        flags = 0 if there.epoch == 2 else FLAG_CHALLENGE * there.challenges(later_ns)
+        if there.epoch == 2 or flags:
+            echo = there.echo(later_ns)
+            here.push(answers.pack(0.0, 0.0, later_ns, flags, echo), later_ns + 1)
+    assert (here.epoch, there.epoch) == (3, 2)
 
 
 def test_a_goodbye_of_another_sender_is_none():

@@ -13,7 +13,7 @@ from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, Packer
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING, Packer
 from pmwvc_server.loop import ServerLoop
 
 PERIOD_S = 0.008
@@ -72,7 +72,9 @@ class Rig:
         )
 
     def send(self, user, wave=0.0, *, flags=0):
-        packet = self.masters[user].pack(wave, user - 0.5, self.now_ns, flags=flags)
+        sent = self.wires.sent[user]
+        echo = (sent[-1].seq, sent[-1].sent_ns, 0) if sent else (0, 0, 0)
+        packet = self.masters[user].pack(wave, user - 0.5, self.now_ns, flags=flags, echo=echo)
         self.wires.arrived[user].append(packet)
 
     def step(self, *users, times=1, wave=0.0):
@@ -152,6 +154,27 @@ def test_a_user_who_sent_its_last_packet_is_gone_at_once():
     assert len(rig.wires.sent[1]) == answered
 
 
+def test_the_next_master_of_a_user_who_has_left_is_challenged_and_joins_by_its_answer():
+    rig = Rig()
+    rig.step(0, 1, times=10)
+    played_back = rig.masters[1].pack(0.5, 0.5, rig.now_ns)
+    rig.send(1, flags=FLAG_LEAVING)
+    rig.step(0)
+    for _ in range(20):  # a ghost is challenged, too, and does not answer
+        rig.wires.arrived[1].append(played_back)
+        rig.step(0)
+    assert rig.presence == ["COUPLED", "ABSENT"]
+    rig.masters[1] = Packer(77, period=PERIOD_S)
+    rig.wires.sent[1].clear()
+    rig.step(0, 1)
+    (challenge,) = rig.wires.sent[1]
+    assert challenge.flags & FLAG_CHALLENGE and challenge.wave == 0.0
+    rig.step(0, 1)
+    assert rig.presence == ["COUPLED", "COUPLED"]
+    assert rig.loop.protocol.server.f_s[1] == 0.0
+    assert not rig.wires.sent[1][-1].flags & FLAG_CHALLENGE
+
+
 def test_a_restarted_user_begins_anew_without_a_force():
     rig = Rig()
     rig.step(0, 1, times=10)
@@ -162,8 +185,8 @@ def test_a_restarted_user_begins_anew_without_a_force():
     rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
     assert server.f_s[1] != 0.0 and rig.wires.sent[1][-1].echo_seq == 15
     rig.step(0, times=2)
-    rig.step(0, 1)
     rig.send(1)
+    rig.now_ns += PERIOD_NS
     rig.loop.protocol.deliver(1, rig.wires.arrived[1].pop(), rig.now_ns)
     assert rig.loop.protocol.inboxes[1].epoch == 77
     assert server.f_s[1] == 0.0

@@ -32,7 +32,7 @@ COUNTED = (
 )
 OF_LINK = ("accepted", "lost", "duplicate", "reordered", "corrupted")
 OF_SENDERS = {
-    "stale": "of a sender that was over",
+    "stale": "of a sender that had left, or far from its numbers",
     "stranger": "of another sender",
     "other_session": "of another session",
     "forged": "without the user's token",

@@ -22,6 +22,7 @@ from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.server.controller import ServerController
 from pmwvc_core.transport.packet import (
     FLAG_ANEW,
+    FLAG_CHALLENGE,
     FLAG_DIRECT,
     FLAG_LEAVING,
     Packer,
@@ -143,7 +144,8 @@ class ServerStep(ProtocolEnd):
         Returns
         -------
         tuple
-            Each user's answer (None for an absent one, and where the deadband holds it back), and
+            Each user's answer (None for an absent one, but where its sender has to prove itself,
+            and where the deadband holds it back), and
             the server after the step (None while it waits for the first user, or is paused).
         """
         if self.period_s != self.params.period_s:
@@ -177,6 +179,10 @@ class ServerStep(ProtocolEnd):
                 at = port.x_s - port.offset  # in the frame of the device
                 echo, short = inbox.echo(now_ns), inbox.playout.short
                 answered = packer.pack(answer, at, now_ns, flags, echo, port.account, short)
+            elif absent and inbox.challenges(now_ns):
+                flags, rest = flags | FLAG_CHALLENGE, 0.0 * answer
+                echo, account = inbox.echo(now_ns), server.ports[user].account
+                answered = packer.pack(rest, rest, now_ns, flags, echo, account)
             answers.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
         presence = tuple(self.presence)

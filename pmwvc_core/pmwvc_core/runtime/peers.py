@@ -98,7 +98,7 @@ def nothing_on(topic: str, names: Sequence[str]) -> str:
 
 
 def _others(inbox: Receiver) -> str:
-    found = [f"{epoch:016x} ({number} packets)" for epoch, number in inbox.others.refused.items()]
+    found = [f"{epoch:016x} ({number} packets)" for epoch, number in inbox.strangers.items()]
     return ", ".join(found) or "none"
 
 

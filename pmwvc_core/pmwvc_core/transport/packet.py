@@ -28,6 +28,8 @@ FLAG_LIMITED = 4  # the safety limits changed a force since the last packet
 FLAG_ANEW = 8  # flips whenever the server places the user's avatar anew
 FLAG_WAITING = 16  # the sender has nothing of the receiver's waves at hand (strict channel)
 FLAG_SHORT = 32  # of a message: ``short``
+FLAG_CHALLENGE = 64  # no wave: it asks a sender that is not followed to echo it
+LAST_NUMBER = (1 << 32) - 1  # 1 follows
 
 
 @dataclass(slots=True)
@@ -55,6 +57,14 @@ class WavePacket:
     def message_flags(self) -> int:
         """Return the flags of the message that carries it."""
         return self.flags | (FLAG_SHORT if anywhere(self.short) else 0)
+
+
+def ahead(before: WavePacket, packet: WavePacket) -> int:
+    """Return by how much the number of a packet is above that of another one of its sender, where
+    numbers begin anew after the last one.
+    """
+    half = LAST_NUMBER // 2
+    return (packet.seq - before.seq + half) % LAST_NUMBER - half
 
 
 def refused(verdict: Verdict) -> WavePacket:
@@ -158,7 +168,7 @@ class Packer(Stateful):
             Whether the playout of this end lacks energy, one per run.
         """
         period = self.period
-        self.seq = seq = self.seq + 1
+        self.seq = seq = self.seq % LAST_NUMBER + 1
         self.frames += 1
         self._flags = flags
         self._add(wave)

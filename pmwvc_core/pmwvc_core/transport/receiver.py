@@ -6,8 +6,16 @@ This is the receiver of the plain channel (the dissertation's) and of the zeroin
 against broken and stray packets, not against the energy that holding a wave creates; what is
 accepted is given out by its ``playout`` (:class:`.rates.Latest`). That of the strict channel is
 built on it (:mod:`.strict_receiver`).
-It follows one sender at a time: another epoch takes over only when the sender followed is silent
-or has left, and only as one that sends as fast as a sender does (:mod:`.senders`).
+
+It follows one sender (one epoch) at a time. A packet counts if it is new::
+
+    of the sender followed      its number is above the newest one, by less than ``AHEAD``
+    or it proves it             it echoes a packet that this end sent after it took the newest one
+
+What proves it was made after all that was counted: late packets, copies and packets played back do
+not. That is asked of a sender whose numbers jump (a stray packet had a wild one), of one that has
+left, and of another one, which moreover takes over only when the one followed is silent or has
+left. The first packet of all is taken as it is.
 Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
@@ -16,28 +24,23 @@ import math
 from pmwvc_core.numeric import Flag, Value
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.fitness import unfit
-from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, WavePacket, ahead
 from pmwvc_core.transport.path import Path
-from pmwvc_core.transport.senders import INSIST, Run, Senders
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.playout import Playout
 from pmwvc_core.wave.rates import Latest
 
+AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
-RETIRED = 16  # former epochs remembered, so that a straggler cannot bring one back
+REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
 LONGEST_ROUND_TRIP_NS = 600 * 10**9
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
-OUT_OF_PLACE = (Verdict.REORDERED, Verdict.STALE, Verdict.STRANGER)  # right but for their order
+NEW_EPOCH, STRANGER = Verdict.NEW_EPOCH, Verdict.STRANGER
 
 
 class Receiver(Stateful):
     """The receiving end of one direction.
-
-    One bad packet cannot lock the receiver: a wild number makes the true packets look old, but
-    once nothing was accepted for the time of silence, 8 of them in a row are believed. The very
-    first packet is accepted on its own; its sender gives way to a credible one until it is
-    credible itself.
 
     Parameters
     ----------
@@ -57,11 +60,14 @@ class Receiver(Stateful):
     ----------
     playout
         What has arrived and is given out.
+    strangers
+        Packets refused by epoch, of other senders.
     """
 
     BLOCKS = "path playout"
     MEMORY = (
-        "counts lost newest round_trip_s accepted_ns came_ns _seen _first _retired others _own"
+        "counts lost newest round_trip_s accepted_ns came_ns strangers _seen _first _stranger "
+        "_stranger_ns"
     )
     plays_on = False  # in a silence; and whoever uses the playout steps it
     playout: Latest | Playout
@@ -89,25 +95,20 @@ class Receiver(Stateful):
         self.playout = Latest(once=once)
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
-        self._retired: list[int] = []
-        self.others = Senders(self._silence_ns)
-        self._own: Run | None = None  # of the sender followed, until it is credible
+        self.strangers: dict[int, int] = {}
+        self._stranger: WavePacket | None = None  # the newest of a sender that is not followed,
+        self._stranger_ns = 0  # and when it came
 
     def push(self, packet: WavePacket, now_ns: int) -> Verdict:
         """Judge a packet that has come in; whatever it is, the answer is a verdict."""
         ordinary = type(packet) is WavePacket and self._ordinary(packet)
         wrong = None if ordinary else unfit(packet, self.dof, self.max_wave, lasts=self._lasts)
-        verdict = wrong or self._placed(packet)
-        if verdict is not ACCEPTED:
-            if verdict in OUT_OF_PLACE and self._believed(packet, verdict, now_ns):
-                verdict = Verdict.NEW_EPOCH
-            if verdict is not Verdict.NEW_EPOCH:
-                self.counts[verdict] += 1
-                if verdict in OUT_OF_PLACE and packet.epoch != self.epoch:
-                    self.others.refuse(packet.epoch)
-                return verdict
+        verdict = wrong or self._placed(packet, now_ns)
         self.counts[verdict] += 1
-        self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
+        if verdict is ACCEPTED or verdict is NEW_EPOCH:
+            self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
+        elif verdict is STRANGER or verdict is Verdict.STALE:
+            self._note_stranger(packet, now_ns)
         return verdict
 
     def spared(self, h: float) -> Value:
@@ -148,11 +149,26 @@ class Receiver(Stateful):
 
     def echo(self, now_ns: int) -> tuple[int, int, int]:
         """Return number, sender's clock and holding time [ns] of the newest packet, for the next
-        one that goes back; zeros before the first.
+        one that goes back; zeros before the first. Where nobody is followed now it is that of the
+        sender that came last, to which this end may have to prove itself.
         """
-        if self.newest is None:
-            return 0, 0, 0
-        return self.newest.seq, self.newest.sent_ns, now_ns - self.came_ns
+        newest, came_ns = self.newest, self.came_ns
+        if self._stranger is not None and self._vacant(now_ns):
+            newest, came_ns = self._stranger, self._stranger_ns
+        return (0, 0, 0) if newest is None else (newest.seq, newest.sent_ns, now_ns - came_ns)
+
+    def challenges(self, now_ns: int) -> bool:
+        """Tell whether a sender comes that has to prove itself."""
+        waits = self._stranger is not None and now_ns - self._stranger_ns <= self._silence_ns
+        return waits and self._vacant(now_ns)
+
+    def _vacant(self, now_ns: int) -> bool:
+        """Tell whether another sender may be followed."""
+        return self.silent(now_ns) or self._left
+
+    @property
+    def _left(self) -> bool:
+        return self.newest is not None and bool(self.newest.flags & FLAG_LEAVING)
 
     def _ordinary(self, packet: WavePacket) -> bool:
         """Tell at a glance that nothing is wrong with a packet of one axis, as nearly always."""
@@ -174,55 +190,45 @@ class Receiver(Stateful):
         """Tell whether a packet may stand for so long."""
         return math.isclose(period_s, self.period_s, rel_tol=1e-6)
 
-    def _placed(self, packet: WavePacket) -> Verdict:
+    def _placed(self, packet: WavePacket, now_ns: int) -> Verdict:
         """Judge a fit packet by those before it."""
         newest = self.newest
+        if packet.flags & FLAG_CHALLENGE:
+            return STRANGER
         if newest is None:
-            return Verdict.NEW_EPOCH
+            return NEW_EPOCH
+        proven = self.accepted_ns < packet.echo_sent_ns <= now_ns
         if packet.epoch != newest.epoch:
-            return Verdict.STALE if packet.epoch in self._retired else Verdict.STRANGER
-        if packet.seq > newest.seq:
-            return Verdict.STALE if packet.sent_ns < newest.sent_ns else ACCEPTED
-        behind = newest.seq - packet.seq
-        if self._seen >> behind & 1:
+            return NEW_EPOCH if proven and self._vacant(now_ns) else STRANGER
+        behind = -ahead(newest, packet)
+        if proven or (-AHEAD < behind < 0 and not self._left):
+            return ACCEPTED
+        if behind >= 0 and self._seen >> behind & 1:
             return Verdict.DUPLICATE
-        if behind < WINDOW:
+        if 0 <= behind < WINDOW:
             self._seen |= 1 << behind
             self.lost -= packet.seq > self._first  # numbers before the first were never missing
-        return Verdict.REORDERED
+        return Verdict.STALE if behind < 0 or self._left else Verdict.REORDERED
 
-    def _believed(self, packet: WavePacket, verdict: Verdict, now_ns: int) -> bool:
-        """Tell whether a packet that is out of place becomes the new baseline."""
-        run = self.others.add(packet.epoch, packet.seq, now_ns, packet.period)
-        if verdict is not Verdict.STRANGER:
-            return run.count >= INSIST and self.silent(now_ns)
-        if self.newest is not None and self.newest.flags & FLAG_LEAVING:
-            return True
-        return run.credible and (self._own is not None or self.silent(now_ns))
+    def _note_stranger(self, packet: WavePacket, now_ns: int) -> None:
+        """Note a packet of a sender that is not followed."""
+        self._stranger, self._stranger_ns = packet, packet.came_ns or now_ns
+        self.strangers[packet.epoch] = self.strangers.pop(packet.epoch, 0) + 1
+        if len(self.strangers) > REMEMBERED:
+            del self.strangers[next(iter(self.strangers))]
 
     def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
-        before = self.newest
-        if fresh:
-            if before is not None and before.epoch != packet.epoch:
-                self._retired = [*self._retired[-RETIRED + 1 :], before.epoch]
-            self._seen = 1
-            self._first = packet.seq
-            self._own = self.others.followed(packet.epoch, packet.seq, now_ns, packet.period)
-        elif before is not None:
-            ahead = packet.seq - before.seq
-            self.lost += ahead - 1
-            self._seen = (self._seen << (ahead if ahead < WINDOW else WINDOW) | 1) & KNOWN
-            if self._own is not None:
-                self._own.add(packet.seq, now_ns, packet.period)
-        if self._own is not None and self._own.credible:
-            self._own = None
-        if self.others.runs:
-            self.others.forget(packet.epoch if self._own else None)
+        before, self._stranger = self.newest, None
+        skipped = -1 if fresh or before is None else ahead(before, packet) - 1
+        if 0 <= skipped < AHEAD:
+            self.lost += skipped
+            self._seen = (self._seen << min(skipped + 1, WINDOW) | 1) & KNOWN
+        else:  # its numbers begin
+            self._seen, self._first = 1, packet.seq
+            self.path.restart()
         self.newest = packet
         self.accepted_ns = now_ns
         self.came_ns = came_ns = packet.came_ns or now_ns
-        if fresh:
-            self.path.restart()
         self.path.add(packet, came_ns)
         if isinstance(self.playout, Latest):
             self.playout.add(packet)

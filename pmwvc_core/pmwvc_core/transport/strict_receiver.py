@@ -7,20 +7,35 @@ and two energies is a segment for the playout (:mod:`pmwvc_core.wave.playout`), 
 all packets in between. Loss joins segments, duplicates and stragglers add nothing, and packets may
 stand for any time. A segment's length is counted in packets, not by the sender's clock: a sender
 that wakes late has not sent another wave. Only where packets stood for different times its clock
-tells, within their bounds, how long lost ones were. The energy counts up to what the longest legal
-wave carries in that time: a sender that claims more adds no more.
+tells, within their bounds, how long lost ones were.
+
+What is counted follows the sums of the packets; the energy never goes back::
+
+    U <- U + dU     dU = packet's U - U,   |dU| <= longest legal wave * time
+    J <- J + dJ     dJ = packet's J - J,   0 <= dJ <= what that wave carries
 
 The time of silence follows what packets do: three of their intervals (a longer one counts at
 once), and beyond the lateness that they usually have, what the playout keeps at hand. A packet
 also tells whether its sender has waves of this end at hand; both ends brake while either has not.
+
+Equations: docs/theory.md 17.24.
 """
 
 from typing import Any
 
 import numpy as np
 
-from pmwvc_core.numeric import Flag, Value, maximum, minimum, squared
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_WAITING, WavePacket
+from pmwvc_core.numeric import (
+    Flag,
+    Value,
+    anywhere,
+    limit_length,
+    maximum,
+    minimum,
+    squared,
+    where,
+)
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_WAITING, WavePacket, ahead
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.wave.playout import RETURN_S, Playout
 
@@ -86,17 +101,17 @@ class StrictReceiver(Receiver):
             self._unreceived_ns = None
         elif self._unreceived_ns is None:
             self._unreceived_ns = now_ns
-        if fresh or before is None or (packet.flags ^ before.flags) & FLAG_ANEW:
-            self.playout.begin()
-            own = minimum(squared(packet.wave) * (0.5 * packet.period), packet.energy)
-            self.playout.add(packet.wave * packet.period, own, packet.period)
-            self._least_s = self._most_s = packet.period
+        if fresh or before is None:  # what it sent before it was followed does not count
+            self._begin(packet, 0.0)
             return
-        lasted_s = self._lasted_s(before, packet)
-        claimed_j = maximum(packet.energy - before.energy, 0.0)
-        legal_j = 0.5 * self.max_wave**2 * lasted_s
-        self.playout.add(packet.integral - before.integral, minimum(claimed_j, legal_j), lasted_s)
-        late_s = abs((now_ns - came_ns) * 1e-9 - lasted_s)
+        passed_s = (now_ns - came_ns) * 1e-9
+        lasted_s = min(self._lasted_s(before, packet), passed_s + LONGEST_PERIOD_S)
+        moved, paid_j = self._counted(before, packet, lasted_s)
+        if (packet.flags ^ before.flags) & FLAG_ANEW:
+            self._begin(packet, paid_j)
+            return
+        self.playout.add(moved, paid_j, lasted_s)
+        late_s = abs(passed_s - lasted_s)
         self.lateness_s += SMOOTHED * (late_s - self.lateness_s)
         smoothed_s = self.interval_s + SMOOTHED * (packet.period - self.interval_s)
         self.interval_s = max(smoothed_s, packet.period)
@@ -105,12 +120,35 @@ class StrictReceiver(Receiver):
         usual_s += margin_s if type(margin_s) is float else float(np.max(margin_s))
         self._silence_ns = round(max(self._least_silence_s, usual_s) * 1e9)
 
+    def _begin(self, packet: WavePacket, paid_j: Value) -> None:
+        """Begin with the wave of this packet alone, and what it needs of the energy paid [J]."""
+        self.playout.begin()
+        own_j = minimum(squared(packet.wave) * (0.5 * packet.period), paid_j)
+        self.playout.add(packet.wave * packet.period, own_j, packet.period)
+        self._least_s = self._most_s = packet.period
+
+    def _counted(
+        self, before: WavePacket, packet: WavePacket, lasted_s: float
+    ) -> tuple[Value, Value]:
+        """Return displacement [sqrt(W) s] and energy [J] that a packet adds to those counted; its
+        sums become what is counted with it.
+        """
+        moved, longest = packet.integral - before.integral, self.max_wave * lasted_s
+        far = squared(moved) > longest**2
+        if anywhere(far):
+            moved = where(far, limit_length(moved, longest), moved)
+            packet.integral = before.integral + moved
+        claimed_j = packet.energy - before.energy
+        paid_j = minimum(maximum(claimed_j, 0.0), 0.5 * self.max_wave**2 * lasted_s)
+        if anywhere(paid_j != claimed_j):
+            packet.energy = before.energy + paid_j
+        return moved, paid_j
+
     def _lasted_s(self, before: WavePacket, packet: WavePacket) -> float:
         """Return the time for which a packet stands, with those lost before it [s]."""
-        period_s, count = packet.period, packet.seq - before.seq
+        period_s, lost = packet.period, ahead(before, packet) - 1
         self._least_s, self._most_s = min(self._least_s, period_s), max(self._most_s, period_s)
-        if count == 1:
+        if lost <= 0:
             return period_s
         sent_s = (packet.sent_ns - before.sent_ns) * 1e-9
-        lost = count - 1
         return period_s + min(max(sent_s - period_s, lost * self._least_s), lost * self._most_s)

@@ -9,13 +9,11 @@ class Verdict(enum.Enum):
     """Verdict on a packet. Only the first two change the wave that the receiver gives out."""
 
     ACCEPTED = "accepted"
-    NEW_EPOCH = (
-        "new epoch"  # accepted as a beginning: first packet, restarted sender, new baseline
-    )
+    NEW_EPOCH = "new epoch"  # accepted as a beginning: first packet, restarted sender
     DUPLICATE = "duplicate"
     REORDERED = "reordered"  # older than the newest
-    STALE = "stale"  # of an epoch that is over, or newer by number but older by the sender's clock
-    STRANGER = "of another sender"  # of another epoch, while the sender followed is there
+    STALE = "stale"  # of a sender that has left, or far from its numbers
+    STRANGER = "of another sender"  # which is not followed
     CORRUPTED = "corrupted"  # its bytes do not fit its checksum
     OTHER_SESSION = "of another session"
     FORGED = "forged"  # without the token of the user it claims to be from
