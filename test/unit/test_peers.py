@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from pmwvc_core.runtime.peers import Peers
+from pmwvc_core.runtime.peers import Peers, WrongTokens
 from pmwvc_core.transport.packet import Packer, refused
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
@@ -91,3 +91,16 @@ def test_packets_refused_at_the_door_are_reported_once(verdict, text):
         rig.inbox.push(refused(verdict), 1)
     assert rig.wrong() == f"{text} on {DOWN}"
     assert rig.wrong() == ""
+
+
+def test_a_wrong_token_is_named_when_it_begins_and_again_after_a_pause():
+    inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
+    tokens = WrongTokens({"user1/up": inbox})
+    found = []
+    for verdict in (Verdict.FORGED, Verdict.FORGED, Verdict.CORRUPTED, Verdict.FORGED):
+        inbox.push(refused(verdict), 1)
+        found.append(tokens.look())
+    assert [len(sentences) for sentences in found] == [1, 0, 0, 1]
+    assert found[0] == [
+        "user1/up: packets are refused: the user's token (session.token_file) did not seal them"
+    ]

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The publishers on the topics of a node, for its diagnostics: none, another one, more than one.
+"""The publishers on the topics of a node, for its diagnostics: none, another one, more than one;
+and for its terminal the packets that another token has sealed.
 
 Needs no ROS: whatever lists the publishers of a topic is an argument.
 """
@@ -20,6 +21,11 @@ SUSPECT = {  # verdicts that are worth a warning while packets of the sender com
     Verdict.FORGED: "without the user's token refused",
     Verdict.FLOOD: "beyond the rate of a sender refused",
     Verdict.CORRUPTED: "corrupted on their way",
+}
+OF_TOKENS = {
+    Verdict.OTHER_SESSION: "of another session are refused: session.token_file must be of one "
+    "'pmwvc token' at both ends, or empty at both",
+    Verdict.FORGED: "are refused: the user's token (session.token_file) did not seal them",
 }
 REFUSED = [v for v in Verdict if v not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH)]
 
@@ -77,6 +83,24 @@ class Peers:
         if inbox.connected() or self._clock() - self._begin_s < PATIENCE_S:
             return []
         return [_never_met(topic, names, inbox)]
+
+
+class WrongTokens:
+    """Finds receivers, given by link, that begin to refuse packets because of their tokens."""
+
+    def __init__(self, inboxes: Mapping[str, Receiver]) -> None:
+        self._inboxes = dict(inboxes)
+        self._seen = {(link, verdict): (0, False) for link in inboxes for verdict in OF_TOKENS}
+
+    def look(self) -> list[str]:
+        """Return a sentence for each link and reason that was not there at the last look."""
+        found = []
+        for (link, verdict), (before, refused) in self._seen.items():
+            number = self._inboxes[link].counts[verdict]
+            if number > before and not refused:
+                found.append(f"{link}: packets {OF_TOKENS[verdict]}")
+            self._seen[link, verdict] = number, number > before
+        return found
 
 
 def _never_met(topic: str, names: Sequence[str], inbox: Receiver) -> str:

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The publisher of what a node's receivers have received, twice a second and once at the end."""
+"""The publisher of what a node's receivers have received, twice a second and once at the end;
+wrong tokens are said at its terminal as well.
+"""
 
 import time
 from collections.abc import Callable, Mapping
@@ -9,6 +11,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 
 from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.peers import WrongTokens
 from pmwvc_core.runtime.polling import TRACE_QOS
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.reception import counts, passage
@@ -33,6 +36,7 @@ class Receptions:
         self._node = node
         self._types = messages.live_types()
         self._inboxes = dict(inboxes)
+        self._wrong_tokens = WrongTokens(inboxes)
         self._epoch = epoch
         self._other_controller = other_controller
         self._seq = 0
@@ -44,6 +48,8 @@ class Receptions:
 
     def publish(self) -> None:
         """Publish what there is now."""
+        for sentence in self._wrong_tokens.look():
+            self._node.get_logger().warning(sentence)
         for link, inbox in self._inboxes.items():
             self._seq += 1
             self._out.publish(

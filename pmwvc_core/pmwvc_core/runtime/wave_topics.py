@@ -11,14 +11,20 @@ from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
 from pmwvc_core.runtime.polling import TAKEN_QOS, WAVE_QOS, Polled, offered
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
+from pmwvc_core.transport.verdict import Verdict
 
 MOST_AT_ONCE = 32  # packets taken in one call: a flood takes no more of a loop's time
+OF_TOKENS = (Verdict.OTHER_SESSION, Verdict.FORGED)
+QUIET_NS = 500_000_000  # an end that has sent nothing for so long answers a wrong token
 LONGEST_WAIT_NS = 1_000_000_000  # in the queue; beyond, a wall clock was set meanwhile
 
 
 class WaveTopics:
     """One end of a user's link, with packets of ``dof`` axes, one sent every ``period_s`` [s];
     ``admission`` seals what is sent and judges what comes in.
+
+    A server sends nothing to a user whose packets it refuses. So that the user learns of a wrong
+    token, a quiet end answers with an empty packet, which every receiver refuses.
     """
 
     def __init__(
@@ -35,6 +41,7 @@ class WaveTopics:
         self._admission = admission
         self._dof = dof
         self._whole = size_bytes(dof)
+        self._sent_ns = 0
         inlet = Polled(node, types.Wave, incoming, TAKEN_QOS, raw=True)
         self._kind, self._inlet = inlet.kind, inlet.subscription.handle
         self._out = node.create_publisher(types.Wave, outgoing, offered(WAVE_QOS, period_s))
@@ -51,10 +58,13 @@ class WaveTopics:
             verdict = None
             if len(data) == self._whole:
                 verdict = self._admission.judge(data, now_ns)
+            if verdict in OF_TOKENS and now_ns - self._sent_ns > QUIET_NS:
+                self.send(refused(Verdict.MALFORMED))
             packets.append(refused(verdict) if verdict else packet_of(data, came_ns=came_ns))
         return packets
 
     def send(self, packet: WavePacket) -> None:
         """Publish a packet."""
+        self._sent_ns = time.monotonic_ns()
         data = wave_bytes(packet, time.time_ns(), dof=self._dof)
         self._out.publish(self._admission.sealed(data))
