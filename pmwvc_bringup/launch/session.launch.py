@@ -8,6 +8,7 @@
 
 The nodes wait until all are connected, then begin together (:mod:`pmwvc_bringup.session.starter`);
 ``duration`` counts from there. ``namespace:=lab`` puts all topics and nodes below ``/lab``.
+They end with the launcher, however it ends: on SIGTERM ``ros2 launch`` leaves its processes behind.
 """
 
 import sys
@@ -63,6 +64,8 @@ def session_nodes(context):
                 executable=node.kind,
                 namespace="/".join(filter(None, (namespace, node.namespace))),
                 parameters=[str(parameters)],
+                exec_name=node.name,
+                prefix=plan.ENDS_WITH_PARENT,
                 output="screen",
             )
         )
@@ -75,6 +78,7 @@ def session_nodes(context):
             *("--namespace", namespace),
             *([] if record else ["--unrecorded"]),
         ],
+        prefix=plan.ENDS_WITH_PARENT,
         output="screen",
     )
 

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A node that ROS does not let end: its work is closed, it ends by itself, the log says why."""
+"""The end of a node: with whoever launched it; and by itself where ROS does not let it end, with
+its work closed and the reason in the log.
+"""
 
 import os
 import signal
@@ -9,6 +11,7 @@ import sys
 
 import pytest
 
+from pmwvc_bringup.session.plan import ENDS_WITH_PARENT
 from pmwvc_bringup.session.surroundings import own_domain
 
 pytestmark = pytest.mark.integration
@@ -37,6 +40,22 @@ HANGS = {
         "node.create_timer(0.001, lambda: (print('busy\\n', end='', flush=True), hang()))"
     ),
 }
+
+LAUNCHER = "import subprocess, sys; subprocess.run(sys.argv[1:])"
+
+
+def test_a_launched_node_ends_whole_when_its_launcher_is_gone():
+    node = [sys.executable, "-c", NODE.format(setup="pass")]
+    with own_domain(os.environ) as domain:
+        launcher = subprocess.Popen(
+            [sys.executable, "-c", LAUNCHER, *ENDS_WITH_PARENT.split(), *node],
+            env=dict(os.environ, ROS_DOMAIN_ID=str(domain)),
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert launcher.stdout.readline() == "running\n"
+        launcher.kill()
+        assert launcher.communicate()[0] == "released\n"  # the node had the same pipe
 
 
 @pytest.mark.parametrize("text", HANGS)
