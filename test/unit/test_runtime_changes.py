@@ -38,7 +38,7 @@ def test_a_refused_change_carries_the_message_of_the_dataclass_and_changes_nothi
         _, changes = bind(peer.node, "safety", SafetyParams)
         with pytest.raises(ParameterError) as own:
             SafetyParams(damper_velocity=2.0)
-        reason = change(peer.node, safety__soft_start_s=1.0, safety__damper_velocity=2.0)
+        reason = change(peer.node, safety__timeout_s=0.02, safety__damper_velocity=2.0)
         assert reason == f"safety.{own.value}"
         assert changes == []
         assert declared_values(peer.node, "safety", SafetyParams) == SafetyParams()

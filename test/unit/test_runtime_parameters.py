@@ -55,6 +55,21 @@ def test_every_group_survives_the_way_through_ros(kind):
             assert spec.unit in ("", "-") or f"[{spec.unit}]" in descriptor.description
 
 
+IN_FLIGHT = [ContactParams, LinkParams, MasterParams, SafetyParams, ServerParams]
+
+
+@pytest.mark.parametrize("kind", IN_FLIGHT, ids=lambda kind: kind.__name__)
+def test_every_number_that_may_change_in_flight_is_bounded_on_both_sides(kind):
+    open_ended = [
+        name
+        for name, spec in leaves("", kind).items()
+        if spec.kind in (int, float)
+        and not spec.read_only
+        and (spec.low == spec.above or spec.high == spec.below)  # None both
+    ]
+    assert open_ended == []
+
+
 @pytest.mark.parametrize("kind", GROUPS, ids=lambda kind: kind.__name__)
 def test_every_bound_holds_in_ros_at_the_bound_and_not_beyond(kind):
     with ros() as peer:

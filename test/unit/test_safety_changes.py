@@ -17,7 +17,6 @@ NOW = SafetyParams()
 STRICTER = {
     "max_force": 4.0,
     "max_slew": 500.0,
-    "soft_start_s": 1.0,
     "damper_velocity": 0.5,
     "fault_velocity": 1.2,
     "timeout_s": 0.02,
@@ -34,8 +33,10 @@ def test_a_limit_becomes_stricter_and_never_wider(name):
         check_change(stricter, NOW)
 
 
-def test_every_limit_has_a_direction():
-    assert set(STRICTER) == set(specs(SafetyParams))
+def test_every_limit_can_only_be_lowered_but_the_soft_start_which_stays():
+    fixed = {name for name, spec in specs(SafetyParams).items() if spec.read_only}
+    assert fixed == {"soft_start_s"}
+    assert {*STRICTER, *fixed} == set(specs(SafetyParams))
 
 
 def test_the_force_can_always_be_let_go():
@@ -58,6 +59,8 @@ def test_a_running_master_refuses_to_widen_its_limits():
             "restart the master with another value"
         )
         assert "can only be lowered" in change(max_force=4.0, max_slew=20000.0)
+        for soft_start_s in (0.01, 10.0):  # a person on the network neither hurries nor holds it up
+            assert "read-only" in change(soft_start_s=soft_start_s)
         assert taken == []
         assert change(max_force=4.0) == ""
         assert "now 4 N" in change(max_force=8.0)

@@ -64,8 +64,10 @@ class ServerParams(Validated):
         "0.001..1 s",
         "time step of the environment, T_VE; changes while running on the strict channel only",
     )
-    object_mass: float = parameter(2.0, "> 0 kg", "mass of the shared object")
-    object_damping: float = parameter(0.0, ">= 0 N s/m", "damping of the object to ground")
+    object_mass: float = parameter(2.0, "0.001..1000 kg", "mass of the shared object")
+    object_damping: float = parameter(
+        0.0, "0..100000 N s/m", "damping of the object to ground"
+    )
     object_size_m: float = parameter(0.06, "> 0 m", "edge length of the cube", read_only=True)
     decoding: str = parameter(
         "secant",
@@ -126,7 +128,7 @@ class ContactParams(Validated):
 
     impedance: float | None = parameter(
         None,
-        "> 0 N s/m",
+        "0.01..1000 N s/m",
         "wave impedance of the server port (null: that of the user's master)",
         kind=float,
     )

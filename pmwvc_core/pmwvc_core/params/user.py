@@ -63,7 +63,9 @@ class SafetyParams(Validated):
         8.0, "> 0 and <= 20 N", "peak force (Touch class 3.3, larger desktop devices 8)"
     )
     max_slew: float = parameter(2000.0, "1..20000 N/s", "fastest change of force")
-    soft_start_s: float = parameter(0.5, "0.01..10 s", "force rises from zero over this time")
+    soft_start_s: float = parameter(
+        0.5, "0.01..10 s", "force rises from zero over this time", read_only=True
+    )
     damper_velocity: float = parameter(
         1.0, "> 0 and <= 10 m/s", "above this speed only damping is rendered"
     )

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The changes of the safety limits that are allowed while a hand is on the device.
 
-A limit may only become stricter: anybody on the network can set a parameter. To widen one the
-master is started anew, without a force. How fast the force may change must still let the largest
+A limit may only be lowered, and ``soft_start_s`` stays: anybody on the network can set a parameter.
+To widen one the master is started anew, without a force. How fast the force may change must still let the largest
 force go in ``LET_GO_S``.
 """
 
@@ -12,7 +12,6 @@ from pmwvc_core.master.safety.fading import LET_GO_S
 from pmwvc_core.params import SafetyParams, specs
 
 LOWERED = ("max_force", "max_slew", "damper_velocity", "fault_velocity", "timeout_s", "release_s")
-RAISED = ("soft_start_s",)
 
 
 def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
@@ -24,15 +23,14 @@ def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
         Naming each with the value it has now.
     """
     problems = []
-    for names, sign, only in ((LOWERED, 1.0, "lowered"), (RAISED, -1.0, "raised")):
-        for name in names:
-            value, new = getattr(now, name), getattr(wanted, name)
-            if sign * (new - value) > 0.0:
-                unit = specs(SafetyParams)[name].unit
-                problems.append(
-                    f"safety.{name} = {new:g}: can only be {only} while running "
-                    f"(now {value:g} {unit}); restart the master with another value"
-                )
+    for name in LOWERED:
+        value, new = getattr(now, name), getattr(wanted, name)
+        if new > value:
+            unit = specs(SafetyParams)[name].unit
+            problems.append(
+                f"safety.{name} = {new:g}: can only be lowered while running "
+                f"(now {value:g} {unit}); restart the master with another value"
+            )
     slowest = wanted.max_force / LET_GO_S
     if wanted.max_slew < min(slowest, now.max_slew):
         problems.append(
