@@ -8,7 +8,7 @@
 
 The nodes wait until all are connected, then begin together (:mod:`pmwvc_bringup.session.starter`);
 ``duration`` counts from there. ``namespace:=lab`` puts all topics and nodes below ``/lab``.
-They end with the launcher, however it ends: on SIGTERM ``ros2 launch`` leaves its processes behind.
+They end with the launcher, however it ends: ``ros2 launch`` leaves them behind on SIGTERM.
 """
 
 import sys

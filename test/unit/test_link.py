@@ -3,6 +3,7 @@
 """The link: integers in, integers out."""
 
 import numpy as np
+import pytest
 from scipy import stats
 
 from pmwvc_core.network.in_flight import Cause, FateKind
@@ -153,6 +154,36 @@ def test_once_order_is_kept_the_latest_under_way_is_what_counts():
     channel.send("overtaking", MS)
     channel.configure(LinkParams(delay_s=0.0, keep_order=True))
     assert channel.send("in order", 2 * MS)[0].time_due_ns == 100 * MS
+
+
+@pytest.mark.parametrize("keep_order", [True, False])
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ({"rate_limit_bps": 1e5}, {}),
+        ({"rate_limit_bps": 1e5}, {"rate_limit_bps": 1e9}),
+        ({"delay_s": 1.0}, {}),
+        ({"schedule": "0 rate_limit_bps=1e5; 5 base"}, {"schedule": "0 base"}),
+    ],
+)
+def test_a_queue_that_need_not_wait_any_longer_empties_twice_as_fast_as_it_filled(
+    before, after, keep_order
+):
+    """Without order the new packets overtake it: neither way do many come out at once."""
+    common = {"delay_s": 0.016, "keep_order": keep_order}
+    channel, dues = link(**{**common, **before}), []
+    for n in range(2000):
+        if n == 625 and "schedule" not in before:
+            channel.configure(LinkParams(**{**common, **after}))
+        (fate,) = channel.send(n, n * 8 * MS)
+        dues.append(fate.time_due_ns)
+    delays_ms = np.array(dues) / MS - 8.0 * np.arange(2000)
+    arrived = np.sort(dues)[np.sort(dues) > 0]
+    at_once = np.searchsorted(arrived, arrived + 4 * MS) - np.arange(len(arrived))
+    assert at_once.max() <= 2
+    waited_ms = delays_ms[:625].max()
+    over = 625 + int(2 * waited_ms / 8) + 4
+    np.testing.assert_allclose(delays_ms[over:], 16.0, atol=0.01)
 
 
 def test_counters_tell_what_is_inside():

@@ -59,7 +59,7 @@ def test_a_running_master_refuses_to_widen_its_limits():
             "restart the master with another value"
         )
         assert "can only be lowered" in change(max_force=4.0, max_slew=20000.0)
-        for soft_start_s in (0.01, 10.0):  # a person on the network neither hurries nor holds it up
+        for soft_start_s in (0.01, 10.0):  # nobody hurries it or holds it up
             assert "read-only" in change(soft_start_s=soft_start_s)
         assert taken == []
         assert change(max_force=4.0) == ""

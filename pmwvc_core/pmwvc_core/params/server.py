@@ -65,9 +65,7 @@ class ServerParams(Validated):
         "time step of the environment, T_VE; changes while running on the strict channel only",
     )
     object_mass: float = parameter(2.0, "0.001..1000 kg", "mass of the shared object")
-    object_damping: float = parameter(
-        0.0, "0..100000 N s/m", "damping of the object to ground"
-    )
+    object_damping: float = parameter(0.0, "0..100000 N s/m", "damping of the object to ground")
     object_size_m: float = parameter(0.06, "> 0 m", "edge length of the cube", read_only=True)
     decoding: str = parameter(
         "secant",

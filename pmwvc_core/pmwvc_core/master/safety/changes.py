@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The changes of the safety limits that are allowed while a hand is on the device.
 
-A limit may only be lowered, and ``soft_start_s`` stays: anybody on the network can set a parameter.
-To widen one the master is started anew, without a force. How fast the force may change must still let the largest
-force go in ``LET_GO_S``.
+A limit may only be lowered, and ``soft_start_s`` stays: anybody on the network can set a
+parameter. To widen one the master is started anew, without a force. How fast the force may change
+must still let the largest force go in ``LET_GO_S``.
 """
 
 from pmwvc_core.errors import ParameterError

@@ -24,14 +24,47 @@ def line_bytes(size: int, params: LinkParams) -> int:
     return size
 
 
+class Drain:
+    """The queue that other settings leave behind.
+
+    Behind packets that earlier settings keep long, those of faster ones do not come out all at
+    once with the last of them but twice as fast as they went in, until none waits.
+    """
+
+    def __init__(self) -> None:
+        self._in_ns = 0  # when the last packet went in
+        self.begin()
+
+    def begin(self) -> None:
+        """Let the packets behind the queue of now come out in turn."""
+        self._behind = True
+        self._gap_ns = 0  # between the last two that went in
+
+    def in_turn_ns(self, in_ns: int, latest_ns: int, due_ns: int) -> int:
+        """Return when a packet comes out that is due, and behind the latest one."""
+        gap_ns = in_ns - self._in_ns
+        if self._behind:
+            self._behind = due_ns < latest_ns + gap_ns // 2
+            due_ns = max(due_ns, latest_ns + min(gap_ns, self._gap_ns) // 2)
+        if gap_ns:
+            self._in_ns, self._gap_ns = in_ns, gap_ns
+        return due_ns
+
+
 class SerialLine(Effect):
     """Send one packet after the other, 8 size/rate each; drop those that find the queue full."""
 
     def __init__(self, params: LinkParams, uniform: Uniform) -> None:
-        super().__init__(params, uniform)
+        self._drain = Drain()
         self._free_ns = 0
         self._waiting: deque[tuple[int, int]] = deque()  # when it gets the line, bytes
         self._bytes = 0  # of those that wait
+        super().__init__(params, uniform)
+
+    def configure(self, params: LinkParams) -> None:
+        """Take another rate; packets of the earlier one may wait."""
+        super().configure(params)
+        self._drain.begin()
 
     def departs_ns(self, fate: Fate, ready_ns: int) -> int | None:
         """Return when the last bit is on its way; None where too much waits already."""
@@ -47,7 +80,8 @@ class SerialLine(Effect):
             return None
         waiting.append((start_ns, size))
         self._bytes += size
-        self._free_ns = start_ns + round(8e9 * size / params.rate_limit_bps)
+        left_ns = start_ns + round(8e9 * size / params.rate_limit_bps)
+        self._free_ns = self._drain.in_turn_ns(fate.time_in_ns, self._free_ns, left_ns)
         return self._free_ns
 
 

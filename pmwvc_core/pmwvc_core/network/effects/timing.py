@@ -6,6 +6,7 @@ A timeline's other settings are taken by :mod:`pmwvc_core.network.link`.
 """
 
 from pmwvc_core.errors import refusal
+from pmwvc_core.network.effects.queues import Drain
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, linux_effect
 from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.network.timeline import timeline_of
@@ -72,13 +73,21 @@ class Order(Effect):
     """Keep the order of packets where ``keep_order`` is set, also against earlier settings."""
 
     def __init__(self, params: LinkParams, uniform: Uniform) -> None:
-        super().__init__(params, uniform)
+        self._drain = Drain()
         self._latest_ns = 0  # of all that came in
+        super().__init__(params, uniform)
+
+    def configure(self, params: LinkParams) -> None:
+        """Take other settings; packets of earlier ones may wait."""
+        super().configure(params)
+        self._drain.begin()
 
     def arrives_ns(self, fate: Fate, due_ns: int) -> int:
-        """Return the time of the latest packet before where that is later."""
-        latest_ns = self._latest_ns = max(due_ns, self._latest_ns)
-        return latest_ns if self.params.keep_order else due_ns
+        """Return the time of the latest packet before, or its turn after it, if that is later."""
+        in_turn_ns = self._drain.in_turn_ns(fate.time_in_ns, self._latest_ns, due_ns)
+        kept = self.params.keep_order
+        latest_ns = self._latest_ns = max(in_turn_ns if kept else due_ns, self._latest_ns)
+        return latest_ns if kept else due_ns
 
 
 ORDER = linux_effect(
