@@ -3,10 +3,13 @@
 """The order of sending, steps and ticks in virtual time, on the grid and as a session ran."""
 
 import numpy as np
+import pytest
 
 from pmwvc_bringup import scenarios
 from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.simulation.conditions import Conditions, Steps
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
 
 MS = 1_000_000
@@ -119,3 +122,21 @@ def test_what_is_late_beyond_the_end_still_runs():
     times = np.arange(TICKS) * MS
     times[-1] += 3 * MS
     assert of(ran(ran_ns=times), "TICK")[-1] == (times[-1], TICKS - 1)
+
+
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+def test_a_packet_is_taken_at_the_tick_at_which_it_comes(channel):
+    texts = [f"channel={channel}", "link.delay_s=0.003"]
+    traces = simulate_one(scenarios.load("carry_16ms", settings_texts=texts, duration_s=0.5))
+    came = traces.packets["/user1/wave_down"]
+    on_way_s = came.time_s - came.sent_ns * 1e-9
+    np.testing.assert_allclose(on_way_s, 0.003, atol=1e-9)
+
+
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+def test_frames_longer_than_the_time_of_silence_leave_users_coupled(channel):
+    texts = [f"channel={channel}", "master.rate_drop=50"]
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)
+    assert scenario.users[0].safety.timeout_s < scenario.users[0].master.frame_s
+    for user in simulate_one(scenario).users:
+        assert (user.state[user.block_time_s > 1.0] == SafetyState.COUPLED).all()

@@ -90,12 +90,6 @@ class Frames(Stateful):
         """Tell whether a tick is the first of its frame to run."""
         return tick >= self.next_frame
 
-    def answers(self, tick: int) -> bool:
-        """Tell whether a tick is the one of its frame that takes the answer."""
-        if tick < self.next_frame:
-            return tick >= self._next_answer
-        return tick % self.rate_drop >= self.answer_tick
-
     def start(self, tick: int, begun: int) -> float:
         """Start the frame that began with tick ``begun``; return how long it lasts [s]."""
         self.next_frame = next_on_grid(tick, self.rate_drop)

@@ -38,9 +38,8 @@ class SimulatedUser:
         tick_ns = round(scenario.tick_s * 1e9)
         self.ticks = conditions.ticks_of(user.name, ticks=ticks, tick_ns=tick_ns)
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
-        # As live: packets come in at every tick, and the hand begins the tick after an answer.
+        # As live: the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0
-        self._listens = self._live or scenario.strict
         self._acts = False
         self._f: Value = 0.0  # of the last tick [N]
         self._sample = DeviceSample(*self.device.read())
@@ -76,11 +75,7 @@ class SimulatedUser:
         first, acts = self.ticks.first, self._acts
         numbers = range(ticks.start - first, ticks.stop - first)
         packets: Sequence[WavePacket] = ()
-        due_ns = None  # when the next packet comes, where it is taken at once
-        if self._listens:
-            due_ns = self.down.link.next_due_ns
-        elif loop.frames.answers(numbers[0]):
-            packets = self.down.collect(times_ns[0])
+        due_ns = self.down.link.next_due_ns
         values: list[Value] = []
         for number, now_ns in zip(numbers, times_ns, strict=True):
             if not acts:
