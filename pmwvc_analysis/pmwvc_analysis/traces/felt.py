@@ -10,6 +10,9 @@ The *undisturbed force* is the median while the master is coupled and the avatar
 defined where the hand means to hold a force (a simulated hand or a constant force on a simulated
 device), from ``BLOW_N`` on. Time below half of it counts from the first tick at which a hand that
 has closed feels it.
+
+*Disturbed* is a user that is not coupled, or has less than half of its undisturbed force, though
+the scenario does not take that away (:mod:`.taken_away`).
 """
 
 from typing import NamedTuple
@@ -17,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.taken_away import coupled, taken_away
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -39,6 +43,8 @@ class Felt(NamedTuple):
         How often a blow began.
     force_undisturbed_n, force_least_n, dropout_s
         Undisturbed force, least force since it was first felt, time below half of it.
+    coupled_ratio, disturbed_s
+        Ratio of its time in which the user was coupled; time disturbed, None without a scenario.
     """
 
     force_step_max_n: float
@@ -47,6 +53,8 @@ class Felt(NamedTuple):
     force_undisturbed_n: float | None
     force_least_n: float | None
     dropout_s: float | None
+    coupled_ratio: float
+    disturbed_s: float | None
 
 
 def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> Felt:
@@ -63,21 +71,32 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         steps[_follow(made_s, user.time_s)] = 0.0
     worst, hard = int(np.argmax(steps)), steps > BLOW_N
     blows = int((hard & ~np.concatenate([[False], hard[:-1]])).sum())
-    found = Felt(float(steps[worst]), float(user.time_s[worst]), blows, None, None, None)
-    if scenario is None or server is None or touches is None or not holds:
+    lasted_s, together = _lasted_s(user), coupled(traces, user)
+    found = Felt(
+        float(steps[worst]), float(user.time_s[worst]), blows, None, None, None,
+        float(lasted_s[together].sum() / lasted_s.sum()), None,
+    )  # fmt: skip
+    if scenario is None or known is None:
+        return found
+    away = taken_away(traces, user, scenario)
+    found = found._replace(disturbed_s=float(lasted_s[~together & ~away].sum()))
+    if server is None or touches is None or not holds:
         return found
     size = np.linalg.norm(user.f_applied, axis=-1)
     row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
-    held = _coupled(user) & touches[np.maximum(row, 0)] & (row >= 0) & np.isfinite(size)
+    held = together & touches[np.maximum(row, 0)] & (row >= 0) & np.isfinite(size)
     undisturbed_n = float(np.median(size[held])) if held.any() else 0.0
     felt_at = held & (user.time_s >= closed_s(user, scenario)) & (size >= undisturbed_n)
     if undisturbed_n < BLOW_N or not felt_at.any():
         return found
     since = slice(int(np.argmax(felt_at)), None)
+    below = size < 0.5 * undisturbed_n
+    below[: since.start] = False
     return found._replace(
         force_undisturbed_n=undisturbed_n,
         force_least_n=float(np.nanmin(size[since])),
-        dropout_s=float(_lasted_s(user)[since][size[since] < 0.5 * undisturbed_n].sum()),
+        dropout_s=float(lasted_s[below].sum()),
+        disturbed_s=float(lasted_s[(below | ~together) & ~away].sum()),
     )
 
 
@@ -104,12 +123,6 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
 
 def _holds(known: User) -> bool:
     return known.device.is_simulated and known.operator.kind in ("hand", "constant")
-
-
-def _coupled(user: UserTraces) -> Flags:
-    """Tell at which ticks a master was coupled."""
-    block = np.searchsorted(user.block_ends, np.arange(len(user.time_s)), side="right")
-    return np.asarray(user.state[np.minimum(block, len(user.state) - 1)] == SafetyState.COUPLED)
 
 
 def _steps(user: UserTraces) -> Array:

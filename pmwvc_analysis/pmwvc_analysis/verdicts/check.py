@@ -11,6 +11,8 @@ from pmwvc_analysis.budget.criterion import together
 from pmwvc_analysis.traces.felt import BLOW_N
 from pmwvc_core.plural import count
 
+BREAK_S = 0.1  # without force or coupling: as long as a grip takes to react to a load
+LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
 
 Line = dict[str, Any]  # ``ok``: true, false, or null for what is not known; ``text``
@@ -34,7 +36,8 @@ def verdict_lines(summary: dict[str, Any]) -> list[Line]:
     if not passivity["ports"]:
         found.append(_line(None, "Passivity not judged: no user was recorded."))
     found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
-    found += blows(summary) + interventions(summary)
+    found += [_line(False, f"{who}: {text}.") for who, text in disturbances(summary).items()]
+    found += interventions(summary)
     found += kept_apart(summary)
     found += _clocks(summary)
     found += [_line(False, each["text"]) for each in summary["outcomes"] if each["hit"] is False]
@@ -55,6 +58,7 @@ def reasons(summary: dict[str, Any]) -> list[str]:
             found.append(f"{owner}: {text}")
     found += summary["interrupted"]
     found += [f"another publisher: {text}" for text in summary["strangers"]]
+    found += [f"{who}: {text}" for who, text in disturbances(summary).items()]
     if summary["recording"]["holes"]:
         found.append(hole_text(summary))
     elif missing := sum(summary["recording"]["missing"].values()):
@@ -77,24 +81,28 @@ def _stability(summary: dict[str, Any]) -> Line:
     return _line(False, f"Not stable{until}, {summary['instability']}: {why}.")
 
 
-def blows(summary: dict[str, Any]) -> list[Line]:
-    """Return whose force changed as by a blow, and whose was missing."""
-    found = []
+def disturbances(summary: dict[str, Any]) -> dict[str, str]:
+    """Return whom something disturbed that the scenario does not ask for, and what: blows, a force
+    that was missing, no coupling.
+    """
+    found = {}
     for user in summary["users"]:
         parts = []
+        if user["coupled_ratio"] < LEAST_COUPLED:
+            ratio = user["coupled_ratio"]
+            parts.append(f"coupled for {ratio:.0%} of the time" if ratio else "never coupled")
+        elif (user["disturbed_s"] or 0.0) > BREAK_S:
+            held_n = user["force_undisturbed_n"]
+            half = f", or with less than half of its {held_n:.2f} N" if held_n else ""
+            parts.append(f"not coupled{half and half + ','} for {user['disturbed_s']:.2f} s")
         if user["blows"]:
-            text = f"the force changed by {user['force_step_max_n']:.2f} N within 1 ms"
-            if user["blows"] > 1:
-                more = count(user["blows"] - 1, "more blow")
-                text += f"; {more} above {BLOW_N:g} N"
-            parts.append(f"at {user['force_step_max_s']:.2f} s {text}")
-        if user["dropout_s"]:
-            parts.append(
-                f"for {1e3 * user['dropout_s']:.0f} ms the force was below half of the "
-                f"undisturbed {user['force_undisturbed_n']:.2f} N"
+            blow = (
+                f"{user['force_step_max_n']:.2f} N within 1 ms at {user['force_step_max_s']:.2f} s"
             )
+            more = f" and {user['blows'] - 1} more above {BLOW_N:g} N" if user["blows"] > 1 else ""
+            parts.append(f"the force changed by {blow}{more}")
         if parts:
-            found.append(_line(None, f"{user['name']}: {'; '.join(parts)}."))
+            found[user["name"]] = "; ".join(parts)
     return found
 
 

@@ -30,6 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.events import environment
+from pmwvc_analysis.events.safety import COUPLED
 from pmwvc_analysis.prediction.slowest import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
@@ -118,6 +119,8 @@ def _judged(
         )
     if unknown := [motion.name for found, motion in strengths if not found.known]:
         return _unknown(f"too little of the motion of {', '.join(unknown)} was recorded")
+    if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
+        return _unknown("no user was ever coupled")
     return True, None, _quiet_words([found for found, _ in strengths])
 
 

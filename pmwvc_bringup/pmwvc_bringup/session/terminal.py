@@ -98,7 +98,8 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
         if user["ticks_missing"]:
             parts.append(f"{count(user['ticks_missing'], 'tick')} not recorded")
         found.append(f"  {user['name']}: {'; '.join(parts)}")
-    noted = [*check.blows(summary), *check.interventions(summary), *check.kept_apart(summary)]
+    found += [f"  {who}: {text}" for who, text in check.disturbances(summary).items()]
+    noted = [*check.interventions(summary), *check.kept_apart(summary)]
     found += [f"  {line['text']}" for line in noted]
     if summary["recording"]["holes"]:
         found.append(f"  {check.hole_text(summary)}; nothing is judged there")
