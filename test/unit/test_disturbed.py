@@ -94,3 +94,15 @@ def test_a_blow_and_a_force_that_is_missing_do_not_pass():
     faded = 1.0 - 0.9 * np.clip(1.0 - np.abs(user.time_s - 5.0) / 0.05, 0.0, 1.0)
     user.f_applied = user.f_m * faded[:, np.newaxis]  # for 56 ms
     assert checked(traces)["passed"]
+
+
+def test_an_emulator_that_the_scenario_stops_runs_again_with_the_first_packet_it_relays():
+    traces = killed(4.0, 5.0)
+    for user in traces.users:
+        user.state[(user.block_time_s > 5.0) & (user.block_time_s < 7.5)] = SafetyState.DAMPING
+    asked = {"disturbances": "4 stop netem; 5 continue netem"}
+    assert not checked(traces, **asked)["passed"]
+    for name in ("user1", "user2"):
+        came = traces.packets[f"/server/{name}/wave_up"]
+        came.time_s[came.time_s > 4.0] = np.maximum(came.time_s[came.time_s > 4.0], 6.5)
+    assert checked(traces, **asked)["passed"]

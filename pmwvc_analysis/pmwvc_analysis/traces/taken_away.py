@@ -7,7 +7,6 @@ in outages of a link, and while a node that it kills or stops does not run; each
 
 import numpy as np
 
-from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.intervals import merged
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety.states import SafetyState
@@ -74,5 +73,6 @@ def _ran_s(traces: SessionTraces, node: str) -> Array:
         return traces.server.time_s
     rows = [user.time_s for user in traces.users if user.name == node]
     if node == "netem":
-        rows = [packets.time_s for topic, packets in traces.packets.items() if relayed(topic)]
+        topics = {f"/server/{user.name}/wave_up" for user in traces.users}
+        rows = [traces.packets[topic].time_s for topic in topics & set(traces.packets)]
     return np.concatenate([*rows, [traces.duration_s]])
