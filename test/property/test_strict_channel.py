@@ -222,3 +222,25 @@ def test_beginning_anew_forgives_no_debt(runs):
     for _ in range(4):
         playout.step(PERIOD_S)
     assert np.all(playout.given_j + playout.released_j <= playout.received_j + 1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@given(st.integers(1, 6), st.sampled_from((-1e308, -1.0, 0.1, 1e308)), st.integers(1, 20))
+def test_wild_sums_of_one_packet_move_and_pay_no_more_than_a_legal_wave(dof, wild, packets):
+    longest = 3.0
+    receiver = StrictReceiver(
+        dof, most_repaid=1.0, period_s=PERIOD_S, timeout_s=TIMEOUT_S, max_wave=longest
+    )
+    packer = Packer(1, period=PERIOD_S)
+    wave = np.full(dof, 0.5) if dof > 1 else 0.5
+    for k in range(packets + 40):
+        now_ns = k * 8_000_000
+        packet = packer.pack(wave, 0.0 * wave, now_ns)
+        if k == packets:
+            packet.integral, packet.energy = wild + 0.0 * wave, wild
+        receiver.push(packet, now_ns)
+    own_j = float(np.max(squared(wave))) * 0.5 * PERIOD_S
+    legal_j = own_j * packets + 0.5 * longest**2 * PERIOD_S
+    assert receiver.playout.received_j <= max(own_j * (packets + 40), legal_j) + 1e-12
+    left = receiver.playout.waiting - wave * PERIOD_S * (packets + 40)  # the next sums were true
+    assert np.all(np.abs(left) <= 1e-12)
