@@ -74,7 +74,16 @@ def simulate(session: Scenario) -> SessionTraces:
 
 
 def stability(session: Scenario) -> dict[str, Any]:
-    """Return what the exact model says before any session (keys: ``pmwvc stability --help``)."""
+    """Return what the exact model says before any session (keys: ``pmwvc stability --help``).
+
+    Raises
+    ------
+    NonlinearError
+        If something is not linear; names it, and the nearest linear scenario where there is one.
+    UnknownError
+        If an answer needs too much work: long hyperperiods, many packets under way. Where it is
+        only the largest stiffness, ``k_max_unknown`` says so. Both are ``ValueError``.
+    """
     return answer(session, live=False)
 
 

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""K_ch/M_ch <= 4/tau^2 for every linear passive link with the round trip tau (theory.md, section
-11): K_ch the spring through which a wall is felt, M_ch the mass felt in free space.
+"""Z_wall/Z_free <= coth^2(s tau/2) for every linear passive link with the round trip tau, at every
+real s > 0; at rest K_ch/M_ch <= 4/tau^2: K_ch the spring through which a wall is felt, M_ch the
+mass felt in free space.
 
 Equations: docs/theory.md 11.8.
 """
@@ -14,17 +15,28 @@ B, TAU = 25.0, 0.05
 NEAR_REST = 1e-3  # [1/s], a real frequency: slow motion
 
 
+def impedance(link, s, far, tau, b=B):
+    """What the hand feels of the scattering matrix ``link(s)`` with waves behind it [N s/m].
+
+    The delay lies between the matrix and the far end: there it leaves a contractive one so.
+    """
+    s11, s12, s21, s22 = link(s)
+    late = far * np.exp(-s * tau)
+    reflected = s11 + s12 * s21 * late / (1.0 - s22 * late)
+    return b * (1.0 - reflected) / (1.0 + reflected)
+
+
+def of_bound(link, s, tau, b=B):
+    """Z_wall/Z_free as a share of coth^2(s tau/2)."""
+    felt_wall, felt_free = (impedance(link, s, far, tau, b) for far in (WALL, FREE))
+    return felt_wall / felt_free * np.tanh(s * tau / 2.0) ** 2
+
+
 def felt(link, tau, b=B):
-    """K_ch [N/m] and M_ch [kg] of a link with the scattering matrix ``link(s)`` at both ends."""
-
-    def impedance(s, far):
-        s11, s12, s21, s22 = link(s)
-        reflected = s11 + s12 * s21 * far * np.exp(-s * tau) / (1.0 - s22 * far)
-        return b * (1.0 - reflected) / (1.0 + reflected)
-
+    """K_ch [N/m] and M_ch [kg] of a link."""
     s = NEAR_REST
-    stiffness = [s * impedance(s, WALL) for s in (s, s / 2)]
-    mass = [impedance(s, FREE) / s for s in (s, s / 2)]
+    stiffness = [s * impedance(link, s, WALL, tau, b) for s in (s, s / 2)]
+    mass = [impedance(link, s, FREE, tau, b) / s for s in (s, s / 2)]
     return 2 * stiffness[1] - stiffness[0], 2 * mass[1] - mass[0]  # what is of first order in s
 
 
@@ -61,18 +73,19 @@ def answered(random):
     return link
 
 
-def ladder(random):
-    """Masses to ground and springs in series before waves at another impedance, as a scattering
-    matrix at B; the far end is seen through the waves.
+def ladder(random, dampers=(0.0, 0.0, 0.0), slips=(0.0, 0.0, 0.0)):
+    """Masses (and dampers) to ground and springs (and dampers) in series before waves at another
+    impedance, as a scattering matrix at B; the far end is seen through the waves.
     """
     masses, softness = random.uniform(0.0, 1.0, 3), random.uniform(0.0, 1e-3, 3)
     ratio = random.uniform(0.2, 5.0)
+    parts = list(zip(masses, softness, dampers, slips, strict=True))
 
     def link(s):
         chain = np.eye(2)
-        for mass, soft in zip(masses, softness, strict=True):
-            chain = chain @ np.array([[1.0, mass * s], [0.0, 1.0]])
-            chain = chain @ np.array([[1.0, 0.0], [soft * s, 1.0]])
+        for mass, soft, damper, slip in parts:
+            chain = chain @ np.array([[1.0, mass * s + damper], [0.0, 1.0]])
+            chain = chain @ np.array([[1.0, 0.0], [soft * s + slip, 1.0]])
         f_f, f_v, v_f, v_v = chain.ravel()  # (F, xd) at the device from those behind
         far = ratio * B
         total = f_f + f_v / far + B * v_f + B / far * v_v
@@ -84,12 +97,74 @@ def ladder(random):
     return link
 
 
+def damped(random):
+    """A ladder with dampers to ground [N s/m] and in series [m/(N s)]."""
+    return ladder(random, random.exponential(5.0, 3), random.exponential(0.01, 3))
+
+
+def contractive(link):
+    """Whether the link is passive: contractive on the axis."""
+    rows = [np.reshape(link(w), (2, 2)) for w in 1j * np.logspace(-2, 4, 40)]
+    return max(np.linalg.norm(row, 2) for row in rows) <= 1.0 + 1e-9
+
+
 @pytest.mark.parametrize(("b", "tau"), [(25.0, 0.05), (5.0, 0.3), (80.0, 0.01)])
 def test_wave_variables_attain_the_bound(b, tau):
     stiffness, mass = felt(waves, tau, b)
     assert stiffness == pytest.approx(2.0 * b / tau, rel=1e-4)
     assert mass == pytest.approx(b * tau / 2.0, rel=1e-4)
     assert stiffness / mass == pytest.approx(4.0 / tau**2, rel=1e-4)
+    for s in np.geomspace(0.1, 10.0, 9) / tau:
+        assert of_bound(waves, s, tau, b) == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("family", [filtered, answered, ladder, damped])
+def test_a_wall_beside_free_space_is_bounded_at_every_real_frequency(family):
+    random = np.random.default_rng(2)
+    largest = 0.0
+    for _ in range(400):
+        link, tau = family(random), float(random.uniform(0.002, 0.3))
+        assert contractive(link)
+        shares = [of_bound(link, s, tau) for s in np.geomspace(0.01, 10.0, 25) / tau]
+        largest = max(largest, *shares)
+    assert largest <= 1.0 + 1e-9
+    assert largest > 0.5  # the family comes near enough to mean something
+
+
+def springs(stiffness, damping, tau):
+    """Two springs with a delay in between and a damper at each end: Z(s) as a matrix."""
+
+    def link(s):
+        spring, late = stiffness / s, np.exp(-s * tau / 2.0)
+        own = damping + spring
+        return np.array([[own, -spring * late], [-spring * late, own]])
+
+    return link
+
+
+def test_damping_buys_stiffness_without_mass_and_stays_within_the_bound():
+    random = np.random.default_rng(3)
+    for _ in range(200):
+        k, tau = random.uniform(10.0, 5000.0), random.uniform(0.002, 0.3)
+        link = springs(k, k * tau / 2.0, tau)
+        for w in 1j * np.geomspace(1e-2, 1e4, 60):
+            matrix = link(w)
+            assert np.linalg.eigvalsh(matrix + matrix.conj().T)[0] >= -1e-9 * k  # passive
+        held = {s: link(s)[0, 0] for s in np.geomspace(1e-3, 10.0, 30) / tau}
+        free = {s: z - link(s)[0, 1] ** 2 / link(s)[1, 1] for s, z in held.items()}
+        least = min(free)
+        assert least * held[least] == pytest.approx(k, rel=1e-3)
+        assert (free[least] - 2.0 * k * tau) / least < 0.0  # no mass: it falls from rest on
+        for s, z in held.items():
+            assert z / free[s] * np.tanh(s * tau / 2.0) ** 2 <= 1.0 + 1e-9
+
+
+def test_without_mass_a_damper_carries_three_and_a_half_times_itself_over_the_delay():
+    x = np.linspace(0.01, 10.0, 200_001)
+    values = x / np.tanh(x / 2.0) ** 2
+    assert values.min() == pytest.approx(3.43, abs=5e-3)
+    at = x[values.argmin()]
+    assert np.sinh(at) == pytest.approx(2.0 * at, rel=1e-3)
 
 
 @pytest.mark.parametrize("family", [filtered, answered, ladder])
@@ -98,9 +173,7 @@ def test_no_passive_link_beats_it(family):
     best = 0.0
     for _ in range(400):
         link = family(random)
-        for w in 1j * np.logspace(-2, 4, 40):  # contractive on the axis: passive
-            s11, s12, s21, s22 = link(w)
-            assert np.linalg.norm([[s11, s12], [s21, s22]], 2) <= 1.0 + 1e-9
+        assert contractive(link)
         stiffness, mass = felt(link, TAU)
         assert 1.0 / stiffness > 0.0
         assert mass > 0.0
@@ -119,3 +192,4 @@ def test_a_link_that_makes_energy_beats_it():
     assert abs(link(100j)[2]) > 1.0
     stiffness, mass = felt(link, TAU)
     assert stiffness / mass > 1.5 * 4.0 / TAU**2
+    assert of_bound(link, 10.0, TAU) > 1.5

@@ -25,7 +25,6 @@ REFUSED = [
         {"master__position__gain": 10.0, "master__position__feedback": "integral"},
         "master.position.feedback=printed",
     ),
-    ({"controller": "tdpa"}, "controller=direct"),
     ({"controller": "pspm"}, "controller=virtual_coupling"),
     ({"device__friction": 0.1}, "device.friction=0"),
     ({"device__encoder_step_m": 1e-5}, "device.encoder_step_m=0"),
@@ -45,6 +44,13 @@ def test_it_is_refused_by_name_and_has_a_linear_relative(values, instead):
     assert instead in near.settings
     assert nonlinear(near.scenario) == []
     assert build(near.scenario).states
+
+
+def test_dissipation_that_is_counted_has_no_linear_relative():
+    scenario = linear_loops.scenario(controller="tdpa")
+    assert relative(scenario) is None
+    with pytest.raises(NonlinearError, match="controller = tdpa: has no linear model, and none"):
+        build(scenario)
 
 
 @pytest.mark.parametrize(

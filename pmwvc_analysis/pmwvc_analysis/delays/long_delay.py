@@ -15,6 +15,7 @@ with a few states in H, whatever the delay. :mod:`.windings` counts those outsid
 """
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -64,12 +65,15 @@ class Opened(NamedTuple):
 
 
 def is_long(scenario: Scenario, *, live: bool = False) -> bool:
-    """Tell whether more packets are under way than there should be states."""
-    ticks, found = hyperperiod_ticks(scenario), 0
+    """Tell whether more packets are under way than there should be states: more where several
+    signals of a hyperperiod go round, as their loci take longer than eigenvalues.
+    """
+    ticks, found, signals = hyperperiod_ticks(scenario), 0, 1
     for user in scenario.users:
         whole, _, _ = _split(user, scenario, ticks, live=live)
-        found += whole * (ticks // user.master.rate_drop + ticks // scenario.period_ticks)
-    return found > LARGEST_DENSE
+        up, down = ticks // user.master.rate_drop, ticks // scenario.period_ticks
+        found, signals = found + whole * (up + down), max(signals, min(up, down))
+    return found > LARGEST_DENSE * math.sqrt(signals)
 
 
 def opened(

@@ -22,11 +22,12 @@ LOWEST = 1e-8  # [rad]
 PER_TURN = 10  # points for each turn of a difference of delays
 MOST = 200_000  # points
 WIDTHS = np.array([0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0])  # of a pole, where points are added
-BISECTIONS = 45
+SECTIONS = 15  # of an interval, each into eight parts
+PARTS = np.linspace(0.0, 1.0, 9)[:, np.newaxis]
 BEYOND = 1e-9  # ln(radius) of a circle that motions with eigenvalue 1 are inside of
 LOG_RADIUS_STEP = 1e-13  # how far a circle is moved off a pole that lies on it
 ON_AXIS = 1e-6  # of a turn
-FINE = 1e-10  # relative, of ln(radius)
+FINE = 1e-7  # relative, of ln(radius)
 
 
 class Loci:
@@ -49,6 +50,11 @@ class Loci:
                 f"{MOST // PER_TURN}: there is no answer for these"
             )
         self._even = np.linspace(0.0, np.pi, max(POINTS, PER_TURN * turns))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Number of signals that go round, and of states of H."""
+        return len(self._more), len(self._poles)
 
     def outside(self, log_r: float) -> int:
         """Return how many eigenvalues of the loop are longer than exp(log_r)."""
@@ -140,13 +146,17 @@ class Loci:
         rising = np.abs(at_high) > np.abs(at_low)
         longer = np.where(rising, at_high, at_low)
         begin = np.where(rising, phase[change + 1], phase[change])
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            here = self._nearest(middle, log_r, 0.5 * (at_low + at_high))
-            beyond = np.log(np.maximum(np.abs(here), 1e-300)) - self._least * log_r > 0.0
-            back = beyond == rising
-            high, at_high = np.where(back, middle, high), np.where(back, here, at_high)
-            low, at_low = np.where(back, low, middle), np.where(back, at_low, here)
+        rows = np.arange(len(low))
+        for _ in range(SECTIONS):
+            points = low + PARTS * (high - low)  # (parts, intervals), both ends as well
+            values_at = at_low + PARTS * (at_high - at_low)
+            inner = self._nearest(points[1:-1].ravel(), log_r, values_at[1:-1].ravel())
+            values_at[1:-1] = inner.reshape(values_at[1:-1].shape)
+            values_at[0], values_at[-1] = at_low, at_high
+            beyond = np.log(np.maximum(np.abs(values_at), 1e-300)) - self._least * log_r > 0.0
+            back = np.argmax((beyond == rising)[1:], axis=0)
+            low, high = points[back, rows], points[back + 1, rows]
+            at_low, at_high = values_at[back, rows], values_at[back + 1, rows]
         turned = np.angle(np.where(rising, at_high, at_low) * longer.conj())
         return np.asarray(begin + turned - self._least * 0.5 * (low + high))
 

@@ -13,7 +13,7 @@ from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.motions.groups import subproblems
+from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
@@ -30,19 +30,16 @@ def answer(
     dict
         ``spectral_radius`` per hyperperiod of ``hyperframe_ticks`` of a settled session,
         ``spectral_radius_least`` and ``spectral_radius_most`` whatever the playouts have at hand
-        (:mod:`.at_hand`), ``stable`` (None: depends on that), ``k_max`` [N/m]: up to there each
-        of them is stable (None: nothing up to ``k_max_bound`` is unstable), ``islands`` (stable
-        ranges above ``k_max``), ``rigid_body_modes`` (taken out), ``states`` (their number, with
-        those),
-        ``slowest`` (``frequency_hz``, None where it is not clear, and growth ``per_second`` of the
-        largest eigenvalue),
-        ``notes``.
+        (:mod:`.at_hand`), ``stable`` (None: depends on that), ``k_max`` [N/m]: up to there each of
+        them is stable (None: nothing up to ``k_max_bound`` is unstable), ``k_max_unknown`` (why it
+        is not known), ``islands`` (stable ranges above ``k_max``), ``rigid_body_modes`` (taken
+        out), ``states`` (their number, with those), ``slowest`` (``frequency_hz``, None where it
+        is not clear, and growth ``per_second`` of the largest eigenvalue), ``notes``.
     """
-    long = is_long(scenario, live=live)
-    motion = _long(scenario, live=live) if long else _dense(scenario, live=live)
-    radius = motion.radius
     span = stability.span(scenario, live=live)
     limit = stability.k_max(scenario, live=live, bound=bound)
+    motion = (_long if is_long(scenario, live=live) else _dense)(scenario, live=live)
+    radius = motion.radius
     hyperperiod_s = motion.ticks * scenario.tick_s
     return {
         "scenario": scenario.name,
@@ -53,6 +50,7 @@ def answer(
         "spectral_radius_most": float(span.most[0]),
         "k_max": limit.first,
         "k_max_bound": limit.bound,
+        "k_max_unknown": limit.unknown,
         "islands": [list(island) for island in limit.islands],
         "rigid_body_modes": motion.rigid_body_modes,
         "states": motion.states,
@@ -76,13 +74,16 @@ class _Slowest(NamedTuple):
 
 
 def _dense(scenario: Scenario, *, live: bool) -> _Slowest:
-    model = transitions(scenario, live=live)
-    left = rigid.quotient(model.matrices, model.rigid)[0]
-    values = np.linalg.eigvals(left) if len(left) else np.zeros(1)
-    largest = complex(values[np.argmax(np.abs(values))])
-    hertz = _frequency_hz(scenario, largest, live=live)
-    modes_of = rigid.count(model.rigid)
-    return _Slowest(float(np.abs(largest)), hertz, model.ticks, len(model.states), modes_of)
+    whole, found = transitions(scenario, live=live), []
+    for part in subproblems(scenario):
+        model = transitions(part.scenario, live=live, weights=part.weights)
+        left = rigid.quotient(model.matrices, model.rigid)[0]
+        values = np.linalg.eigvals(left) if len(left) else np.zeros(1)
+        largest = complex(values[np.argmax(np.abs(values))])
+        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part))
+    radius, largest, part = max(found, key=lambda each: each[0])
+    hertz = _frequency_hz(part, largest, live=live)
+    return _Slowest(radius, hertz, whole.ticks, len(whole.states), rigid.count(whole.rigid))
 
 
 def _long(scenario: Scenario, *, live: bool) -> _Slowest:
@@ -100,8 +101,9 @@ def _long(scenario: Scenario, *, live: bool) -> _Slowest:
     return _Slowest(math.exp(logs[worst]), hertz, whole.ticks, whole.states, whole.motions)
 
 
-def _frequency_hz(scenario: Scenario, value: complex, *, live: bool) -> float | None:
-    linear = linearize(scenario, live=live, outputs=True)
+def _frequency_hz(part: Subproblem, value: complex, *, live: bool) -> float | None:
+    scenario = part.scenario
+    linear = linearize(scenario, live=live, weights=part.weights, outputs=True)
     ticks, dof, states = linear.loop.ticks, linear.loop.dof, len(linear.columns)
     values, vectors = np.linalg.eig(linear.rows[0])
     nearest = int(np.argmin(np.abs(values - value)))
@@ -129,7 +131,9 @@ def sentences(found: dict[str, Any]) -> list[str]:
             if rate and not (rate > 0.0 and found["stable"])  # slower than what counts as growth
             else f"  slowest mode: {mode}, neither grows nor decays"
         )
-    if found["k_max"] is None:
+    if found["k_max_unknown"]:
+        lines.append(f"  largest stable contact stiffness: {found['k_max_unknown']}")
+    elif found["k_max"] is None:
         lines.append(f"  stable at every contact stiffness up to {found['k_max_bound']:g} N/m")
     elif found["k_max"] == 0.0:
         lines.append("  no contact stiffness is stable")

@@ -38,7 +38,7 @@ class Relative(NamedTuple):
     settings: list[str]
 
 
-class NonlinearError(PmwvcError):
+class NonlinearError(PmwvcError, ValueError):
     """A linear model was asked of something that is not linear."""
 
 

@@ -6,9 +6,8 @@ Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding
 that are no instability are taken out. The largest stiffness is the first crossing: everything
 below it is stable. Where it becomes stable again above, these islands are reported, too.
 
-Where the server's playouts may have more or less at hand (:mod:`.at_hand`), the largest radius
-over that range counts, with half the largest difference of neighbouring cases for what lies
-between them.
+Where the server's playouts may have more or less at hand (:mod:`.at_hand`), the largest radius of
+that range counts, with half the largest difference of neighbours for what lies in between.
 
 Equations: docs/theory.md 15.1.
 """
@@ -22,7 +21,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
-from pmwvc_analysis.models.at_hand import cases
+from pmwvc_analysis.delays.work import UnknownError, Work
+from pmwvc_analysis.models.at_hand import Cases, cases
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
@@ -37,6 +37,8 @@ LOWEST = 0.1  # [N/m]
 ROUNDING = 1e-9
 PER_DECADE = 20
 LARGEST_BATCH = 512
+ROUGHLY = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
+RADIUS = 30  # circles to draw for a radius
 
 Radii = Callable[[Array], Array]  # spectral radius at each of several values
 
@@ -54,11 +56,14 @@ class Limit:
         Largest value looked at.
     islands
         Stable ranges above ``first``.
+    unknown
+        Why it is not known (then nothing else holds); empty where it is.
     """
 
     first: float | None
     bound: float
     islands: list[tuple[float, float]]
+    unknown: str = ""
 
 
 class Span(NamedTuple):
@@ -82,10 +87,13 @@ class Span(NamedTuple):
 
 
 def span(scenario: Scenario, *, live: bool = False) -> Span:
-    """Return the spectral radii of every run of a scenario whose numbers may be columns."""
+    """Return the spectral radii of every run of a scenario whose numbers may be columns;
+    UnknownError where that is more work than allowed.
+    """
+    work = Work(scenario)
     parts = [(part, hyperperiod_ticks(part.scenario)) for part in subproblems(scenario)]
     ticks = math.lcm(*(length for _, length in parts))
-    spans = [_span(part, live=live) for part, _ in parts]
+    spans = [_span(part, work, live=live) for part, _ in parts]
     powers = [ticks // length for _, length in parts]
 
     def whole(of: Callable[[Span], Array]) -> Array:
@@ -104,9 +112,9 @@ def radii(scenario: Scenario, *, live: bool = False) -> Array:
     return span(scenario, live=live).most
 
 
-def _span(part: Subproblem, *, live: bool) -> Span:
-    times = cases(part.scenario, live=live)
-    settled, *others = (_radii(part, at_hand_s, live=live) for at_hand_s in times.all)
+def _span(part: Subproblem, work: Work, *, live: bool) -> Span:
+    times = _cases(part, work, live=live)
+    settled, *others = (_radii(part, at_hand_s, work, live=live) for at_hand_s in times.all)
     between = [0.5 * np.abs(one - other) for one, other in pairwise(others[: times.in_order])]
     apart = _largest(between) if between else 0.0
     every = [settled, *others]
@@ -118,48 +126,66 @@ def _largest(values: Sequence[Array]) -> Array:
     return np.asarray(np.max(np.broadcast_arrays(*values), axis=0))
 
 
-def _radii(part: Subproblem, at_hand_s: Sequence[float], *, live: bool) -> Array:
-    """Return the spectral radii of a smaller problem for the time its playouts have at hand."""
+def _cases(part: Subproblem, work: Work, *, live: bool) -> Cases:
+    work.stepping(part.scenario)
+    return cases(part.scenario, live=live)
+
+
+def _radii(part: Subproblem, at_hand_s: Sequence[float], work: Work, *, live: bool) -> Array:
     of: dict[str, Any] = {"live": live, "weights": part.weights, "at_hand_s": at_hand_s}
+    work.stepping(part.scenario)
     if is_long(part.scenario, live=live):
-        return opened(part.scenario, **of).radii()
+        loops = opened(part.scenario, **of)
+        work.circles(loops.loci, RADIUS)
+        return loops.radii()
     dense = transitions(part.scenario, **of)
-    return rigid.radius(rigid.quotient(dense.matrices, dense.rigid))
+    left = rigid.quotient(dense.matrices, dense.rigid)
+    work.eigenvalues(left)
+    return rigid.radius(left)
 
 
-def _flags(scenario: Scenario, *, live: bool) -> Array:
-    """Return, in place of radii, a half where runs are stable and two where they are not: with
-    long delays a radius takes many times as long to find as this.
-    """
+def _flags(scenario: Scenario, work: Work, *, live: bool) -> Array:
+    """Return a half where runs are stable and two where not: faster than radii at long delays."""
     found = []
     for part in subproblems(scenario):
-        times = cases(part.scenario, live=live).all
-        if is_long(part.scenario, live=live) and len(times) == 1:
-            is_stable = opened(part.scenario, live=live, weights=part.weights).stable()
+        if is_long(part.scenario, live=live):
+            for at_hand_s in _cases(part, work, live=live).all:
+                work.stepping(part.scenario)
+                loops = opened(part.scenario, live=live, weights=part.weights, at_hand_s=at_hand_s)
+                work.circles(loops.loci, 1)
+                found.append(loops.stable())
         else:
-            is_stable = _stable(_span(part, live=live).most)
-        found.append(np.where(is_stable, 0.5, 2.0))
-    return _largest(found)
+            found.append(_stable(_span(part, work, live=live).most))
+    return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
-    """Return the largest contact stiffness [N/m], all contacts in proportion."""
-    smaller = subproblems(scenario)
-    long = any(is_long(part.scenario, live=live) for part in smaller)
-
-    def at(stiffness: Array) -> Array:
-        found = _flags if long else radii
-        return found(with_stiffness(scenario, stiffness), live=live)
-
+    """Return the largest contact stiffness [N/m], all contacts in proportion; unknown where it is
+    more work than allowed.
+    """
+    work, smaller = Work(scenario), subproblems(scenario)
     decades = np.log10(bound / LOWEST)
     fine = 0.2
-    if not long:
-        states = max(transitions(part.scenario, live=live).matrices.shape[-1] for part in smaller)
-        # The time of an eigenvalue problem grows as the cube of its size.
-        fine = float(np.clip(2e6 / states**3, 0.2, 1.0))
-    grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
-    found = crossings(at, grid, within=1e-6 if fine == 1.0 else 1e-4, parts=17 if fine == 1 else 5)
-    return limit_of(found, stable_at_first=bool(_stable(at(grid[:1, np.newaxis]))[0]), bound=bound)
+    try:
+        if not any(is_long(part.scenario, live=live) for part in smaller):
+            states = 1
+            for part in smaller:
+                work.stepping(part.scenario)
+                matrices = transitions(part.scenario, live=live, weights=part.weights).matrices
+                states = max(states, matrices.shape[-1])
+            # The time of an eigenvalue problem grows as the cube of its size.
+            fine = float(np.clip(2e6 / states**3, 0.2, 1.0))
+        grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
+        exactly: dict[str, Any] = {"within": 1e-6, "parts": 17} if fine == 1.0 else ROUGHLY
+
+        def at(stiffness: Array) -> Array:
+            return _flags(with_stiffness(scenario, stiffness), work, live=live)
+
+        found = crossings(at, grid, **exactly)
+        begins = bool(_stable(at(grid[:1, np.newaxis]))[0])
+    except UnknownError as error:
+        return Limit(None, bound, [], str(error))
+    return limit_of(found, stable_at_first=begins, bound=bound)
 
 
 def crossings(

@@ -53,6 +53,8 @@ class Answer(NamedTuple):
     ----------
     exact
         Of the scenario; None where it has no exact model.
+    unknown
+        Why the exact model has no answer, in words; empty where it has one or is not asked.
     relative, relative_model
         The nearest linear scenario and its exact model, where the scenario is not linear.
     at_any_delay
@@ -62,6 +64,7 @@ class Answer(NamedTuple):
     """
 
     exact: Exact | None
+    unknown: str
     relative: Relative | None
     relative_model: Exact | None
     at_any_delay: AnyDelay | None
@@ -87,13 +90,13 @@ class Answer(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def exact(scenario: Scenario, *, live: bool) -> Exact | None:
-    """Return stability by the exact model; None where there is none."""
+def exact(scenario: Scenario, *, live: bool) -> Exact | str:
+    """Return stability by the exact model, or why there is no answer."""
     try:
         span = stability.span(scenario, live=live)
         limit = stability.k_max(scenario, live=live)
-    except PmwvcError:
-        return None
+    except PmwvcError as error:
+        return str(error)
     return Exact(float(span.settled[0]), span.stable, limit)
 
 
@@ -101,10 +104,13 @@ def exact(scenario: Scenario, *, live: bool) -> Exact | None:
 def answer(scenario: Scenario, *, live: bool) -> Answer:
     """Return everything known about the stability of a scenario."""
     near = relative(scenario)
+    found = exact(near.scenario if near else scenario, live=live)
+    model = found if isinstance(found, Exact) else None
     return Answer(
-        exact(scenario, live=live) if near is None else None,
+        model if near is None else None,
+        "" if isinstance(found, Exact) else found,
         near,
-        exact(near.scenario, live=live) if near is not None else None,
+        model if near is not None else None,
         any_delay(scenario, live=live),
         environment.limited(scenario),
     )

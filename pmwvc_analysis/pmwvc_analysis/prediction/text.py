@@ -10,7 +10,6 @@ import math
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models import at_hand
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
-from pmwvc_analysis.models.links import LONGEST, hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.encoder_work import encoder_lines
@@ -198,25 +197,23 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     if known.relative is None and elements:
         return [f"No exact model, not linear: {elements}. No linear scenario is near."]
     if known.relative is None:
-        ticks = hyperperiod_ticks(scenario)
-        if ticks <= LONGEST:
-            return ["No exact model of these settings."]
-        return [
-            "No exact model: the least common multiple of frame and server periods is too long "
-            f"({ticks} ticks, limit {LONGEST})."
-        ]
+        return [f"Stability of {known.unknown}."]
     found = [f"No exact model, not linear: {elements}."]
     if known.relative_model is not None:
         found.append(
             f"The nearest linear scenario, with {', '.join(known.relative.settings)}: "
             f"{_stability(known.relative_model)}."
         )
+    elif known.relative is not None:
+        found.append(f"Stability of the nearest linear scenario, {known.unknown}.")
     return found
 
 
 def _stability(model: Exact) -> str:
     first, bound = model.limit.first, model.limit.bound
-    if first is None:
+    if model.limit.unknown:
+        reach = "largest stable contact stiffness not known (more work than allowed)"
+    elif first is None:
         reach = f"at every contact stiffness up to {bound:g} N/m"
     elif first == 0.0:
         reach = "no contact stiffness is stable"

@@ -139,12 +139,16 @@ def first_peak_hz(
     axis: int = 0,
 ) -> float | None:
     """Return the lowest frequency [Hz] at which |x/f| has a maximum, None where there is none."""
-    frequency = np.geomspace(0.05, 0.5 / model.tick_s, 800)
-    size = np.abs(response(model, frequency, user=user, forces=forces, axis=axis))
-    inner = size[1:-1]
-    peaks = np.flatnonzero((inner > size[:-2]) & (inner > size[2:]))
-    if not len(peaks):
-        return None
+    frequency, size = np.geomspace(0.05, 0.5 / model.tick_s, 800), np.zeros(0)
+    peaks: Integers = np.zeros(0, dtype=np.int64)
+    while not len(peaks):  # from below, no further than to the first one
+        if len(size) == len(frequency):
+            return None
+        more = frequency[len(size) : len(size) + 100]
+        answers = response(model, more, user=user, forces=forces, axis=axis)
+        size = np.append(size, np.abs(answers))
+        inner = size[1:-1]
+        peaks = np.flatnonzero((inner > size[:-2]) & (inner > size[2:]))
     low, high = frequency[peaks[0]], frequency[peaks[0] + 2]
     for _ in range(4):
         finer = np.linspace(low, high, 21)

@@ -34,6 +34,8 @@ import math
 from dataclasses import dataclass
 from typing import SupportsFloat
 
+import numpy as np
+
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import outside, relative
 from pmwvc_analysis.prediction import lag, prediction
@@ -128,6 +130,7 @@ class Rating:
     spectral_radius: float  # in touch
     free_radius: float  # with nothing touched
     k_max: float | None  # [N/m] None: no limit found
+    k_max_unknown: str  # why it is not known; empty where it is
     passive: bool
     aliasing_gain: float | None  # None: nothing is sampled (the strict channel)
     lag_s: float | None  # None: not known of code from another package
@@ -151,7 +154,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     spans = _spans(linear, live=live)
     stable = _stable(spans)
     limit = stability.k_max(linear, live=live)
-    found = transparency(linear, live=live) if stable else None
+    found = transparency(linear, np.ones(1), live=live) if stable else None  # at rest is all
     own = found.rendered if found else None
     rating = Rating(
         choice=choice,
@@ -159,6 +162,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         spectral_radius=float(spans[0].most[0]),
         free_radius=float(spans[1].most[0]),
         k_max=limit.first,
+        k_max_unknown=limit.unknown,
         passive=prediction.passive(chosen),
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),

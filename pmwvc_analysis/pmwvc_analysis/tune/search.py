@@ -124,7 +124,7 @@ def _proven(
     for key in order:
         tried = judged(scenario, rows[key])
         found = tried.simulated
-        if found == STABLE:
+        if found in (STABLE, None):
             return key, tried
     choice = rows[order[0]].choice
     while choice.impedance > bounds[0]:
@@ -134,7 +134,7 @@ def _proven(
         if row.stable and bool(row.passive) >= bool(rows[order[0]].passive):
             tried = judged(scenario, row)
             found = tried.simulated
-            if found == STABLE:
+            if found in (STABLE, None):
                 return order[0], tried
     raise PmwvcError(
         f"{scenario.name}: nothing is proposed: every choice that the model calls stable is "

@@ -9,7 +9,7 @@ from pmwvc_analysis.budget.counts import behind_counts, bounded
 from pmwvc_analysis.models.linear import left_out, setting
 from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, AsGiven, Rating, velocity_step
 from pmwvc_analysis.tune.search import Proposal
-from pmwvc_analysis.tune.session import LONGEST_S, STABLE
+from pmwvc_analysis.tune.session import STABLE, session_of
 from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -75,11 +75,16 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
             f"  ideal: {best.k_ideal:.4g} N/m, {best.mass_ideal:.3g} kg; cost in just noticeable "
             "steps of stiffness and weight"
         )
-    lines.append(
-        f"  proposed: simulated for {min(scenario.duration_s, LONGEST_S):g} s with the scenario's "
-        "hands: stable, not limited by safety, "
-        + (best.simulated_passivity or "no port gave out more than it took in")
-    )
+    if session := session_of(best.choice.applied(scenario)):
+        along = " along the first axis" if session.dof < scenario.dof else ""
+        lines.append(
+            f"  proposed: simulated for {session.duration_s:g} s{along} with the scenario's "
+            "hands: stable, not limited by safety, "
+            + (best.simulated_passivity or "no port gave out more than it took in")
+        )
+    given = found.others.get("as given")
+    if given is not None and given.simulated is None:
+        lines.append("  as given: not simulated, too much work; 'pmwvc simulate' takes its time")
     if velocity_step(scenario) is None:
         lines.append(
             f"  noise: that of an encoder of {ENCODER_STEP_M * 1e6:g} um; the scenario's device "
@@ -117,7 +122,7 @@ def _cells(row: Rating) -> list[str]:
         cell(row.mass_felt),
         cell(row.noise_n, 1e3),
         cell(row.aliasing_gain),
-        "none" if row.k_max is None else cell(row.k_max),
+        "?" if row.k_max_unknown else "none" if row.k_max is None else cell(row.k_max),
         cell(row.cost),
     ]
 

@@ -37,7 +37,7 @@ TDPA = Controller(
     waves=False,
     make_master=lambda params, baseline: tdpa.TdpaMaster(baseline.tdpa, tick_s=params.tick_s),
     make_server=tdpa.TdpaServer,
-    linear="direct",  # without dissipation
+    linear=None,  # without its dissipation nothing of it is left
     rule=Rule("tdpa", tuning.tdpa, tuning.check_tdpa),
     coupling=replace(HELD, moves=forward),
     accounts=tdpa.ENTRIES,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Equal users make small problems of a large one.
+"""Equal users and equal axes make small problems of a large one.
 
 The motion of g equal users is the mean motion, in which they act on the object as one user with g
 times the force, and g - 1 motions against one another, in which their forces cancel: the object
@@ -9,6 +9,9 @@ loop are those of one user for each group, weighted, and of one user at a wall f
 several. Side, hand and limits do not matter here. (A cube behind a port that does not know it is
 not resolved like a wall, and code of another package may treat users by their order: there, users
 are left apart.)
+
+Axes are coupled by impedance matrices alone. Along principal axes that all of them share each is a
+problem by itself, with the eigenvalues in place of the matrices; equal ones are one problem.
 """
 
 import dataclasses
@@ -16,8 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.linear import outside
+from pmwvc_analysis.models.linear import axes_of, outside
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
 
 COMPARED_FIELDS = ("master", "baseline", "device", "contact", "link_up", "link_down")
 
@@ -31,6 +36,45 @@ class Subproblem(NamedTuple):
 
 def subproblems(scenario: Scenario) -> list[Subproblem]:
     """Return smaller problems with, together, all eigenvalues of a scenario."""
+    return [part for single in _along_axes(scenario) for part in _by_groups(single)]
+
+
+def _along_axes(scenario: Scenario) -> list[Scenario]:
+    """Return the scenario along each principal axis, equal ones once; the scenario itself where an
+    axis is all there is or the impedances share none.
+    """
+    dof = axes_of(scenario)
+    ends = [b for user in scenario.users for b in (user.impedance, user.server_impedance)]
+    if dof == 1 or any(np.ndim(b) for b in ends if not isinstance(b, MatrixImpedance)):
+        return [scenario]
+    matrices = [
+        b.matrix if isinstance(b, MatrixImpedance) else float(b) * np.eye(dof) for b in ends
+    ]
+    mixed = sum(np.sqrt(2.0 + k) * matrix for k, matrix in enumerate(matrices))
+    axes = np.linalg.eigh(mixed).eigenvectors  # shared by all of them, where they share any
+    turned = [axes.T @ matrix @ axes for matrix in matrices]
+    if any(np.abs(b - np.diag(np.diag(b))).max() > ROUNDING * np.abs(b).max() for b in turned):
+        return [scenario]
+    along = np.stack([np.diag(b) for b in turned], axis=1).reshape(dof, -1, 2)
+    equal = [np.isclose(along[k], along[:k], rtol=ROUNDING).all(axis=(1, 2)) for k in range(dof)]
+    return [_along(scenario, along[k]) for k in range(dof) if not equal[k].any()]
+
+
+def _along(scenario: Scenario, impedances: Array) -> Scenario:
+    """Return the scenario with these impedances ``(users, 2)`` at master and server [N s/m]."""
+    users = tuple(
+        dataclasses.replace(
+            user,
+            master=dataclasses.replace(user.master, impedance=b_m, impedance_matrix=""),
+            contact=dataclasses.replace(user.contact, impedance=b_s, impedance_matrix=""),
+        )
+        for user, (b_m, b_s) in zip(scenario.users, impedances.tolist(), strict=True)
+    )
+    return dataclasses.replace(scenario, users=users)
+
+
+def _by_groups(scenario: Scenario) -> list[Subproblem]:
+    """Return smaller problems by users that are equal."""
     groups: list[list[User]] = []
     unknown_cube = scenario.coupling.black_box and scenario.environment.movable
     apart = unknown_cube or outside(scenario)
