@@ -139,6 +139,9 @@ class Server:
             seen = diagnostics(loop.protocol.inboxes[user], out="down", into="up")
             values[f"{name}: state"] = presence.name.lower()
             values |= {f"{name}: {key}": value for key, value in seen.items()}
+            learned = loop.protocol.server.learned(user)
+            if learned is not None:
+                values[f"{name}: (K T + 2B)/b learned"] = f"{float(np.max(learned)):.3g}"
             kept = self._kept_apart(user)
             values[f"{name}: kept apart"] = kept or "no"
             apart += [f"{name}: {kept}"] if kept else []

@@ -138,13 +138,16 @@ def test_a_driven_wall_moves_the_hand_until_its_allowance_is_used_up():
     traces, result = ran("active_wall")
     server = traces.server
     granted, withheld = server.accounts["granted"], server.accounts["withheld"]
-    assert result["instability"] == "environment lost"  # once nothing is left of the allowance
+    assert result["stable"]
     assert result["users"][0]["environment_limited"]["energy_j"] == pytest.approx(withheld[-1])
     assert granted[-1] == pytest.approx(0.03)
     used_up = int(np.argmax(granted >= 0.03 - 1e-9))
     assert 5.0 < server.time_s[used_up] < 12.0
     assert withheld[used_up] < 0.003
     assert withheld[-1] > 0.01
+    device, late = traces.users[0].x_m[:, 0], traces.users[0].time_s > 16.0
+    assert np.ptp(device[late]) < 1e-3  # held, while the wall goes on
+    assert np.ptp(device[~late]) > 0.015
     left = server.energy_u_s[0] - server.energy_v_s[0]
     assert np.all(left >= -granted - 1e-9)
     untreated, _ = ran("active_wall", "server.compensation=none")

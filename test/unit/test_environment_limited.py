@@ -96,12 +96,27 @@ def test_without_the_scenario_nothing_is_claimed():
     assert summary(traces, None)["users"][0]["environment_limited"] is None
 
 
-@pytest.mark.parametrize("stiffness", [200.0, 1000.0, 2000.0, 6000.0])
-def test_the_offset_at_a_learned_wall_lies_between_its_bounds(stiffness):
-    scenario = scenarios.load(
-        "wall_slow", settings_texts=[f"server.contact_stiffness={stiffness}"], duration_s=12.0
-    )
-    found = summary(simulate_one(scenario), scenario)["outcomes"]
-    (offset,) = [each for each in found if each["what"] == "offset"]
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+@pytest.mark.parametrize(
+    ("stiffness", "gap_m"),
+    [
+        (200, 0.005),
+        (2000, 0.005),
+        (12000, 0.0041),
+        (12000, 0.005),
+        (50000, 0.0041),
+        (50000, 0.005),
+    ],
+)
+def test_a_learned_wall_leaves_the_device_where_the_link_alone_does(channel, stiffness, gap_m):
+    """What the impacts withheld until the slope was learned is repaid."""
+    texts = [f"server.contact_stiffness={stiffness}", f"server.gap_m={gap_m}"]
+    scenario = scenarios.load("wall_slow", settings_texts=[*texts, f"channel={channel}"])
+    traces = simulate_one(scenario)
+    found = summary(traces, scenario)
+    (offset,) = [each for each in found["outcomes"] if each["what"] == "offset"]
     assert offset["hit"] is True, offset["text"]
-    assert " to " in offset["text"] and offset["predicted"] is None
+    assert offset["measured"] == pytest.approx(offset["predicted"], abs=0.3e-3)
+    said = [event["what"] for event in found["events"] if event["who"] == "user1"]
+    learned = [text for text in said if "learned K T + 2B" in text]
+    assert len(learned) == (stiffness * 0.02 > 25.0)

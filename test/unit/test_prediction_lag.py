@@ -105,7 +105,7 @@ def test_contact_and_link_are_springs_in_series():
     [
         ("wall", "late", 5000.0, True),
         ("wall", "secant", 5000.0, False),
-        ("wall", "secant", 1000.0, True),  # K T < b/2: the slope is not used
+        ("wall", "secant", 1000.0, False),  # decoded late, and repaid
         ("wall_with_slope", "secant", 5000.0, False),
     ],
 )

@@ -3,10 +3,10 @@
 """The limitation of a black box by its server port: energy withheld, and displacement by it.
 
 A compensation that shortens a returning wave from v = u - sqrt(2/b) F to v' takes energy from the
-user, and moves the device away from its avatar::
+user, and moves the device away from its avatar; a port that learns repays that::
 
     energy_j   = sum (|v|^2 - |v'|^2) T_VE/2
-    position_m = largest |sum (v' - v) T_VE (2 b_m)^(-1/2)|
+    position_m = largest |sum (u + v' - (2b)^(1/2) xd) T_VE (2 b_m)^(-1/2)|
 
 The environment is lost where this displacement is most of the device's depth. With the avatar's
 travel p in its present contact and the distance s between device and avatar, of which q is the
@@ -108,7 +108,8 @@ def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) ->
     energy = float(withheld.sum())
     if not energy > LEAST_J:
         return None
-    taken = np.where(there[:, np.newaxis], (v - whole) / root(2.0 * known.impedance), 0.0)
+    apart = (u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)) / root(2.0 * known.impedance)
+    taken = np.where(there[:, np.newaxis], apart, 0.0)
     moved = np.cumsum(server.periods_s[:, np.newaxis] * taken, axis=0)
     first = int(np.argmax(withheld > 0.01 * LEAST_J))
     return Limited(

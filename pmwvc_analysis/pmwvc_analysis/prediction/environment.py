@@ -53,39 +53,17 @@ def rule(user: User, scenario: Scenario) -> Rule | None:
         return None
     if server.integrator != "backward_euler":
         return None
-    stiff, b = _stiff(user, scenario), smallest(user.server_impedance)
-    slope = 0.0 if decodes_late(user, scenario) else stiff
-    return Rule(least_impedance(server, user.contact), b, slope)
+    stiff = float(user.contact.contact_stiffness) * server.period_s
+    b = smallest(user.server_impedance)
+    learns = server.learns and stiff > SOFT * b
+    return Rule(least_impedance(server, user.contact), b, stiff if learns else 0.0)
 
 
-def decodes_late(user: User, scenario: Scenario) -> bool:
-    """Tell whether a user's port decodes with the force of the step before."""
-    server = scenario.server
+def decodes_late(scenario: Scenario) -> bool:
+    """Tell whether the ports decode with the force of the step before, and go on from there."""
     if not scenario.coupling.black_box:
         return scenario.coupling.late
-    environment = scenario.environment
-    if environment.sloped:
-        return False
-    soft = _stiff(user, scenario) <= SOFT * smallest(user.server_impedance)
-    return server.decoding == "late" or (environment.spring and soft)
-
-
-def late_steps_s(user: User, scenario: Scenario) -> float:
-    """Return what the lag may differ by where the port learns the slope of its environment [s].
-
-    Force that is built up before the slope is known is decoded a step late: it moves the avatar
-    F T_VE/b further in, a lag of -2 T_VE; force built up later does not. Negative where the lag
-    counts all force as known, positive where it counts all as late, 0 where nothing is learned.
-    """
-    server = scenario.server
-    learns = scenario.coupling.black_box and server.learns
-    if not learns or scenario.environment.sloped:
-        return 0.0
-    return (2.0 if decodes_late(user, scenario) else -2.0) * server.period_s
-
-
-def _stiff(user: User, scenario: Scenario) -> float:
-    return float(user.contact.contact_stiffness) * scenario.server.period_s
+    return scenario.server.decoding == "late" and not scenario.environment.sloped
 
 
 def may_limit(scenario: Scenario) -> bool:
@@ -118,7 +96,8 @@ def lines(scenario: Scenario) -> list[str]:
         if own.met:
             found.append(
                 f"{text}, above b = {own.b:.3g} N s/m: the server port may limit the environment "
-                "until it has learned its slope; from then on it is passive."
+                "until it has learned its slope; from then on it is passive, and repays the "
+                "displacement."
             )
         else:
             plus = f" + G = {own.b + own.slope:.3g}" if own.slope else f" = {own.b:.3g}"

@@ -102,7 +102,7 @@ def expected(user: User) -> str:
 
 def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
     """Return the round trip of a user's waves in words, and by how much its avatar leads."""
-    lead = lead_s(user, scenario)
+    lead = lead_s(scenario)
     tau = lag_s(user, scenario, live=live) + lead
     text = f"round trip {tau * 1e3:.1f} ms{expected(user)}"
     if not lead:
@@ -138,14 +138,14 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
         lag = strict_lag_s(user, scenario, live=live)
     else:
         lag = _plain_lag_s(user, scenario, live=live, touching=touching)
-    return float(lag - (lead_s(user, scenario) if touching else 0.0))
+    return float(lag - (lead_s(scenario) if touching else 0.0))
 
 
-def lead_s(user: User, scenario: Scenario) -> float:
+def lead_s(scenario: Scenario) -> float:
     """Return by how much less the waves lag in contact because the avatar is moved by the force of
     the step before [s]; see module.
     """
-    return 2.0 * scenario.server.period_s if decodes_late(user, scenario) else 0.0
+    return 2.0 * scenario.server.period_s if decodes_late(scenario) else 0.0
 
 
 def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) -> float:

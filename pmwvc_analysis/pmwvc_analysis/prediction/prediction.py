@@ -178,7 +178,7 @@ def one_step_bound(user: User, scenario: Scenario) -> bool | None:
     server = scenario.server
     if scenario.coupling.black_box and not _held_wall(server):
         return None
-    if not decodes_late(user, scenario) or server.integrator != "backward_euler":
+    if not decodes_late(scenario) or server.integrator != "backward_euler":
         return None
     return least_impedance(server, user.contact) <= smallest(user.server_impedance)
 

@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.prediction.environment import late_steps_s
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_core.network.effects import is_random
@@ -89,14 +88,13 @@ def _of_user(
     if reason := _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m):
         return _offset_open(user, even_m, drift, reason)
     if live and scenario.strict:
-        learned_m = per_lag * min(late_steps_s(user, scenario), 0.0)
-        return _offset_at_least(user, even_m + learned_m, drift, force)
+        return _offset_at_least(user, even_m, drift, force)
     if not _same_rates(steady):
         reason = (
             "After a change of rates a playout may keep a longer margin than the new ones need."
         )
         return _offset_open(user, even_m, drift, reason)
-    return _offset(user.name, even_m, per_lag * late_steps_s(user, scenario), drift)
+    return _offset(user.name, even_m, drift)
 
 
 def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:
@@ -207,16 +205,11 @@ def _same_rates(steady: Sequence[Stage]) -> bool:
     return all(rate == rates[0] for rate in rates)
 
 
-def _offset(name: str, edge: float, width: float, was: float) -> Outcome:
-    """Return the outcome of an offset, of which two bounds are predicted where it has a width
-    [m].
-    """
-    low, high = sorted((edge, edge + width), key=abs)
-    tolerance = _tolerance_m(high)
-    hit = min(low, high) - tolerance <= was <= max(low, high) + tolerance
-    until = f" to {high * 1e3:+.2f} mm, by how late the slope was learned;" if width else " mm,"
-    text = _compared(name, f"{low * 1e3:+.2f}{until}", was, tolerance, hit)
-    return Outcome("offset", hit, text, name, None if width else edge, was, tolerance, "m")
+def _offset(name: str, predicted: float, was: float) -> Outcome:
+    tolerance = _tolerance_m(predicted)
+    hit = abs(was - predicted) <= tolerance
+    text = _compared(name, f"{predicted * 1e3:+.2f} mm,", was, tolerance, hit)
+    return Outcome("offset", hit, text, name, predicted, was, tolerance, "m")
 
 
 def _compared(name: str, predicted: str, was_m: float, tolerance_m: float, hit: bool) -> str:

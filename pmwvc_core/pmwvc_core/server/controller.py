@@ -126,6 +126,10 @@ class ServerController(Stateful, ABC):
             port.silence(0.0 * port.f_s)
             port.present = False
 
+    def learned(self, i: int) -> Value | None:
+        """Return (K T + 2B)/b of what user ``i`` touches, where its port learns it."""
+        return None
+
     def _present_ports(self) -> list[UserPort]:
         return [port for port in self.ports if port.present]
 

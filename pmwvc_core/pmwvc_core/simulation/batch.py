@@ -14,7 +14,7 @@ from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults
+from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults, add_learned
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
 from pmwvc_core.simulation.network_traces import NetworkTraces, taken_traces
 from pmwvc_core.simulation.stacking import stack_scenarios
@@ -113,6 +113,7 @@ class SessionBatch:
             late_ns = np.array(server.ran_ns) - np.array(server.ticks) * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         add_faults(traces, self.server)
+        add_learned(traces, self.server, run)
         self._network.add_to(traces, run)
         traces.taken = dict(self._taken)
         return traces

@@ -3,6 +3,7 @@
 """The faults of an environment's answer, and their count."""
 
 from pmwvc_core.errors import reason
+from pmwvc_core.numeric import Flags
 from pmwvc_core.state import Stateful
 
 
@@ -39,6 +40,12 @@ class Faults(Stateful):
         self.text = ""
         self.what = parameter.removeprefix("server.")
         self.replaced = self.what == "environment"  # by a damper, in those steps
+
+    def note_users(self, good: Flags, what: str) -> None:
+        """Count a step where the answer is not good for all users ``(users, ..., 1)``."""
+        if not good.all():
+            who = [user for user, each in enumerate(good) if not each.all()]
+            self.note(BadAnswer(f"returned {what} for users {who}"))
 
     def note(self, error: BaseException) -> None:
         """Count a step."""

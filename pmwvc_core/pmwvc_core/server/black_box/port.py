@@ -13,11 +13,16 @@ The line is the environment's own where it reports its slope; else the one that 
 force than F. What is done about it has a name (``compensations``); the energies are kept
 (``accounts``). While the environment does not answer the port is a matched damper (v = 0).
 
-Equations: docs/theory.md 5.1, 5.2, 5.9.
+The waves move the device by T (u + v')/sqrt(2b), with the wave v' that the compensation returned;
+the avatar moves by T xd. The difference is undelivered. A port that learns repays 0.3 of it in the
+next step: it decodes with that much more velocity. In a stiff contact that becomes force, and so a
+returning wave, of which the compensation lets through what its energy covers.
+
+Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from functools import partial
 
 import numpy as np
 
@@ -26,16 +31,21 @@ from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.black_box.accounts import BlackBoxAccounts
 from pmwvc_core.server.black_box.containment import Asked, Call, Reply, directly
-from pmwvc_core.server.black_box.faults import BadAnswer, Faults
+from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.black_box.interface import BlackBox, Sloped
+from pmwvc_core.server.black_box.jumps import Jumps
+from pmwvc_core.server.black_box.rows import Rows
 from pmwvc_core.server.black_box.secant import Secant, decoded
 from pmwvc_core.server.compensations import COMPENSATIONS, Wave
 from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.server.cube import FixedBody
 from pmwvc_core.server.user_ports import UserPort
-from pmwvc_core.wave.impedance import MatrixImpedance, smallest_of_runs
+from pmwvc_core.wave.impedance import smallest_of_runs
 from pmwvc_core.wave.reflection import reflection
+
+REPAID = 0.3  # of what is undelivered per step
+DUE = "undelivered"  # of a port [m]
 
 
 class BlackBoxServer(ServerController):
@@ -51,8 +61,8 @@ class BlackBoxServer(ServerController):
         How it is asked.
     """
 
-    BLOCKS = "_asked _compensation _kept"
-    MEMORY = "_secant _shape _plain _stored"  # the secant as a whole: there is none at first
+    BLOCKS = "_asked _compensation _kept _rows"
+    MEMORY = "_secant _jumps _stored"  # the first two as a whole: there are none at first
 
     def __init__(
         self,
@@ -70,9 +80,11 @@ class BlackBoxServer(ServerController):
         self._period = params.period_s
         self._old, self._new = weights(params.integrator, params.period_s)
         self._learns = params.learns and not isinstance(environment, Sloped)
+        for port in self.ports:
+            port.kept = {DUE: 0.0} if self._learns else {}
         self._secant: Secant | None = None  # made once the shape of signals is known
-        self._shape: tuple[int, ...] = (1,)  # of one user's signal
-        self._plain = True  # one axis, one run: floats
+        self._jumps: Jumps | None = None
+        self._rows = Rows()
         self._stored: Value | None = None
         self._kept = BlackBoxAccounts()
 
@@ -83,20 +95,21 @@ class BlackBoxServer(ServerController):
 
     def join(self, i: int, position: Value) -> None:
         """Let user ``i`` join; the environment is notified before its next step."""
-        self._plain = not isinstance(position, np.ndarray)
-        self._shape = np.shape(np.atleast_1d(position))
+        self._rows.fit(position)
         if not any(self.present):
             try:
-                self._show(self._asked.shown(self._shape))
+                self._show(self._asked.shown(self._rows.shape))
             except PLUGIN_ERRORS as error:  # whatever the plug-in raises
                 self._faults.note(error)
         super().join(i, position)
-        start = self._rows([self.ports[i].x_s])[0]
+        start = self._rows.of([self.ports[i].x_s])[0]
         if self._learns and self._secant is None:
-            least = [smallest_of_runs(port.b) / self._period for port in self.ports]
-            self._secant = Secant(self._rows(least)[..., :1], self._shape)
-        if self._secant is not None:
-            self._secant.join(i, start)
+            least = self._rows.of([smallest_of_runs(port.b) for port in self.ports])[..., :1]
+            self._secant = Secant(least / self._period, self._rows.shape)
+            self._jumps = Jumps(least, self._rows.shape, self._period)
+        for learner in (self._secant, self._jumps):
+            if learner is not None:
+                learner.join(i, start)
         self._asked.notify("join", i, start)
 
     def leave(self, i: int) -> None:
@@ -111,7 +124,7 @@ class BlackBoxServer(ServerController):
             if port.present:
                 port.take(wave)
         start = [port.x_s + self._old * port.xd_s for port in self.ports]
-        reply = self._reply(self._rows(start))
+        reply = self._reply(self._rows.of(start))
         waves = []
         for user, port in enumerate(self.ports):
             if port.present:
@@ -122,34 +135,37 @@ class BlackBoxServer(ServerController):
             port = self.ports[taken.user]
             self._kept.add("withheld", squared(taken.v) - squared(v), 0.5 * self._period)
             port.give(v, 0.5 * self._period)
+            if self._learns:
+                moved = 0.5 * port.wave.free_velocity(port.u_s + port.v_s)
+                port.kept[DUE] = port.kept[DUE] + self._period * (moved - port.xd_s)
         self.dissipated = self._kept.spent - self.potential
         return [port.v_s for port in self.ports]
 
     def _reply(self, start: Array) -> Reply | None:
         """Return the environment's answer; None where there is none to be used."""
         velocity = self._guess(start)
+        exchange = partial(self._asked.exchange, period=self._period, weight=self._new)
         try:
-            reply: Reply = self._call(
-                lambda: self._asked.exchange(
-                    start,
-                    velocity,
-                    period=self._period,
-                    weight=self._new,
-                    decode=self._decoded,
-                )
-            )
+            reply: Reply = self._call(partial(exchange, start, velocity, decode=self._decoded))
         except PLUGIN_ERRORS as error:  # whatever the plug-in raises
             self._faults.note(error)
             return None
-        if not reply.good.all():
-            who = [user for user, good in enumerate(reply.good) if not good.all()]
-            text = f"returned no usable force (not finite, or beyond 1e6 N) for users {who}"
-            self._faults.note(BadAnswer(text))
+        return self._checked(reply, start + self._new * reply.velocity)
+
+    def _checked(self, reply: Reply, position: Array) -> Reply:
+        """Note the forces that cannot be used; learn from the others, and what it shows."""
+        steady = reply.good
+        if self._jumps is not None:
+            went = self._period * np.linalg.norm(self._rows.of([self.body.xd]), axis=-1)
+            steady = self._jumps.explained(position, reply.force, steady, went[0, ..., None])
+        self._faults.note_users(reply.good, "no usable force (not finite, or beyond 1e6 N)")
+        self._faults.note_users(steady, "a force that jumped while hardly anything moved")
+        good = reply.good & steady
         if self._secant is not None:
-            self._secant.learn(start + self._new * reply.velocity, reply.force, reply.good)
+            self._secant.learn(position, reply.force, good)
         self._stored = reply.stored
         self._show(reply.shown)
-        return reply
+        return reply._replace(good=good)
 
     def _guess(self, start: Array) -> Array:
         """Return the velocities decoded with the learned line, or with the last force."""
@@ -158,20 +174,18 @@ class BlackBoxServer(ServerController):
                 port.wave.velocity(port.u_s, port.f_s) if port.present else 0.0
                 for port in self.ports
             ]
-            return self._rows(late)
-        drive = self._rows([port.b * port.wave.free_velocity(port.u_s) for port in self.ports])
-        b = np.stack([self._matrix(port) for port in self.ports])
-        velocity, expected = decoded(self._secant.line(start, self._new), drive, b)
+            return self._rows.of(late)
+        free = [port.wave.free_velocity(port.u_s) + self._repaid(port) for port in self.ports]
+        drive = [port.b * velocity for port, velocity in zip(self.ports, free, strict=True)]
+        b = self._rows.matrices([port.b for port in self.ports])
+        line = self._secant.line(start, self._new)
+        velocity, expected = decoded(line, self._rows.of(drive), b)
         self._secant.expect(expected)
         return velocity
 
-    def _matrix(self, port: UserPort) -> Array:
-        """Return a port's impedance as matrices ``(..., dof, dof)``."""
-        dof = self._shape[-1]
-        if isinstance(port.b, MatrixImpedance):
-            return np.broadcast_to(port.b.matrix, (*self._shape, dof))
-        b = np.broadcast_to(np.asarray(port.b, float), (*self._shape[:-1], 1))
-        return np.asarray(b[..., np.newaxis] * np.eye(dof))
+    def _repaid(self, port: UserPort) -> Value:
+        """Return the velocity that repays [m/s]; a braked avatar waits."""
+        return 0.0 if port.front else port.kept[DUE] * (REPAID / self._period)
 
     def _taken(self, user: int, port: UserPort, reply: Reply | None) -> Wave:
         """Give a port its velocity and force; return its waves, zero where it is contained."""
@@ -180,9 +194,9 @@ class BlackBoxServer(ServerController):
             good: Flag = False
             velocity, force = damped, port.b * damped
         else:
-            good = self._flag(reply.good[user])
-            velocity = where(good, self._value(reply.velocity[user]), damped)
-            force = where(good, self._value(reply.force[user]), port.b * damped)
+            good = self._rows.flag(reply.good[user])
+            velocity = where(good, self._rows.value(reply.velocity[user]), damped)
+            force = where(good, self._rows.value(reply.force[user]), port.b * damped)
         port.xd_s, port.f_s = velocity, force
         u = where(good, port.u_s, 0.0 * port.u_s)
         v = where(good, port.wave.v(port.u_s, force), 0.0 * port.u_s)
@@ -200,40 +214,30 @@ class BlackBoxServer(ServerController):
         with a slope it gives out up to G/b times what the environment does.
         """
         held = self._stored
-        if held is not None:
-            if self._secant is not None:
-                most = self._secant.ratio.max(axis=0) * self._new / self._period
-                held = held * (1.0 + self._value(most))
-            for port in self.ports:
-                held = held + 0.5 * self._period * dot(
-                    port.f_s, port.f_s / (port.front.b if port.front else port.b)
-                )
+        if held is None:
+            return None
+        if self._secant is not None:
+            most = self._secant.ratio.max(axis=0) * self._new / self._period
+            held = held * (1.0 + self._rows.value(most))
+        for port in self.ports:
+            b = port.front.b if port.front else port.b
+            held = held + 0.5 * self._period * dot(port.f_s, port.f_s / b)
         return held
 
     def _decoded(self, force: Array, slope: Array) -> Array:
         """Return xd = sqrt(2/b) u - (F0 + G xd)/b of every user."""
-        return self._rows(
-            [
-                reflection(port.b).solve(port.u_s, self._value(f0), self._value(g))[1]
-                for port, f0, g in zip(self.ports, force, slope, strict=True)
-            ]
-        )
+        value = self._rows.value
+        lines = zip(self.ports, map(value, force), map(value, slope), strict=True)
+        return self._rows.of([reflection(port.b).solve(port.u_s, f, g)[1] for port, f, g in lines])
 
     def _show(self, shown: tuple[Array, Array] | None) -> None:
         """Note the position of the object that the environment reports."""
         if shown is not None:
-            self.body.x, self.body.xd = map(self._value, shown)
+            self.body.x, self.body.xd = map(self._rows.value, shown)
 
-    def _rows(self, values: Sequence[Value]) -> Array:
-        """Return signals of users as one array ``(users, ..., dof)``."""
-        return np.stack([np.broadcast_to(np.asarray(v, float), self._shape) for v in values])
-
-    def _value(self, row: Array) -> Value:
-        """Return one user's part of such an array in the form of a signal."""
-        return float(row[0]) if self._plain else row
-
-    def _flag(self, row: Any) -> Flag:
-        return bool(row[0]) if self._plain else row
+    def learned(self, i: int) -> Value | None:
+        """Return (K T + 2B)/b of what user ``i`` touches, as learned; None where nothing is."""
+        return None if self._secant is None else self._rows.value(self._secant.learned[i])
 
     @property
     def contact(self) -> list[Flag]:

@@ -14,7 +14,9 @@ over position. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
 
 so that K^ has the measured secant along dx, or loses a tenth of its own there per step. Both
 keep it semidefinite. A step much shorter than recent ones is not used (a damper's force turns
-round while its position stands still), and one step raises a slope to at most four times.
+round while its position stands still). A step into a one-sided contact that is stiffer than known
+measures less than its slope, as it begins outside: seven times that is taken, so that the next
+step ends inside as well and measures the slope itself.
 
 Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= b/2),
 and a slope that varies costs energy of its own.
@@ -37,7 +39,7 @@ SHORT = 0.3  # length of a step that is too short, relative to recent ones
 LEAST_M = 1e-12
 NEARLY_ACROSS = 0.5  # cosine
 SOFT = 0.5  # K T/b up to which the force of the step before will do
-LEAP = 4.0  # most by which one step raises a slope
+LEAP = 7.0  # slope taken where a contact begins, over what the step measured
 LARGEST = 100.0  # G relative to b
 
 
@@ -113,10 +115,11 @@ class Secant:
         length = np.linalg.norm(step, axis=-1, keepdims=True)
         before, now = _touching(self._force), _touching(force)
         self._one_sided |= ~(before | now) & (length > 0.0)
-        self._longest = np.maximum(DECAY * self._longest, np.where(before | now, length, 0.0))
+        self._longest = np.maximum(DECAY * self._longest, np.where(before & now, length, 0.0))
         informative = (before | now) & (length > np.maximum(SHORT * self._longest, LEAST_M))
         safe = np.where(informative, length, 1.0)
-        self._raise(step / safe, rise / safe, informative)
+        hits = now & ~before & self._one_sided
+        self._raise(step / safe, rise / safe, informative, hits)
         self._decay(step / safe, rise / safe, informative & before & now)
         gone = self._expected & ~now & ~before
         kept = (self._position, self._force, _direction(self._force))
@@ -131,20 +134,28 @@ class Secant:
     @property
     def ratio(self) -> Array:
         """Return |K^| T/b of the slopes in use, zero where decoding late will do."""
-        length = np.linalg.norm(self._slope, axis=(-2, -1))[..., np.newaxis] / self._scale
-        return np.where(length > SOFT, length, 0.0)
+        return np.where(self.learned > SOFT, self.learned, 0.0)
 
-    def _raise(self, course: Array, secant: Array, informative: Flags) -> None:
+    @property
+    def learned(self) -> Array:
+        """Return |K^| T/b of all slopes; where a contact chatters, (K T + 2B)/b."""
+        length = np.linalg.norm(self._slope, axis=(-2, -1))[..., np.newaxis]
+        return np.asarray(length / self._scale)
+
+    def _raise(self, course: Array, secant: Array, informative: Flags, hits: Flags) -> None:
         own = _dot(course, times(self._slope, course))
         missing = secant - times(self._slope, course)
         short = _dot(missing, course)
         across = short < NEARLY_ACROSS * np.linalg.norm(missing, axis=-1, keepdims=True)
         along = np.where(across, course, missing)
         onto = _dot(along, course)
-        most = np.minimum((LEAP - 1.0) * own + LEAP * self._scale, LARGEST * self._scale - own)
+        measured = own + short
+        hits = hits & (measured > SOFT * self._scale)
+        wanted = np.where(hits, LEAP * measured, measured)
+        most = np.minimum(wanted, LARGEST * self._scale) - own
         raised = informative & (short > 0.0) & (most > 0.0)
         along = np.where(raised, along / np.where(raised, onto, 1.0), 0.0)
-        gain = np.minimum(short, most) * along
+        gain = most * along
         self._slope = self._slope + gain[..., :, None] * along[..., None, :]
 
     def _decay(self, course: Array, secant: Array, informative: Flags) -> None:
