@@ -185,7 +185,7 @@ def test_a_cube_is_placed_once_it_stays_near_its_target():
 
 def test_words_name_every_network_on_which_a_rival_is_better_and_no_other():
     plan = Plan(1, (), 1, ("ideal", "lan", "leo"), 1, probes=1, methods=("strict", "tdpa"))
-    good = Outcome("", False, True, 0.0, *(1.0,) * 10)
+    good = Outcome("", False, True, 0.0, *(1.0,) * 13)
     bad = dataclasses.replace(good, failure="diverged", coherency_m=np.inf, passive=False)
     close = dataclasses.replace(good, coherency_m=0.97, peak_n=0.5)
     shown = Rendered(*(1.0,) * 10)
@@ -243,7 +243,9 @@ def test_the_strict_channel_gives_nothing_out_on_any_network_and_plain_does():
 def test_what_an_interrupted_sweep_finished_is_told():
     groups = [Group("strict", "lan", (1, 2), 1.0), Group("strict", "lan", (3,), 1.0)]
     kept = Kept(workers=1)
-    kept.results(lambda group: Found([0.0] * len(group.seeds), [0.0], [1.0]), groups[:1], Found)
+    kept.results(
+        lambda group: Found([0.0] * len(group.seeds), [0.0], [1.0], [0.1]), groups[:1], Found
+    )
     told = page(kept.finished(groups, Found), "commit 1")
     assert "in any of 2 sessions" in told
     assert page(kept.finished(groups[1:], Found), "commit 1") == "No session has been finished.\n"

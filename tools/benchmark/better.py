@@ -11,6 +11,7 @@ from benchmark.columns import (
     ERROR,
     ERRORS,
     PEAK,
+    STEP,
     Z_WIDTH,
     Column,
     failed,
@@ -56,7 +57,7 @@ def _troubled(study: Study, method: str, network: str) -> float:
 MEASURES = (
     Measure("failed [%]", lambda study, *of: 100.0 * failed(study.of(of[0], of[1:])).value),
     Measure("failed or restless [%]", _troubled),
-    *(_median(column) for column in (*ERRORS, PEAK)),
+    *(_median(column) for column in (*ERRORS, PEAK, STEP)),
     *(_median(column, probed=True) for column in (ERROR, Z_WIDTH, COMPLETION)),
 )
 

@@ -31,11 +31,15 @@ ERRORS = (
     Column("path_error_m", 1e3, "cube less target [mm]", 1.0),
 )
 PEAK = Column("peak_n", 1.0, "peak force [N]")
+STEP = Column("step_n", 1.0, "step of force [N]")
 OF_SESSION = (
     Column("deficit_j", 1e3, "given out [mJ]"),
     Column("lag_free_error_n", 1.0, "force error less lag [N]"),
     Column("apart_max_m", 1e3, "largest distance [mm]"),
     PEAK,
+    STEP,
+    Column("least_n", 1.0, "least force [N]"),
+    Column("dropout_s", 1e3, "dropouts [ms]"),
     Column("squeeze_n", 1.0, "mean squeeze [N]"),
     Column("grip_lost", 100.0, "grip lost [%]"),
     Column("kept_back", 100.0, "kept back [%]"),

@@ -15,6 +15,7 @@ import numpy as np
 from benchmark.trial import Trial, scenario_of
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.apart import apart
+from pmwvc_analysis.traces.felt import felt
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.plural import count, listed
 from pmwvc_core.scenario.scenario import Scenario
@@ -62,12 +63,13 @@ class Group:
 @dataclass(frozen=True)
 class Found:
     """Numbers of each session of a group: least balance, device less avatar in the last half
-    second (the larger of both users), largest force.
+    second (the larger of both users), largest force and largest change of it within 1 ms.
     """
 
     least_j: list[float]
     apart_m: list[float]
     peak_n: list[float]
+    step_n: list[float]
 
 
 def groups(plan: Plan, seed: int) -> Iterator[Group]:
@@ -93,8 +95,10 @@ def found_in(group: Group) -> Found:
     return Found(*(list(column) for column in zip(*numbers, strict=True)))
 
 
-def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, float, float]:
-    """Return least balance [J], distance at the end [m] and largest force [N] of a session."""
+def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, ...]:
+    """Return least balance [J], distance at the end [m], largest force and step of it [N] of a
+    session.
+    """
     balances = [
         balance.minimum_j
         for user in user_energies(traces, scenario)
@@ -108,4 +112,5 @@ def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, float,
             late = found.time_s >= traces.duration_s - END_S
             ends.append(float(np.linalg.norm(found.error[late].mean(axis=0))))
     peaks = [float(np.abs(user.f_applied).max()) for user in traces.users]
-    return min(balances), max(ends), max(peaks)
+    steps = [felt(traces, user, scenario).force_step_max_n for user in traces.users]
+    return min(balances), max(ends), max(peaks), max(steps)

@@ -61,8 +61,9 @@ def table(found: Sweep) -> str:
     """Return a row for each network and channel."""
     lines = [
         "| network | channel | sessions | least balance | below -1 nJ | apart at the end, median "
-        "(largest) [mm] | peak force, median (largest) [N] |",
-        "|---|---|---|---|---|---|---|",
+        "(largest) [mm] | peak force, median (largest) [N] | step of force, median (largest) "
+        "[N] |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for network in dict.fromkeys(group.network for group in found):
         for channel in dict.fromkeys(group.channel for group in found):
@@ -72,6 +73,7 @@ def table(found: Sweep) -> str:
             least = np.concatenate([one.least_j for one in of])
             apart = 1e3 * np.concatenate([one.apart_m for one in of])
             peak = np.concatenate([one.peak_n for one in of])
+            step = np.concatenate([one.step_n for one in of])
             cells = (
                 network,
                 f"`{channel}`",
@@ -80,6 +82,7 @@ def table(found: Sweep) -> str:
                 int(np.sum(least < LEAST_J)),
                 f"{np.median(apart):.2f} ({apart.max():.2f})",
                 f"{np.median(peak):.2f} ({peak.max():.2f})",
+                f"{np.median(step):.2f} ({step.max():.2f})",
             )
             lines.append(f"| {' | '.join(map(str, cells))} |")
     return "\n".join(lines) + "\n"

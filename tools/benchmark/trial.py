@@ -62,8 +62,12 @@ class Outcome:
         RMS of device less avatar, of rendered less contact force, of the cube less its target.
     lag_free_error_n, apart_max_m
         Force error with the lag that makes it least; largest distance of device and avatar.
-    peak_n, squeeze_n
-        Largest force rendered, mean force between the hands since both first touched the cube.
+    peak_n, step_n, least_n, dropout_s
+        Largest force rendered, its largest change within 1 ms, its least and the time below half
+        of the undisturbed one (:mod:`pmwvc_analysis.traces.felt`); zero and all the time where the
+        hands do not even hold what can be felt.
+    squeeze_n
+        Mean force between the hands since both first touched the cube.
     grip_lost
         Share of that time in which they did not.
     kept_back, asymmetry
@@ -81,6 +85,9 @@ class Outcome:
     lag_free_error_n: float
     apart_max_m: float
     peak_n: float
+    step_n: float
+    least_n: float
+    dropout_s: float
     squeeze_n: float
     grip_lost: float
     kept_back: float
@@ -136,6 +143,9 @@ def run(trial: Trial) -> Outcome:
         lag_free_error_n(traces),
         apart_max_m(traces),
         found["force_peak_n"],
+        found["force_step_max_n"],
+        found["force_least_n"] or 0.0,
+        trial.duration_s if found["dropout_s"] is None else found["dropout_s"],
         squeeze_n(traces),
         grip_lost(traces),
         *(energies(traces, scenario) or (None, None)),

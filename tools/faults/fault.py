@@ -4,6 +4,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
+
+from pmwvc_analysis.traces.felt import BLOW_N
+from pmwvc_analysis.verdicts.check import BREAK_S
 
 HELD, FAILED = "held", "**not held**"
 
@@ -41,3 +45,20 @@ class Fault:
 def joined(*parts: tuple[bool, str]) -> Outcome:
     """Return the outcome of several conditions, each with what was seen of it."""
     return Outcome(all(held for held, _ in parts), "; ".join(text for _, text in parts))
+
+
+def undisturbed(summary: dict[str, Any]) -> tuple[bool, str]:
+    """Tell whether no hand felt a blow, nor lost coupling or force beside what was done to it."""
+    users = summary["users"]
+    step_n = max(user["force_step_max_n"] for user in users)
+    gone_s = max(user["disturbed_s"] for user in users)
+    text = f"largest step of force {step_n:.2f} N in 1 ms (allowed {BLOW_N:g})"
+    held_n = [u["force_least_n"] for u in users if u["force_least_n"] is not None]
+    if held_n:
+        below_s = max(user["dropout_s"] or 0.0 for user in users)
+        text += f"; least force {min(held_n):.2f} N, below half for {1e3 * below_s:.0f} ms"
+    text += (
+        f"; without half of the force or coupling, outages and stopped nodes left out: "
+        f"{1e3 * gone_s:.0f} ms (allowed {1e3 * BREAK_S:g})"
+    )
+    return step_n <= BLOW_N and gone_s <= BREAK_S, text

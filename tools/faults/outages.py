@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from faults.sessions import PEAK, Carried
+from pmwvc_analysis.traces.felt import BLOW_N
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "outages.md"
 BEGIN_S, FRAME_S = 6.0, 0.008
@@ -29,15 +30,17 @@ A pair of numbers: the largest distance of a device from its avatar in the secon
 second after the end of the outage, and in the one that begins three seconds after it [mm]. Both
 are compared with F (T1 + T2)/(2b) + 1 mm, F being the force at the end and T1, T2 those of the
 undisturbed link. *Undisturbed* is the distance without an outage. *Peak* is the largest force
-divided by the undisturbed session's. *Damping* is the time until one of the ends (all devices, or
-all avatars) has only damping, and until both have, from the last packet sent on the ways named
-(*both*: on the ways down, whose outage begins a delay and a step after that of the ways up). Where
-one way is dead, the end that still receives learns it from the other one, a delay later. Peak and
-damping are the worst of the lengths. More than allowed
-({peak:g} for the peak, 100 ms) is bold. Every port was passive in {passive} of {count} sessions.
+divided by the undisturbed session's, *step* the largest change of force within 1 ms, *half* the
+time with less than half of the undisturbed force. *Damping* is the time until one of the ends (all
+devices, or all avatars) has only damping, and until both have, from the last packet sent on the
+ways named (*both*: on the ways down, whose outage begins a delay and a step after that of the ways
+up). Where one way is dead, the end that still receives learns it from the other one, a delay
+later. Peak, step, half and damping are the worst of the lengths. More than allowed ({peak:g} for
+the peak, {step:g} N for the step, 100 ms for damping) is bold. Every port was passive in {passive}
+of {count} sessions.
 
-| {titles} | peak | damping [ms] |
-|{rule}|---|---|
+| {titles} | peak | step [N] | half [ms] | damping [ms] |
+|{rule}|---|---|---|---|
 """
 
 
@@ -51,7 +54,8 @@ class Case(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What came of a case: distances one and three seconds after, and allowed [m]; peak [N];
+    """What came of a case: distances one and three seconds after, and allowed [m]; peak and
+    largest step [N]; time below half of the force [s];
     time to damping at one of the ends and at both [s]; whether all ports are passive.
     """
 
@@ -59,6 +63,8 @@ class Seen(NamedTuple):
     late_m: float
     allowed_m: float
     peak_n: float
+    step_n: float
+    below_half_s: float
     damped_s: tuple[float, float]
     passive: bool
 
@@ -74,7 +80,11 @@ def tried(case: Case) -> Seen:
     session = Carried((*settings, f"duration_s={end_s + 4.0:g}"))
     soon_m, late_m = (session.offset_m(end_s + k, end_s + k + 1.0) for k in (1.0, 3.0))
     damped_s = session.damped_s(begin_s) if length_s else (0.0, 0.0)
-    return Seen(soon_m, late_m, session.bound_m(), session.peak_n, damped_s, session.passive)
+    users = session.summary["users"]
+    step_n = max(user["force_step_max_n"] for user in users)
+    below_half_s = max(user["dropout_s"] or 0.0 for user in users)
+    forces = session.peak_n, step_n, below_half_s
+    return Seen(soon_m, late_m, session.bound_m(), *forces, damped_s, session.passive)
 
 
 def row(grip: tuple[float, float, str], calm: Seen, seen: list[Seen]) -> str:
@@ -85,6 +95,7 @@ def row(grip: tuple[float, float, str], calm: Seen, seen: list[Seen]) -> str:
     ]
     least_m, most_m = min(e.allowed_m for e in seen), max(e.allowed_m for e in seen)
     peak = max(each.peak_n for each in seen) / calm.peak_n
+    step_n = max(each.step_n for each in seen)
     damped_s = [max(times) for times in zip(*(each.damped_s for each in seen), strict=True)]
     cells = [
         f"{1e3 * grip[0]:g}",
@@ -94,6 +105,8 @@ def row(grip: tuple[float, float, str], calm: Seen, seen: list[Seen]) -> str:
         f"{1e3 * least_m:.1f} to {1e3 * most_m:.1f}",
         *pairs,
         _marked(peak, peak <= PEAK, digits=2),
+        _marked(step_n, step_n <= BLOW_N, digits=2),
+        f"{1e3 * max(each.below_half_s for each in seen):.0f}",
         " / ".join(_marked(1e3 * one_s, one_s <= 0.1, digits=0) for one_s in damped_s),
     ]
     return f"| {' | '.join(cells)} |"
@@ -116,6 +129,7 @@ def main() -> None:
     ]
     head = HEAD.format(
         peak=PEAK,
+        step=BLOW_N,
         passive=sum(each.passive for each in seen.values()),
         count=len(seen),
         titles=" | ".join((*TITLES, *(f"{length_s:g} s" for length_s in LENGTHS_S))),

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from faults.fault import Fault, Outcome, joined
+from faults.fault import Fault, Outcome, joined, undisturbed
 from faults.lags import WatchedBatch, fitted_s
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
@@ -144,6 +144,7 @@ def carries(*settings: str, ends: bool = False) -> Outcome:
         _balance(session),
         (held, apart),
         (ratio <= PEAK, f"peak force {ratio:.2f} of the undisturbed session's"),
+        undisturbed(session.summary),
         (True, _plainly(*settings)),
     )
 
@@ -174,6 +175,7 @@ def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
             session.peak_n <= PEAK * calm.peak_n,
             f"peak force {session.peak_n / calm.peak_n:.2f} of the undisturbed session's",
         ),
+        undisturbed(session.summary),
         (True, f"force at the end {holding:.2f} N"),
         (True, _plainly(*settings)),
     )
@@ -215,13 +217,13 @@ SESSIONS = (
     Fault(
         "F05d",
         "nothing passes for 0.3 s of every second",
-        "no energy out of nothing, no drift, peak force at most 1.5 times",
+        "no energy out of nothing, no drift, peak force at most 1.5 times, no blow",
         lambda: carries(*CALM, "link.schedule=0.7 outage; 1 repeat"),
     ),
     Fault(
         "F08a",
         "three of ten packets overtake others",
-        "counted as injected; passive, no drift, peak force at most 1.5 times",
+        "counted as injected; passive, no drift, peak force at most 1.5 times, no blow",
         lambda: counted("reordered", Verdict.REORDERED, "link.reorder=0.3"),
     ),
     Fault(
@@ -239,7 +241,7 @@ SESSIONS = (
     Fault(
         "F22a",
         "the delay steps from 10 to 200 ms and back, every 2 s",
-        "no energy out of nothing, no drift, peak force at most 1.5 times",
+        "no energy out of nothing, no drift, peak force at most 1.5 times, no blow",
         lambda: carries(
             *("link.delay_s=0.01", "link.schedule=2 delay_s=0.2; 4 repeat"),
             "link.keep_order=false",
