@@ -22,6 +22,8 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from steps import report, run
+
 TOOLS = Path(__file__).resolve().parent
 ROOT = TOOLS.parent
 VENV = ROOT / ".venv"
@@ -33,11 +35,6 @@ PYTHONS = ((3, 11), (3, 13))
 CONTENT_HASHED = ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg", "resource")
 # Installed as links: an edit needs no build, a new file does.
 NAMES_MATTER = ("launch", "config", "layouts")
-
-
-def report(text: str) -> None:
-    """Print one line at once."""
-    print(f"setup_ros: {text}", flush=True)
 
 
 def check_machine() -> None:
@@ -119,22 +116,23 @@ def install(env: dict[str, str]) -> bool:
     wanted = digest([LOCK], extra=f"{sys.version}\0{VENV}")
     if stamp.exists() and stamp.read_text("utf-8") == wanted:
         return False
-    report(f"making .venv with Python {platform.python_version()}")
     shutil.rmtree(VENV, ignore_errors=True)
-    subprocess.run([sys.executable, "-m", "venv", VENV], check=True, env=env)
+    making = f"making .venv with Python {platform.python_version()}"
+    run(making, [sys.executable, "-m", "venv", VENV], env)
     python = str(VENV / "bin" / "python")
     pip = [python, "-m", "pip", "install", "-q", "--disable-pip-version-check", "--require-hashes"]
     first = WORK / "installer.txt"
     first.write_text(locked("uv"), "utf-8")
-    subprocess.run([*pip, "-r", first], check=True, env=env)
+    run("installing uv", [*pip, "-r", first], env)
     # --system-certs: uv otherwise trusts only its own list, and fails behind a proxy with a
     # local authority.
     count = len(re.findall(r"^[\w-]+==", LOCK.read_text("utf-8"), re.MULTILINE))
-    report(f"installing {count} packages, ROS 2 Jazzy among them")
     uv = [VENV / "bin" / "uv", "pip", "install", "-q", "--system-certs", "--python", python]
-    if subprocess.run([*uv, "--require-hashes", "-r", LOCK], env=env).returncode:
-        report("uv failed; trying pip with the same lock (slower)")
-        subprocess.run([*pip, "-r", LOCK], check=True, env=env)
+    packages = f"installing {count} packages, ROS 2 Jazzy among them"
+    try:
+        run(packages, [*uv, "--require-hashes", "-r", LOCK], env)
+    except subprocess.CalledProcessError:
+        run(f"uv failed; {packages}, by pip (slower)", [*pip, "-r", LOCK], env)
     stamp.write_text(wanted, "utf-8")
     return True
 
@@ -186,7 +184,7 @@ def colcon(
     command = [venv / "bin" / "python", "-m", "colcon", "--log-base", base / "log", "build"]
     command += ["--base-paths", *packages, "--build-base", base / "build", "--install-base", venv]
     command += ["--merge-install", "--executor", "sequential", *options]
-    subprocess.run(command, check=True, env=env | prefix, cwd=base)
+    run(f"building {' '.join(package.name for package in packages)}", command, env | prefix, base)
 
 
 def build_messages(env: dict[str, str], names: list[str]) -> None:
@@ -222,10 +220,8 @@ def build(env: dict[str, str]) -> list[str]:
     if not path_file.exists() or path_file.read_text("utf-8") != "".join(lines):
         path_file.write_text("".join(lines), "utf-8")
     if messages := sorted(changed.keys() - python):
-        report(f"building {' '.join(messages)}")
         build_messages(env, messages)
     if scripts := sorted(changed.keys() & python):
-        report(f"building {' '.join(scripts)}")
         paths = [ROOT / name for name in scripts]
         colcon(env, paths, "--symlink-install", venv=VENV, base=WORK)
     for name, stamp in changed.items():

@@ -27,6 +27,7 @@ def finish(
     *,
     out: str | Path | None = None,
     player: Player | None = None,
+    begins: Callable[[str], None] = lambda part: None,
 ) -> dict[str, Any]:
     """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html``; return the summary.
 
@@ -41,6 +42,8 @@ def finish(
     player
         Makes the page that plays the session, ``replay.html``, of traces, scenario and summary;
         None: there is none.
+    begins
+        Is told each part of the work as it begins.
 
     Raises
     ------
@@ -58,8 +61,10 @@ def finish(
     from pmwvc_analysis.verdicts.verdicts import summary
 
     folder = Path(folder)
+    begins("reading the recording")
     scenario = scenario or read_scenario(folder)
     traces = traces or read_session(folder)
+    begins("judging the session")
     traces.events = events.complete(traces, scenario)
     ended = endings.endings(traces, traces.events, scenario)
     judged = cut.until(traces, endings.judged_until_s(traces, ended))
@@ -72,8 +77,10 @@ def finish(
         write_summary(target, result)
         if energies is not None:
             write_summary(target, tables.summary(energies), name=BUDGET)
+        begins("drawing the figures")
         drawn = charts(traces, scenario)
         write_all(drawn, traces, target / PLOTS)
+        begins("writing the report")
         page = player(traces, scenario, result) if player and scenario else None
         if page is not None:
             (target / REPLAY).write_text(page, encoding="utf-8")

@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,8 +16,6 @@ from pmwvc_core.errors import file_errors
 
 if TYPE_CHECKING:
     from pmwvc_analysis.charts.chart import Chart
-
-LINE_S = 10.0  # between two lines of progress where there is no terminal
 
 
 @contextlib.contextmanager
@@ -67,28 +64,3 @@ def write_answer(
 def terminal() -> Console:
     """Return the console for people."""
     return Console(highlight=False, soft_wrap=True)
-
-
-@contextlib.contextmanager
-def progress(
-    console: Console, text: str, clock: Callable[[], float] = time.monotonic
-) -> Iterator[Callable[[float], None]]:
-    """Yield a function that shows a ratio: by a bar where the console is a terminal, else by a
-    line every ``LINE_S`` seconds of the clock [s].
-    """
-    if console.is_terminal:
-        from rich.progress import Progress
-
-        with Progress(console=console, transient=True) as bar:
-            task = bar.add_task(text, total=1.0)
-            yield lambda ratio: bar.update(task, completed=ratio)
-        return
-    due_s = clock() + LINE_S
-
-    def show(ratio: float) -> None:
-        nonlocal due_s
-        if clock() >= due_s:
-            due_s = clock() + LINE_S
-            console.print(f"{text}: {100.0 * ratio:.0f} %", markup=False)
-
-    yield show

@@ -128,3 +128,29 @@ def test_every_source_file_states_its_licence() -> None:
     ]
     assert len(files) > 50
     assert silent == []
+
+
+def test_a_step_that_lasts_is_named_again_and_one_that_fails_ends_the_set_up() -> None:
+    code = """
+import steps, subprocess, sys
+steps.AGAIN_S = 0.01
+python = [sys.executable, "-c"]
+steps.run("a step", [*python, "input()"], {})
+try:
+    steps.run("another", [*python, "raise SystemExit(3)"], {})
+except subprocess.CalledProcessError as error:
+    print("failed with", error.returncode)
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        cwd=TOOLS,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdin and process.stdout
+        assert process.stdout.readline() == "setup_ros: a step\n"
+        assert process.stdout.readline() == "setup_ros: a step: 0 s so far\n"
+        said = process.communicate("go on\n")[0]
+    assert said.endswith("failed with 3\n")
+    assert "setup_ros: another\n" in said

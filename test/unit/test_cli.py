@@ -3,16 +3,12 @@
 """The command line as a person meets it: each test runs ``./pmwvc`` in a process of its own."""
 
 import functools
-import io
 import json
 import subprocess
 
 import pytest
 import yaml
-from rich.console import Console
 from support.command_line import ROOT, call, refused
-
-from pmwvc_bringup.output import progress
 
 COMMANDS = ("run", "simulate", "report", "replay", "compare", "node", "scenarios", "doctor")
 
@@ -34,14 +30,6 @@ def test_every_command_explains_itself_with_examples(pmwvc, command):
     result = pmwvc(command, "--help")
     assert result.returncode == 0
     assert f"examples:\n  pmwvc {command}" in result.stdout
-
-
-def test_progress_is_a_line_every_ten_seconds_where_there_is_no_terminal():
-    now_s, stream = 0.0, io.StringIO()
-    with progress(Console(file=stream), "computing", lambda: now_s) as show:
-        for now_s in (1.0, 9.9, 10.0, 19.0, 25.0, 34.0):
-            show(now_s / 40.0)
-    assert stream.getvalue() == "computing: 25 %\ncomputing: 62 %\n"
 
 
 def test_version(pmwvc):

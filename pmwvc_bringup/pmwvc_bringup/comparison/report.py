@@ -12,6 +12,7 @@ from pmwvc_analysis.compare.files import JSON
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.report.comparison_report import COLUMNS, PAGE, write
 from pmwvc_bringup.command import Result
+from pmwvc_bringup.progress import doing
 
 
 def report(
@@ -25,7 +26,8 @@ def report(
 ) -> Result:
     """Write tables and report, print table and notes; the document is ``comparison.json``."""
     about = {"kind": "comparison", "lead": "", "notes": notes}
-    found = write(folder, title, entries, about, figures=figures)
+    with doing("writing the report"):
+        found = write(folder, title, entries, about, figures=figures)
     return print_report(folder, [*lines(found), *notes], console, figures=figures)
 
 
@@ -44,7 +46,9 @@ def again(folder: Path, console: Console) -> Result:
 
     before = read_comparison(folder)
     title, notes = str(before["title"]), list(before.get("notes", []))
-    return report(folder, title, read_entries(folder), console, notes=notes)
+    with doing("reading the recordings"):
+        entries = read_entries(folder)
+    return report(folder, title, entries, console, notes=notes)
 
 
 def lines(found: Mapping[str, Any]) -> list[str]:

@@ -20,6 +20,7 @@ from urllib.parse import parse_qs, urlsplit
 from rich.console import Console
 from rich.live import Live
 
+from pmwvc_bringup.progress import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
@@ -108,12 +109,14 @@ class LiveSession:
                 from pmwvc_bringup.session.monitor import watching
 
                 with watching(users, restarts=self._shows) as monitor:
-                    begun = self._begin(monitor)
+                    with doing("connecting the nodes"):
+                        begun = self._begin(monitor)
                     if begun:
                         self._watch(monitor, self._disturber(logs, environment))
             finally:
                 try:
-                    self._stop_nodes()
+                    with doing("ending the nodes"):
+                        self._stop_nodes()
                 finally:
                     self.children.kill()
                     self.notes.write(self.folder)

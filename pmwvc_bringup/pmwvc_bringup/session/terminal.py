@@ -10,6 +10,7 @@ from rich.console import Console
 
 from pmwvc_bringup.command import Result
 from pmwvc_bringup.options import scenario_of
+from pmwvc_bringup.progress import doing
 from pmwvc_bringup.session import preflight
 from pmwvc_bringup.session.surroundings import new_folder
 from pmwvc_core.plural import count
@@ -32,7 +33,8 @@ def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) 
     console.print(
         f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
     )
-    lines = prediction_text.lines(scenario, live=live)
+    with doing("predicting"):
+        lines = prediction_text.lines(scenario, live=live)
     for line in lines if live else [*lines, *preflight.notes(scenario)]:
         console.print(f"  {line}", markup=False)
     console.print(f"session folder: {folder}", markup=False)
@@ -54,7 +56,10 @@ def finish(
     from pmwvc_analysis.session_files import finish as finish_files
     from pmwvc_view.recorded.replay_page import replay_page
 
-    summary = finish_files(folder, scenario=scenario, out=out, player=replay_page)
+    with doing("reading the recording") as work:
+        summary = finish_files(
+            folder, scenario=scenario, out=out, player=replay_page, begins=work.part
+        )
     target = out or folder
     lines = verdict_lines(summary)
     lines += [f"  {outcome['text']}" for outcome in summary["outcomes"]]

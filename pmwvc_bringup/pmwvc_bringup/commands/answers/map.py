@@ -17,7 +17,8 @@ from pmwvc_bringup.options import (
     scenario_of,
     session_folders,
 )
-from pmwvc_bringup.output import progress, terminal
+from pmwvc_bringup.output import terminal
+from pmwvc_bringup.progress import doing
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.scenario.names import value_of, varied
 from pmwvc_core.scenario.scenario import Scenario
@@ -62,16 +63,16 @@ def run(arguments: argparse.Namespace) -> Result:
     folder = Path(arguments.out or default)
     console = terminal()
     unfinished = Unfinished(folder, grid)
-    with progress(console, "computing") as show:
+    with doing("computing the map") as work:
         lines = grid.lines()
         known = finished = unfinished.known()
-        show(finished / lines)
+        work(finished / lines)
 
         def done(number: int, values: "Array") -> None:
             nonlocal finished
             unfinished.add(number, values)
             finished += 1
-            show(finished / lines)
+            work(finished / lines)
 
         if 0 < known < lines:
             console.print(f"{known} of {lines} lines were already computed")
@@ -82,8 +83,9 @@ def run(arguments: argparse.Namespace) -> Result:
             known=unfinished.radius,
             done=done,
         )
-    paths = write_data(folder, grid, radius, measured)
-    paths += draw(folder, grid, radius, measured)
+    with doing("drawing the map"):
+        paths = write_data(folder, grid, radius, measured)
+        paths += draw(folder, grid, radius, measured)
     stable = (radius <= 1.0 + 1e-9).mean()
     console.print(f"{radius.size} points, {stable:.1%} of them stable", markup=False)
     for path in paths:

@@ -6,6 +6,7 @@ import argparse
 
 from pmwvc_bringup.command import Command, Result, argument
 from pmwvc_bringup.options import MODEL, json_document, scenario_of
+from pmwvc_bringup.progress import doing
 from pmwvc_core.errors import PmwvcError
 
 EXAMPLES = """\
@@ -31,7 +32,8 @@ def run(arguments: argparse.Namespace) -> Result:
 
     if not LOWEST < arguments.bound <= HIGHEST:
         raise PmwvcError(f"--bound {arguments.bound:g}: must be > {LOWEST:g} and <= 1e12 N/m")
-    found = answer(scenario, live=arguments.live, bound=arguments.bound)
+    with doing("computing the stability"):
+        found = answer(scenario, live=arguments.live, bound=arguments.bound)
     for line in sentences(found):
         print(line)
     return Result(document=found)

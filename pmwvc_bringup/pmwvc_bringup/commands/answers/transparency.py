@@ -8,6 +8,7 @@ from pathlib import Path
 from pmwvc_bringup.command import Command, Result, argument
 from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
 from pmwvc_bringup.output import write_answer
+from pmwvc_bringup.progress import doing
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -62,7 +63,8 @@ def run(arguments: argparse.Namespace) -> Result:
         from pmwvc_analysis.recording.reader import read_session
         from pmwvc_analysis.transparency.measured import measure, pattern
 
-        traces = read_session(folder)
+        with doing("reading the recording"):
+            traces = read_session(folder)
         live = live or traces.live
         by_name = {user.name: user for user in traces.users}
         name = scenario.users[index].name
@@ -70,7 +72,8 @@ def run(arguments: argparse.Namespace) -> Result:
             raise PmwvcError(f"{folder}: no trace of {name} was recorded")
         measured = measure(by_name[name], scenario.users[index])
         factors = pattern(traces.users, scenario, index)
-    found = transparency(scenario, user=index, axis=axis, live=live)
+    with doing("computing what is rendered"):
+        found = transparency(scenario, user=index, axis=axis, live=live)
     if measured is not None:
         steady = pressing(scenario, index)
         forces = np.zeros_like(steady)

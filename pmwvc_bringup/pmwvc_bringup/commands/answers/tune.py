@@ -8,6 +8,7 @@ from pathlib import Path
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
+from pmwvc_bringup.progress import doing
 from pmwvc_core.errors import PmwvcError
 
 EXAMPLES = """\
@@ -31,7 +32,8 @@ def run(arguments: argparse.Namespace) -> Result:
     from pmwvc_analysis.tune.words import answer, sentences
 
     path = _target(arguments.out) if arguments.out else None
-    found = propose(scenario, live=arguments.live)
+    with doing("searching for the best impedance, filter and hold"):
+        found = propose(scenario, live=arguments.live)
     for line in sentences(scenario, found):
         print(line)
     if path is not None:

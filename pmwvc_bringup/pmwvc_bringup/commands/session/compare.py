@@ -14,7 +14,8 @@ from pmwvc_bringup.options import (
     out,
     settings,
 )
-from pmwvc_bringup.output import progress, terminal
+from pmwvc_bringup.output import terminal
+from pmwvc_bringup.progress import doing
 from pmwvc_core.plural import count
 
 EXAMPLES = """\
@@ -67,8 +68,8 @@ def run(arguments: argparse.Namespace) -> Result:
     if arguments.live:
         entries = sessions.live(chosen, folder, console)
     else:
-        with progress(console, "running") as show:
-            entries = sessions.simulated(chosen, folder, show)
+        with doing("running") as work:
+            entries = sessions.simulated(chosen, folder, work)
     return report.report(
         folder,
         f"Comparison of {name}",

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.command import Command, Result, argument
 from pmwvc_bringup.options import FOLDER, NO_FIGURES, json_document, out, settings
-from pmwvc_bringup.output import progress, terminal
+from pmwvc_bringup.output import terminal
+from pmwvc_bringup.progress import doing
 
 if TYPE_CHECKING:
     from pmwvc_analysis.replay.run import Replay
@@ -43,14 +44,17 @@ def run(arguments: argparse.Namespace) -> Result:
     file = str(source / "scenario.yaml")
     recorded, replayed = files.load(file), files.load(file, settings_texts=arguments.settings)
     console, figures = terminal(), not arguments.no_figures
-    traces = read_session(source)
-    with progress(console, "replaying") as show:
+    with doing("reading the recording") as work:
+        traces = read_session(source)
+        work.part("replaying")
         begin = time.perf_counter()
-        result = replay(traces, recorded, replayed, hand=arguments.hand, progress=show)
+        result = replay(traces, recorded, replayed, hand=arguments.hand, progress=work)
         times_real_time = result.replayed.duration_s / (time.perf_counter() - begin)
     folder = new_folder(f"{recorded.name}-replay", arguments.out)
-    record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
-    texts = _reported(result, source, folder, times_real_time, figures=figures)
+    with doing("writing the recording") as work:
+        record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
+        work.part("writing the report")
+        texts = _reported(result, source, folder, times_real_time, figures=figures)
     return print_report(folder, texts, console, figures=figures)
 
 

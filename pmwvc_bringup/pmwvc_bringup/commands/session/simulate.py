@@ -7,7 +7,8 @@ import argparse
 from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.commands.session.run import EXAMPLES
 from pmwvc_bringup.options import SESSION
-from pmwvc_bringup.output import progress, terminal
+from pmwvc_bringup.output import terminal
+from pmwvc_bringup.progress import doing
 from pmwvc_bringup.session.terminal import announce, finish, prepared
 
 
@@ -20,11 +21,12 @@ def run(arguments: argparse.Namespace) -> Result:
 
     console = terminal()
     announce(console, scenario, folder, live=False)
-    with progress(console, "simulating") as show:
-        (traces,) = simulate([scenario], progress=show)
+    with doing("simulating") as work:
+        (traces,) = simulate([scenario], progress=work)
     for fault in faults(traces):
         console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
-    record_traces(folder, traces, scenario, metadata=kept(traces))
+    with doing("writing the recording"):
+        record_traces(folder, traces, scenario, metadata=kept(traces))
     return finish(console, folder, scenario, check=arguments.check)
 
 
