@@ -26,7 +26,7 @@ class Doing:
     def __init__(self, console: Console) -> None:
         self._console = console
         self._lock = threading.Lock()
-        self._timer = threading.Timer(0.0, self._say)
+        self._timer = threading.Timer(0.0, self._show)
         self._text = ""
         self._ratio: float | None = None
         self._bar: Progress | None = None
@@ -40,7 +40,7 @@ class Doing:
             if self._bar is not None:
                 self._bar.reset(self._bar.task_ids[0], description=text, total=None)
                 return
-            self._timer = threading.Timer(QUIET_S, self._say)
+            self._timer = threading.Timer(QUIET_S, self._show)
             self._timer.daemon = True
             self._timer.start()
 
@@ -61,7 +61,7 @@ class Doing:
             if self._bar is not None:
                 self._bar.stop()
 
-    def _say(self) -> None:
+    def _show(self) -> None:
         from rich.progress import Progress
 
         with self._lock:
