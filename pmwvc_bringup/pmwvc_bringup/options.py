@@ -3,10 +3,13 @@
 """Arguments that several commands take, each declared once, and the words offered for them."""
 
 import argparse
+import sys
 from pathlib import Path
+from typing import Any
 
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.command import Argument, argument
+from pmwvc_core.scenario.names import doubts
 from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -55,11 +58,28 @@ CHECK = argument(
 NO_FIGURES = argument("--no-figures", action="store_true", help="write numbers only")
 
 
+class _Once(argparse.Action):
+    """Collects NAME=VALUE texts; a name given twice is a mistake."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Add a text to those before."""
+        name, before = values.partition("=")[0].strip(), getattr(namespace, self.dest)
+        if name in [text.partition("=")[0].strip() for text in before]:
+            parser.error(f"{option_string} {values}: {name} is given twice")
+        setattr(namespace, self.dest, [*before, values])
+
+
 def settings(target: str = "a parameter") -> Argument:
     """Return ``--set``."""
     return argument(
         "--set",
-        action="append",
+        action=_Once,
         default=[],
         metavar="NAME=VALUE",
         dest="settings",
@@ -105,10 +125,15 @@ MODEL = (SCENARIO, USERS, settings(), LIVE)  # for questions about the model of 
 
 
 def scenario_of(arguments: argparse.Namespace) -> Scenario:
-    """Return the scenario named; ScenarioError with every mistake of file and options."""
-    return files.load(
-        arguments.scenario,
+    """Return the scenario named, and print on stderr what is unusual about it; ScenarioError with
+    every mistake of file and options.
+    """
+    scenario = files.load(
+        getattr(arguments, "scenario", None) or arguments.what,
         settings_texts=arguments.settings,
         users=arguments.users,
         duration_s=getattr(arguments, "duration", None),
     )
+    for line in doubts(scenario):
+        print(f"pmwvc: {line}", file=sys.stderr)
+    return scenario

@@ -33,6 +33,8 @@ BASE = {
 CORE = {
     "errors": set(),
     "numeric": set(),
+    "quantities": {"plural"},
+    "plural": set(),
     "account": {"numeric"},
     "motion": {"numeric"},
     "params": {"errors", "plugins"},

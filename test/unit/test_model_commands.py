@@ -42,7 +42,7 @@ def test_what_is_not_stable_is_an_answer_too(pmwvc):
     result = pmwvc("stability", "direct_16ms")
     assert result.returncode == 0
     assert "NOT stable" in result.stdout
-    assert "grows, time constant" in result.stdout
+    assert "growing, time constant" in result.stdout
     assert "largest stable contact stiffness: 47.1 N/m" in result.stdout
 
 

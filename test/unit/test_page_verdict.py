@@ -150,7 +150,7 @@ def test_hand_with_an_encoder_is_judged_by_its_true_motion_as_in_the_report():
     energy = user_energies(simulated(scenario), scenario)[0]
     least_j = feed.user("user1").accounts.hand.least_j
     assert least_j == pytest.approx(energy.joint.balance_j.min(), rel=0.1) and least_j < -1e-4
-    assert found[-1]["verdict"].startswith("Not passive: user1, hand to object, gave out 0.14")
+    assert found[-1]["verdict"].startswith("Not passive: user1, hand to object, gave out 144 µJ")
 
 
 def test_delay_that_changes_under_load_is_noted_until_the_device_is_coupled_anew():

@@ -23,7 +23,9 @@ def main() -> None:
         found = {name: simulated(run) for name, run in step.runs.items()}
         numbers[step.name] = {
             name: float(f"{value:.6g}")
-            for name, value in (step.numbers(found) | watch(WATCHED[step.name])[0]).items()
+            for name, value in (
+                step.numbers(found) | step.answers() | watch(WATCHED[step.name])[0]
+            ).items()
         }
         (images / f"{step.name}.svg").write_text(file_svg(step.chart(found)), "utf-8")
         print(step.name)

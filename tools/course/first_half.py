@@ -6,14 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from course.step import MJ, MM, PLAIN, Numbers, Run, Session, Step
+from course.step import MJ, MM, PLAIN, Numbers, Question, Run, Session, Step
 from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.charts.chart import DASHES, Chart, Line, Panel
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.prediction.lag import lag_s
-from pmwvc_analysis.transparency.transparency import transparency
 
 BLUE, ORANGE, GREEN, PURPLE = (user_tint(index) for index in range(4))
 Sessions = Mapping[str, Session]
@@ -34,14 +33,16 @@ def _shaking_hz(session: Session) -> float:
 
 def _direct(found: Sessions) -> Numbers:
     near, far = found["near"], found["far"]
-    late = far.user.time_s > far.traces.duration_s - 2.0
+    user = far.user
+    late = user.time_s > far.traces.duration_s - 2.0
+    shaking_m = user.x_m[late, 0] - near.user.x_m[late, 0]  # without the carry, common to both
     return {
         "near_force": near.steady()["force"],
         "near_balance_mj": near.least_balance_mj(),
         "far_balance_mj": far.least_balance_mj(),
         "far_hz": _shaking_hz(far),
-        "far_swing_mm": float(np.ptp(far.user.x_m[late, 0])) * MM,
-        "far_peak": float(np.abs(far.user.f_applied).max()),
+        "far_shaking_mm": float(np.ptp(shaking_m)) * MM,
+        "far_peak": float(np.abs(user.f_applied).max()),
     }
 
 
@@ -121,8 +122,6 @@ def _price(found: Sessions) -> Numbers:
         user, steady = session.scenario.users[0], session.steady()
         tau = lag_s(user, session.scenario, live=False)
         b = float(user.master.impedance)
-        rendered = transparency(session.scenario).rendered
-        assert rendered.mass_felt is not None
         numbers |= {
             f"tau{delay}_ms": tau * 1e3,
             f"force{delay}": steady["force"],
@@ -130,7 +129,6 @@ def _price(found: Sessions) -> Numbers:
             f"rule{delay}_mm": steady["force"] * tau / (2.0 * b) * MM,
             f"spring{delay}": 2.0 * b / tau,
             f"mass{delay}_kg": b * tau / 2.0,
-            f"felt_mass{delay}_kg": rendered.mass_felt,
         }
     return numbers
 
@@ -156,16 +154,23 @@ PRICE = Step(
     {f"d{delay}": Run("wall", {**PLAIN, "link.delay_s": delay / 1e3}, 6.0) for delay in DELAYS_MS},
     _price,
     _price_chart,
+    {
+        "transparency": Question(
+            "transparency wall --set channel=plain",
+            lambda said: {"felt_mass_kg": said["mass_felt"]},
+        )
+    },
 )
 
 
 # 4: aliasing
 
+HUM_HZ = 122.0
 HUM = {
     **PLAIN,
     "operator.kind": "sinusoid",
     "operator.force": 2.0,
-    "operator.frequency_hz": 122,
+    "operator.frequency_hz": HUM_HZ,
     "device.damping": 5.0,
     "server.gap_m": 0.05,
 }
@@ -179,16 +184,17 @@ def _aliasing(found: Sessions) -> Numbers:
         late, late_steps = user.time_s > 1.0, server.time_s > 1.0
         numbers |= {
             f"{name}_balance_mj": session.least_balance_mj(),
-            f"{name}_device_um": _ripple_m(user.x_m[late, 0], user.tick_s) * 1e6,
+            f"{name}_hum_um": _swing_m(user.x_m[late, 0], user.tick_s, HUM_HZ) * 1e6,
+            f"{name}_device_mm": float(np.ptp(user.x_m[late, 0])) * MM,
             f"{name}_avatar_mm": float(np.ptp(server.x_s[0][late_steps, 0])) * MM,
         }
     return numbers
 
 
-def _ripple_m(position: np.ndarray, tick_s: float) -> float:
-    """Return the swing of a motion at 122 Hz [m], peak to peak."""
+def _swing_m(position: np.ndarray, tick_s: float, hertz: float) -> float:
+    """Return the swing of a motion at one frequency [m], peak to peak."""
     time_s = np.arange(len(position)) * tick_s
-    turned = np.exp(-2j * np.pi * 122.0 * time_s) * np.hanning(len(position)) * 2.0
+    turned = np.exp(-2j * np.pi * hertz * time_s) * np.hanning(len(position)) * 2.0
     centred = position - np.polyval(np.polyfit(time_s, position, 3), time_s)
     return float(4.0 * np.abs(np.mean(centred * turned)))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import pmwvc
 from course.first_half import BLUE, GREEN, ORANGE, PURPLE
-from course.step import MM, PLAIN, Numbers, Run, Session, Step
+from course.step import MM, PLAIN, Numbers, Question, Run, Session, Step
 from pmwvc_analysis.charts.chart import DASHES, Chart, Dots, Level, Line, Panel
 from pmwvc_analysis.prediction.lag import lag_s, series_stiffness
 from pmwvc_analysis.transparency.transparency import transparency
@@ -27,9 +27,8 @@ def _late(found: Sessions) -> Numbers:
     for name in COUPLINGS:
         session = found[name]
         late = session.user.time_s > session.traces.duration_s - 1.0
-        limit = pmwvc.stability(session.scenario)["k_max"]
-        if limit is not None:
-            numbers[f"{name}_limit"] = limit
+        if name == "one_step_delay":
+            numbers[f"{name}_limit"] = pmwvc.stability(session.scenario)["k_max"]
         (server,) = [
             port["least_balance_j"]
             for port in session.summary["passivity"]["ports"]
@@ -66,6 +65,12 @@ LATE = Step(
     },
     _late,
     _late_chart,
+    {
+        "stability": Question(
+            "stability wall --set channel=plain --set server.coupling=one_frame_late",
+            lambda said: {"one_frame_late_limit": said["k_max"]},
+        )
+    },
 )
 
 
@@ -227,6 +232,12 @@ CHOICE = Step(
     {f"b{each}": Run("wall", {**PLAIN, "master.impedance": each}, 6.0) for each in IMPEDANCES},
     _choice,
     _choice_chart,
+    {
+        "tune": Question(
+            "tune wall --set channel=plain",
+            lambda said: {"proposed_b": said["best"]["settings"]["master.impedance"]},
+        )
+    },
 )
 
 
@@ -270,6 +281,7 @@ REMAINS = Step(
     },
     _remains,
     _remains_chart,
+    {"filter": Question("filter wall_filtered", lambda said: {"noise_ratio": said["noise_gain"]})},
 )
 
 STEPS = (LATE, LOSS, FELT, CHOICE, REMAINS)

@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A step of the course as a record: the sessions it runs, its numbers and its picture."""
 
+import contextlib
+import io
+import json
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,6 +14,7 @@ import numpy as np
 
 import pmwvc
 from pmwvc_analysis.charts.chart import Chart, Line
+from pmwvc_bringup.parser import build_parser
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
@@ -40,6 +45,28 @@ class Run:
     def load(self) -> Scenario:
         """Return the scenario of the session."""
         return pmwvc.scenario(self.scenario, self.changes, duration_s=self.duration_s)
+
+
+@dataclass(frozen=True)
+class Question:
+    """A command of a step that asks the model, and the numbers of its answer."""
+
+    words: str
+    numbers: Callable[[Any], Numbers]
+
+    @property
+    def command(self) -> str:
+        """The command line that asks it."""
+        return f"./pmwvc {self.words}"
+
+
+def document(command: str, *options: str) -> Any:
+    """Run a command line as printed, with further options; return its document."""
+    words = shlex.split(command.removeprefix("./pmwvc "))
+    arguments = build_parser().parse_args([*words, *options])
+    with contextlib.redirect_stdout(io.StringIO()):
+        found = arguments.command.run(arguments).document
+    return json.loads(found) if isinstance(found, str) else found
 
 
 @dataclass(frozen=True)
@@ -87,10 +114,18 @@ def simulated(run: Run) -> Session:
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the course: ``runs`` by name, and what is computed of their sessions."""
+    """One step of the course: ``runs`` by name, and what is computed of their sessions; questions
+    to the model by name.
+    """
 
     name: str
     title: str
     runs: Mapping[str, Run]
     numbers: Callable[[Mapping[str, Session]], Numbers]
     chart: Callable[[Mapping[str, Session]], Chart]
+    questions: Mapping[str, Question] = field(default_factory=dict)
+
+    def answers(self) -> Numbers:
+        """Return the numbers of the answers to its questions."""
+        found = [each.numbers(document(each.command)) for each in self.questions.values()]
+        return {name: value for numbers in found for name, value in numbers.items()}

@@ -35,7 +35,7 @@ def pages(numbers: dict[str, Numbers]) -> dict[str, str]:
     for index, step in enumerate(STEPS):
         values = numbers[step.name]
         body = environment.get_template(f"{step.name}.md").render(
-            runs=step.runs, page=WATCHED[step.name], n=values, **values
+            runs=step.runs, asked=step.questions, page=WATCHED[step.name], n=values, **values
         )
         after = ["Back to the [overview](README.md)."]
         if index + 1 < len(STEPS):

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_core.network.effects import amounts
 from pmwvc_core.plural import listed
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 
 CONTROLLER = "controller"
@@ -152,7 +153,7 @@ def _effort(entry: Entry) -> float:
 def _passive(group: Sequence[Entry]) -> list[str]:
     active = [
         f"{_name(entry)} ({entry.measures['active_part']}, "
-        f"{1e3 * entry.measures['energy_min_j']:.3g} mJ)"
+        f"{quantity(entry.measures['energy_min_j'], 'J')})"
         for entry in group
         if entry.measures["passive"] is False
     ]

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.transform import WavePort
@@ -83,7 +84,7 @@ def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, A
     """Return an event where the port first limits an environment, and one where it is lost."""
     found: list[dict[str, Any]] = []
     for name, entry in limited(traces, scenario).items():
-        whole = f"{entry.energy_j * 1e3:.3g} mJ, {entry.position_m * 1e3:.3g} mm by the end"
+        whole = f"{quantity(entry.energy_j, 'J')}, {entry.position_m * 1e3:.3g} mm by the end"
         times = [(entry.first_s, f"environment limited by the server port ({whole})")]
         if entry.lost_s is not None:
             times.append((entry.lost_s, "environment lost"))
@@ -94,7 +95,7 @@ def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, A
 def words(entry: dict[str, float]) -> str:
     """Return an entry of the summary in words."""
     return (
-        f"environment limited: {entry['energy_j'] * 1e3:.3g} mJ, "
+        f"environment limited: {quantity(entry['energy_j'], 'J')}, "
         f"{entry['position_m'] * 1e3:.3g} mm"
     )
 

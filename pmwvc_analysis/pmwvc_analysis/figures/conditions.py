@@ -4,9 +4,9 @@
 
 from collections.abc import Container
 
-from pmwvc_analysis.charts.text import users
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.network.effects import active
+from pmwvc_core.quantities import users
 from pmwvc_core.scenario.scenario import Scenario
 
 

@@ -16,6 +16,7 @@ from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.stability import ROUNDING
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.names import spec_of
 
 PARTS = "finished.npz"
 
@@ -97,6 +98,32 @@ def first_crossing(values: Array, row: Array) -> float | None:
     low, high = row[index - 1], row[index]
     ratio = (1.0 - low) / (high - low)
     return float(values[index - 1] + ratio * (values[index] - values[index - 1]))
+
+
+def boundary_words(grid: Grid, radius: Array) -> str:
+    """Return where the boundary is, by the first and last rows and the extremes."""
+    limits = [first_crossing(np.array(grid.x.values), row) for row in radius]
+    if all(limit is None for limit in limits):
+        return "stable everywhere on the map"
+    if bool((radius > 1.0 + ROUNDING).all()):
+        return "unstable everywhere on the map"
+    size = [np.inf if limit is None else limit for limit in limits]
+    rows = sorted({0, len(limits) - 1, int(np.argmin(size)), int(np.argmax(size))})
+
+    def at(row: int) -> str:
+        limit, where = limits[row], f"at {_given(grid.y.name, grid.y.values[row])}"
+        if limit is None:
+            return f"{where} stable throughout"
+        if radius[row, 0] > 1.0 + ROUNDING:
+            return f"{where} unstable from the first value on"
+        return f"{where} stable up to {_given(grid.x.name, limit)}"
+
+    return "boundary: " + "; ".join(at(row) for row in rows)
+
+
+def _given(name: str, value: float) -> str:
+    unit = spec_of(name).unit
+    return f"{name} = {value:.4g}{'' if unit in ('', '-') else f' {unit}'}"
 
 
 def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:

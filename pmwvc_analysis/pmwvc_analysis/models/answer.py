@@ -123,20 +123,20 @@ def sentences(found: dict[str, Any]) -> list[str]:
     rate = slowest["per_second"]
     lines = [f"{found['scenario']}: {word}, spectral radius {found['spectral_radius']:.7g}"]
     if rate is not None:
-        course = "grows" if rate > 0.0 else "decays"
+        course = "growing" if rate > 0.0 else "decaying"
         hertz = slowest["frequency_hz"]
         mode = "frequency not clear" if hertz is None else f"{hertz:.2f} Hz"
         lines.append(
-            f"  slowest mode: {mode}, {course}, time constant {1.0 / abs(rate):.3g} s"
+            f"  dominant mode: {mode}, {course}, time constant {1.0 / abs(rate):.3g} s"
             if rate and not (rate > 0.0 and found["stable"])  # slower than what counts as growth
-            else f"  slowest mode: {mode}, neither grows nor decays"
+            else f"  dominant mode: {mode}, neither grows nor decays"
         )
     if found["k_max_unknown"]:
         lines.append(f"  largest stable contact stiffness: {found['k_max_unknown']}")
     elif found["k_max"] is None:
         lines.append(f"  stable at every contact stiffness up to {found['k_max_bound']:g} N/m")
     elif found["k_max"] == 0.0:
-        lines.append("  no contact stiffness is stable")
+        lines.append("  unstable at every contact stiffness")
     else:
         lines.append(f"  largest stable contact stiffness: {found['k_max']:.1f} N/m")
     lines += [f"  stable again from {low:.1f} to {high:.1f} N/m" for low, high in found["islands"]]

@@ -15,6 +15,7 @@ from pmwvc_analysis.budget.counts import behind_counts, held
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
 
@@ -45,10 +46,10 @@ def _line(user: User, scenario: Scenario) -> str:
         return f"{words} {shown} is passive."
     bound_j = bound.given_j if bound.holds and held(user) else 0.0
     if given_j <= bound_j:
-        return f"{words} {shown} gives out up to {1e3 * given_j:.2g} mJ, within that bound."
+        return f"{words} {shown} gives out up to {quantity(given_j, 'J')}, within that bound."
     return (
-        f"Warning: {words} {shown} gives out up to {1e3 * given_j:.2g} mJ more than it took in. A "
-        "velocity of the device's own, a finer encoder or a smaller master.impedance gives less."
+        f"Warning: {words} {shown} gives out up to {quantity(given_j, 'J')} more than it took in. "
+        "A velocity of the device's own, a finer encoder or a smaller master.impedance gives less."
     )
 
 

@@ -216,7 +216,7 @@ def _stability(model: Exact) -> str:
     elif first is None:
         reach = f"at every contact stiffness up to {bound:g} N/m"
     elif first == 0.0:
-        reach = "no contact stiffness is stable"
+        reach = "unstable at every contact stiffness"
     else:
         reach = f"largest stable contact stiffness {first:.0f} N/m"
     word = {True: "Stable", False: "NOT stable", None: "Stability not known"}[model.stable]

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from html import escape
 from typing import NamedTuple
 
-from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.report.loop_blocks import ALL_USERS, Block
+from pmwvc_core.quantities import quantity
 
 WIDTH, HEIGHT = 1180.0, 236.0
 UPPER, LOWER = 64.0, 176.0  # heights at which signals run to the server and back

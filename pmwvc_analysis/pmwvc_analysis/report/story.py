@@ -9,10 +9,10 @@ import numpy as np
 
 from pmwvc_analysis.budget.parts import group_of
 from pmwvc_analysis.budget.result import Budget
-from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count, listed
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces
 

@@ -27,6 +27,7 @@ from pmwvc_analysis.budget.energy import Balance, UserEnergy
 from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.stretches import AGAIN
 from pmwvc_core.numeric import Array
+from pmwvc_core.quantities import quantity
 
 ROUNDING_S = 1e-6  # of times
 STEPS = 9  # alignments that are tried within the uncertainty
@@ -87,7 +88,7 @@ def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
         if known.any() and (shifted >= -limit)[known].all():
             why = (
                 f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms, which "
-                f"explains the least balance of {found.least_j * 1e3:.3g} mJ"
+                f"explains the least balance of {quantity(found.least_j, 'J')}"
             )
             return replace(found, passive=None, why=why)
     return found

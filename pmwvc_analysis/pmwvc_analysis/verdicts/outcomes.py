@@ -17,6 +17,7 @@ from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
 from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.master.count_bound import CountBound
 from pmwvc_core.plural import listed
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -93,7 +94,7 @@ def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
     port = next((p for p in ports if (p["owner"], p["part"]) == (name, "hand_port")), None)
     text = (
         f"Behind counts of {1e6 * bound.step_m:.3g} um the port of the hand was predicted to give "
-        f"out at most {1e3 * bound.given_j:.2g} mJ more than it took in"
+        f"out at most {quantity(bound.given_j, 'J')} more than it took in"
     )
     given_j = None
     if port is not None and port["least_balance_j"] is not None and port["passive"] is not None:
@@ -101,7 +102,7 @@ def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
     if given_j is None:
         return Outcome("encoder", None, f"{text}: that was not judged.", name, bound.given_j)
     hit = given_j <= bound.given_j
-    text = f"{text}: it gave {1e3 * given_j:.2g} mJ."
+    text = f"{text}: it gave {quantity(given_j, 'J')}."
     return Outcome("encoder", hit, text, name, bound.given_j, given_j, 0.0, "J")
 
 

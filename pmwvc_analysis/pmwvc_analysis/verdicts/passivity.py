@@ -31,6 +31,7 @@ from pmwvc_analysis.traces.stretches import StoodStill, given_until, stood_still
 from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.verdicts.open_balances import bounded, hidden, within
 from pmwvc_core.numeric import Array
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
@@ -103,7 +104,7 @@ def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
         return found
     why = (
         f"explained by its loop, which stood still ({when}): forces that stayed on gave the hand "
-        f"{held_j * 1e3:.3g} mJ until then"
+        f"{quantity(held_j, 'J')} until then"
     )
     return replace(found, held_j=beyond_j, why=why)
 
@@ -125,7 +126,7 @@ def _of_user(
         missing_s = sum(each.end_s - each.start_s for each in bounds)
         why = (
             f"in {missing_s:.2g} s {of_server[0].why} the port of the hand is bounded by the sums "
-            f"at both ends, to {1e3 * min(bounds.values()):.3g} mJ at least"
+            f"at both ends, to {quantity(min(bounds.values()), 'J')} at least"
         )
         hand = replace(hand, why=why)
     return [*found, hand]

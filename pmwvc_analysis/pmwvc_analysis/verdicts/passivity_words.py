@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The findings of passivity as text: every verdict with its amount and its tolerance."""
 
-import math
-
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.verdicts.passivity import Passivity
+from pmwvc_core.quantities import quantity, share
 
 PORTS = {
     "up": "link from the device to the server",
@@ -17,19 +16,6 @@ PORTS = {
     "hand_port": "port of the hand",
     SERVER: "server with its environment",
 }
-SMALLEST = 1e-4  # a smaller ratio would print as zero
-_UNITS = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"))
-
-
-def joule(value: float) -> str:
-    """Return an energy with three digits and an SI prefix."""
-    size = abs(value)
-    if not math.isfinite(value):
-        return "an energy that is not a number"
-    if size < 1e-9:
-        return "0 J"
-    factor, unit = next(each for each in _UNITS if size >= each[0] or each is _UNITS[-1])
-    return f"{value / factor:.3g} {unit}"
 
 
 def verdict(found: Passivity, owner: str) -> str:
@@ -47,20 +33,23 @@ def verdict(found: Passivity, owner: str) -> str:
         return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
     least = min(ports, key=lambda port: port.least_j)
     if least.by_counts:
-        bound = f"passive within the encoder's bound of {joule(least.counts_j)}"
+        bound = f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}"
         return f"{bound}: {part_words(least)}, {amount(least)}"
     return "; ".join([f"passive: {amount(least)}", *(port.why for port in ports if port.why)])
 
 
 def amount(finding: Finding) -> str:
-    """Return least balance, its ratio to the energy moved, tolerance and declared storage."""
-    text = f"least balance {joule(finding.least_j)}"
+    """Return least balance, its ratio to the energy moved, tolerance and declared storage; 0 J
+    where rounding, the tolerance, explains all of it.
+    """
+    rounding = finding.passive and -finding.least_j <= finding.tolerance_j
+    text = f"least balance {quantity(0.0 if rounding else finding.least_j, 'J')}"
     if finding.passive is False:
         text += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
         text += f" ({_beside_moved(finding)})"
-    text += f", tolerance {joule(finding.tolerance_j)}"
+    text += f", tolerance {quantity(finding.tolerance_j, 'J')}"
     if finding.declared_j > 0.0:
-        text += f", declared storage {joule(finding.declared_j)}"
+        text += f", declared storage {quantity(finding.declared_j, 'J')}"
     return f"{text}; {finding.why}" if finding.held_j > 0.0 else text
 
 
@@ -73,9 +62,9 @@ def component(finding: Finding, found: Passivity) -> str:
     """Return what one component generated, and whether the ports, which decide, show it."""
     where = "server" if finding.owner == SERVER else finding.owner
     text = (
-        f"{where}: {words_of(finding.part)} generated {joule(finding.given_j)} "
+        f"{where}: {words_of(finding.part)} generated {quantity(finding.given_j, 'J')} "
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
-        f"first at {finding.since_s:.2f} s; tolerance {joule(finding.tolerance_j)}"
+        f"first at {finding.since_s:.2f} s; tolerance {quantity(finding.tolerance_j, 'J')}"
     )
     text += f"; {finding.why}" if finding.held_j > 0.0 else ""
     if not found.session:
@@ -89,10 +78,7 @@ def _beside_moved(finding: Finding) -> str:
     """Return the energy given out as a ratio to the energy moved."""
     if not finding.moved_j > 0.0:
         return "no energy moved"
-    moved = f"{joule(finding.moved_j)} moved"
-    if 0.0 < finding.ratio < SMALLEST:
-        return f"less than {100.0 * SMALLEST:g} % of {moved}"
-    return f"{100.0 * finding.ratio:.2f} % of {moved}"
+    return f"{share(finding.ratio)} {quantity(finding.moved_j, 'J')} moved"
 
 
 def part_words(finding: Finding) -> str:
@@ -108,10 +94,13 @@ def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, st
     residual = float(np.abs(found.residual_j).max())
     lines: list[tuple[bool | None, str]]
     if found.closes:
-        lines = [(True, f"The energy budget closes to {joule(residual)}.")]
+        lines = [(True, f"The energy budget closes to {quantity(residual, 'J')}.")]
     else:
         lines = [
-            (False, f"The energy budget does not close: {joule(residual)} are not explained.")
+            (
+                False,
+                f"The energy budget does not close: {quantity(residual, 'J')} are not explained.",
+            )
         ]
     hidden = {each.part: each.hides for each in found.remainders}
     for part, hides in hidden.items():
@@ -127,5 +116,5 @@ def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, st
     ]
     if not found.active and paid:
         limit = found.findings[0].tolerance_j
-        lines.append((True, f"No component generated energy beyond {joule(limit)}."))
+        lines.append((True, f"No component generated energy beyond {quantity(limit, 'J')}."))
     return lines

@@ -13,6 +13,7 @@ from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.report.comparison_report import COLUMNS, PAGE, write
 from pmwvc_bringup.command import Result
 from pmwvc_bringup.progress import doing
+from pmwvc_core.quantities import cell
 
 
 def report(
@@ -60,7 +61,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     table = [f"{'session':{width}}  {heads}  verdict"]
     for session in sessions:
         numbers = [
-            "-" if session[name] is None else f"{session[name] * factor:.4g}"
+            "-" if session[name] is None else cell(session[name], factor, 4)
             for name, _, factor in columns
         ]
         verdict = "stable" if session["stable"] else session["instability"] or "not judged"

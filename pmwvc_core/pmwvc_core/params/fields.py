@@ -28,7 +28,8 @@ class Spec:
     ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional``
     allows ``None``. ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones.
     ``choices`` lists allowed names, ``plugins`` returns those that other packages add.
-    ``read_only`` parameters are fixed when a node starts.
+    ``read_only`` parameters are fixed when a node starts. Above ``usual`` a value in seconds is
+    allowed, but meant in milliseconds more often.
     """
 
     kind: type
@@ -42,6 +43,13 @@ class Spec:
     read_only: bool = False
     description: str = ""
     plugins: Callable[[], tuple[str, ...]] | None = None
+    usual: float | None = None
+
+    def doubt(self, value: Any) -> str:
+        """Return what is unusual about a value that is allowed; "" where nothing is."""
+        if self.usual is None or value <= self.usual:
+            return ""
+        return f"{value:g} s: longer than on any network on Earth; {value:g} ms is {value / 1e3:g}"
 
     def range_text(self) -> str:
         """Return the allowed values in words: ``> 0 N s/m``, ``1..64``, ``one of a, b``."""
@@ -100,7 +108,9 @@ class Spec:
             and (self.above is None or (numbers > self.above).all())
             and (self.below is None or (numbers < self.below).all())
         )
-        return None if inside else f"{value!r}: must be {self.range_text()}"
+        percent = (self.low, self.high) == (0.0, 1.0) and np.size(value) == 1 and 1 < value <= 100
+        way_out = f"; {value:g} % is {value / 100:g}" if percent and self.kind is float else ""
+        return None if inside else f"{value!r}: must be {self.range_text()}{way_out}"
 
 
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
@@ -122,6 +132,7 @@ def parameter(
     kind: type | None = None,
     group: str = "",
     read_only: bool = False,
+    usual: float | None = None,
 ) -> Any:
     """Declare a dataclass field that is a parameter.
 
@@ -145,6 +156,7 @@ def parameter(
         read_only=read_only,
         description=description,
         plugins=plugins,
+        usual=usual,
         **more,
     )
     return dataclasses.field(default=default, metadata={"spec": spec})

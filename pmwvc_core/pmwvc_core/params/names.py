@@ -104,6 +104,15 @@ def flat_mapping(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]
 
 
 def hint(name: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
-    """Return ``; did you mean ...?`` with the nearest known name; empty where none is near."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
-    return f"; did you mean {near[0]}?" if near else ""
+    """Return ``; did you mean ...?`` with the nearest known name, capital letters aside; empty
+    where none is near. A name whose last part is the one given is near; of equals the first known
+    one counts.
+    """
+    plain = name.lower()
+
+    def likeness(one: str) -> tuple[bool, float]:
+        same = one.rpartition(".")[2] == plain
+        return same, difflib.SequenceMatcher(None, one.lower(), plain).ratio()
+
+    near = max(known, key=likeness, default="")
+    return f"; did you mean {near}?" if near and max(likeness(near)) >= cutoff else ""

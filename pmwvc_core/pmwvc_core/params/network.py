@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from pmwvc_core.params.fields import Validated, parameter
 
+USUAL_S = 1.0  # three times the way over a geostationary satellite
+
 
 def _probability(description: str, default: float = 0.0) -> float:
     return parameter(default, "0..1", description)  # type: ignore[no-any-return]
@@ -20,7 +22,7 @@ def _correlation(of: str) -> float:
 class LinkParams(Validated):
     """Network conditions of one direction."""
 
-    delay_s: float = parameter(0.0, "0..60 s", "constant one-way delay")
+    delay_s: float = parameter(0.0, "0..60 s", "constant one-way delay", usual=USUAL_S)
     jitter: str = parameter(
         "uniform",
         (
@@ -31,7 +33,7 @@ class LinkParams(Validated):
         "deviation jitter_s); gamma (mean jitter_s) and lognormal (median jitter_s), added to the "
         "delay; quantiles; table (drawn from the delays of a file); trace (follows a file)",
     )
-    jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none")
+    jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none", usual=USUAL_S)
     jitter_shape: float = parameter(
         0.0,
         "0..100",

@@ -18,6 +18,7 @@ from pmwvc_core.params import LinkParams, Spec, specs
 from pmwvc_core.params.names import hint, leaves, replaced
 from pmwvc_core.scenario.scenario import SHARED_GROUPS, SIDE, TOP, USER_GROUPS, Scenario
 
+SYMBOL = 2  # letters of a symbol of the equations, at most
 USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
 
 
@@ -73,17 +74,26 @@ def complete(name: str) -> list[str]:
 
 
 def unknown(name: str) -> str:
-    """Return the refusal of a name that there is not, with the nearest one."""
+    """Return the refusal of a name that there is not, with the nearest one, or the one whose
+    description has that symbol.
+    """
     number, rest = split_user(name)
-    known = list(user_specs()) if number else [*shared_specs(), *user_specs()]
-    known += [f"link.{field}" for field in (*specs(LinkParams), "preset")]
-    near = hint(rest, known)
-    if not near:
-        same_leaf = [path for path in known if path.endswith("." + rest.rsplit(".", 1)[-1])]
-        near = f"; did you mean {same_leaf[0]}?" if same_leaf else ""
+    known = {**user_specs(), **({} if number else shared_specs())}
+    symbols = [
+        path
+        for path, spec in known.items()
+        if len(rest) <= SYMBOL and rest in spec.description.split()
+    ]
+    links = [f"link.{field}" for field in (*specs(LinkParams), "preset")]
+    near = f"; did you mean {min(symbols, key=_depth)}?" if symbols else ""
+    near = near or hint(rest, [*known, *links])
     if number:
         near = near.replace("; did you mean ", f"; did you mean user{number}.")
     return f"there is no such parameter{near}"
+
+
+def _depth(path: str) -> int:
+    return path.count(".")
 
 
 def resolved(name: str) -> tuple[int, list[str]]:
@@ -119,6 +129,17 @@ def value_of(scenario: Scenario, name: str) -> float | None:
     for part in home.path.split("."):
         owner = getattr(owner, part)
     return None if owner is None or isinstance(owner, str) else float(owner)
+
+
+def doubts(scenario: Scenario) -> list[str]:
+    """Return in words the values that are allowed but unusual, each once, with its first name."""
+    found: dict[str, str] = {}
+    for user in range(1, len(scenario.users) + 1):
+        for name, spec in user_specs().items():
+            if spec.usual is not None:
+                text = spec.doubt(value_of(scenario, f"user{user}.{name}"))
+                found.setdefault(text, f"user{user}.{name} = {text}")
+    return [line for text, line in found.items() if text]
 
 
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:

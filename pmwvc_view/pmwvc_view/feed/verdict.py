@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.quantities import quantity
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
 from pmwvc_view.feed.user import FeedUser
@@ -91,7 +92,7 @@ def _judged(
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
     lent_mj = 1e3 * max((storage_j.get(user, 0.0) for user in users), default=0.0)
     if lent_mj > 0.0:
-        sentence += f" and was lent at the start ({lent_mj:.3g} mJ at most)"
+        sentence += f" and was lent at the start ({quantity(lent_mj / 1e3, 'J')} at most)"
     inexact = [user for user in users if user not in exact]
     if inexact:
         return UNKNOWN, (
@@ -135,7 +136,7 @@ def _active(
             if account.margin_j < -stored:
                 at_s = (account.least_ns - (feed.zero_ns or 0)) / NS
                 found.append(
-                    f"{user}, {name}, gave out {-1e3 * account.least_j:.3g} mJ more than it "
+                    f"{user}, {name}, gave out {quantity(-account.least_j, 'J')} more than it "
                     f"received (at {at_s:.1f} s)"
                 )
     return found

@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> Result:
     """Compute the map and write it."""
     scenario = scenario_of(arguments)
     from pmwvc_analysis.figures.map_figure import draw
-    from pmwvc_analysis.maps.map_files import Unfinished, key_of, write_data
+    from pmwvc_analysis.maps.map_files import Unfinished, boundary_words, key_of, write_data
     from pmwvc_analysis.maps.maps import Grid, compute
 
     if arguments.workers is not None and arguments.workers < 1:
@@ -88,6 +88,7 @@ def run(arguments: argparse.Namespace) -> Result:
         paths += draw(folder, grid, radius, measured)
     stable = (radius <= 1.0 + 1e-9).mean()
     console.print(f"{radius.size} points, {stable:.1%} of them stable", markup=False)
+    console.print(boundary_words(grid, radius), markup=False)
     for path in paths:
         console.print(str(path), markup=False)
     return Result(document=(folder / "map.json").read_text("utf-8"))

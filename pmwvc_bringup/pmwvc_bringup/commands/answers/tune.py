@@ -3,6 +3,7 @@
 """``pmwvc tune``: impedance, filter and hold for a link and an environment."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from pmwvc_bringup import scenarios as files
@@ -37,7 +38,9 @@ def run(arguments: argparse.Namespace) -> Result:
     for line in sentences(scenario, found):
         print(line)
     if path is not None:
-        path.write_text(files.to_yaml(found.best.choice.applied(scenario)), "utf-8")
+        tuned = found.best.choice.applied(scenario)
+        text = f"{scenario.name} as tuned: {scenario.description}"
+        path.write_text(files.to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
         print(f"written: {path}")
     return Result(document=answer(scenario, found))
 

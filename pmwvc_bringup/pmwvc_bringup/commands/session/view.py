@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pmwvc_bringup.command import Command, Result, argument
-from pmwvc_bringup.options import PAGE, USERS, scenario_names, session_folders, settings
+from pmwvc_bringup.options import (
+    PAGE,
+    USERS,
+    scenario_names,
+    scenario_of,
+    session_folders,
+    settings,
+)
 from pmwvc_bringup.output import terminal
 from pmwvc_bringup.session import preflight
 from pmwvc_bringup.session.plan import Page
@@ -68,13 +75,10 @@ def _session(arguments: argparse.Namespace) -> "Session":
     folder = Path(arguments.what).expanduser()
     if folder.is_dir():
         return _recorded(folder)
-    from pmwvc_bringup import scenarios
     from pmwvc_view import SNAPSHOT_S
     from pmwvc_view.simulated.session import SimulatedSession
 
-    scenario = scenarios.load(
-        arguments.what, settings_texts=arguments.settings, users=arguments.users
-    )
+    scenario = scenario_of(arguments)
     preflight.check(scenario)
     return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
 

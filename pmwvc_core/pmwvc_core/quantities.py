@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers as people write them."""
+"""Numbers as people write them, in terminals, reports, tables and pages."""
 
 import math
 from typing import Any
@@ -9,6 +9,7 @@ from pmwvc_core.plural import count
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 NOTHING = "–"
+NEGLIGIBLE = 1e-9  # of a unit: what rounding leaves
 
 
 def quantity(value: float | None, unit: str) -> str:
@@ -16,10 +17,17 @@ def quantity(value: float | None, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return NOTHING
     size = abs(value)
-    if size < 1e-12:
+    if size < NEGLIGIBLE:
         return f"0 {unit}"
     factor, prefix = next((p for p in _PREFIXES if size >= p[0]), _PREFIXES[-1])
     return f"{value / factor:.3g} {prefix}{unit}"
+
+
+def share(ratio: float) -> str:
+    """Return a ratio before the whole that it is of: ``12 % of``, ``1.5 times``."""
+    if 0.0 < ratio < 1e-4:
+        return "less than 0.01 % of"
+    return f"{ratio:.3g} times" if ratio > 1.0 else f"{100.0 * ratio:.2f} % of"
 
 
 def users(number: int) -> str:
@@ -37,5 +45,7 @@ def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:
         return ", ".join(cell(entry, scale, digits) for entry in value)
     if isinstance(value, float):
         number = value * scale
+        if abs(number) < NEGLIGIBLE:
+            return "0"
         return f"{number:.0f}" if abs(number) >= 10**digits else f"{number:.{digits}g}"
     return str(value)
