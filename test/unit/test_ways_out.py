@@ -142,6 +142,7 @@ def test_a_balance_that_rounding_explains_is_no_amount():
 def test_a_growing_mode_is_not_called_the_slowest():
     found = {
         "scenario": "wall", "stable": False, "spectral_radius": 1.02, "k_max": 0.0, "islands": [],
+        "k_max_unknown": "",
         "slowest": {"frequency_hz": 62.5, "per_second": 3.0}, "states": 8, "hyperframe_ticks": 8,
         "rigid_body_modes": 0, "notes": [],
     }  # fmt: skip
