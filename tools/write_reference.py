@@ -55,7 +55,8 @@ own (`/lab/user1/wave_up`, `/lab/markers`); only `/diagnostics` and `/parameter_
 | `/server/user1/wave_up` | Wave | netem | server | same |
 | `/server/user1/wave_down` | Wave | server | netem | same |
 | `/user1/wave_down` | Wave | netem | master | same |
-| `/user1/trace` | MasterTrace | master | recorder, viewers | reliable, keep last 256 |
+| each of these with `/sent` behind it | Wave | its publisher | recorder | reliable, keep last 10,000 |
+| `/user1/trace` | MasterTrace | master | recorder, viewers | reliable, keep last 10,000 |
 | `/server/trace` | ServerTrace | server | recorder, viewers | same |
 | `/user1/reception`, `/server/reception` | Reception (2 Hz) | master, server | recorder, viewers | same |
 | `/netem/links` | LinkState | netem | recorder, viewers | same |
@@ -99,7 +100,9 @@ have found their other ends (after 10 s in any case), so that its first packets 
 `start.listeners` says how many subscribers the trace has to find (1). A session does that with nodes that it starts again, with 2:
 its recorder and the runner's monitor.
 
-A best-effort publisher and a reliable subscriber do not connect, silently: subscribe to waves with best effort.
+What is recorded is kept by its publisher for ten seconds at 1 kHz (80 s at 125 Hz) and sent again to a recorder that has
+missed it. Packets are therefore published twice: once for the other end, which gets them at most once, and once for the
+recorder. A best-effort publisher and a reliable subscriber do not connect, silently: subscribe to waves with best effort.
 """
 
 

@@ -33,13 +33,13 @@ from pmwvc_core.runtime.parameters import declare_names, declare_value
 from pmwvc_core.runtime.polling import Polled, message_class
 from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
 from pmwvc_core.runtime.real_time import request_priority, request_reception
+from pmwvc_core.runtime.records import KEPT
 
 POLL_S = 0.01  # far below what the subscriptions' queues hold
 LINGER_S = 0.2  # after being asked to stop: what was just sent still arrives
 GLOBAL = ("/diagnostics", "/parameter_events")  # whatever the namespace
 # Below the loops whose packets these are; the middleware above what empties its queues.
 RECEPTION_PRIORITY, PRIORITY = 5, 4
-DEPTH = 4096  # more than twenty seconds of a topic at the packet rate
 
 
 class Recorder:
@@ -56,6 +56,7 @@ class Recorder:
         self._background = BackgroundWriter(writer, prepare=lambda: request_priority(PRIORITY))
         self._inlets = [(topic, _subscribed(node, topic)) for topic in topics]
         self._waiting: list[RawMessage] = []  # taken after the last look began
+        self._newest_ns = {topic.name: 0 for topic in topics}
         publish_health(node, self._health)
 
     def run(self, stop: threading.Event) -> None:
@@ -88,7 +89,7 @@ class Recorder:
         """Take whatever has arrived; return how many messages.
 
         Topic after topic is emptied, the file is in the order of reception: what came in meanwhile
-        waits for the next time.
+        waits for the next time. What was sent again counts as received before what waited for it.
         """
         before_ns = time.time_ns()
         count = len(self._waiting)
@@ -97,6 +98,7 @@ class Recorder:
             while (got := take(inlet.kind, True)) is not None:
                 data, info = got
                 log_ns = int(info["received_timestamp"]) or time.time_ns()
+                log_ns = self._newest_ns[topic.name] = max(log_ns, self._newest_ns[topic.name])
                 times_ns = log_ns, int(info["source_timestamp"]) or log_ns
                 found = RawMessage(topic.name, topic.type_name, *times_ns, bytes(data))
                 self._waiting.append(found)
@@ -152,9 +154,9 @@ def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
 
 def _subscribed(node: Node, topic: Topic) -> Polled:
     policy = ReliabilityPolicy.RELIABLE if topic.reliable else ReliabilityPolicy.BEST_EFFORT
-    qos = QoSProfile(depth=DEPTH, reliability=policy, durability=DurabilityPolicy.VOLATILE)
+    qos = QoSProfile(depth=KEPT, reliability=policy, durability=DurabilityPolicy.VOLATILE)
     # A session may be in a namespace, which is the recorder's, too; in the file it has none.
-    name = topic.name if topic.name in GLOBAL else topic.name.lstrip("/")
+    name = topic.name if topic.name in GLOBAL else topic.source.lstrip("/")
     return Polled(node, message_class(topic.type_name), name, qos, raw=True)
 
 

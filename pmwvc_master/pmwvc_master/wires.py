@@ -16,7 +16,7 @@ from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import TRACE_QOS, offered
+from pmwvc_core.runtime.polling import RECORDED_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
 from pmwvc_master.blocks import Block
@@ -43,7 +43,7 @@ class RosWires:
             dof=settings.dof,
             period_s=settings.master.frame_s,
         )
-        trace_qos = offered(TRACE_QOS, settings.master.frame_s)
+        trace_qos = offered(RECORDED_QOS, settings.master.frame_s)
         self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
         sensor = qos_profile_sensor_data
         self._twist = node.create_publisher(TwistStamped, "measured_cv", sensor)

@@ -18,9 +18,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.peers import PATIENCE_S, nothing_on, publishers_of
-from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.polling import RECORDED_QOS, Polled
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
+from pmwvc_core.runtime.records import record_of
 from pmwvc_netem.relay import Relay
 from pmwvc_netem.relayed_link import RelayedLink
 from pmwvc_netem.reports import Reports
@@ -118,11 +119,20 @@ def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
     qos = QoSProfile(depth=DEPTH, reliability=policy)
     inlet = Polled(node, setup.kind, setup.source, qos, raw=True)
     outlet = node.create_publisher(setup.kind, setup.target, qos)
+    outlets = [outlet]
+    if setup.is_wave:
+        record = record_of(outlet.topic_name)
+        outlets.append(node.create_publisher(setup.kind, record, RECORDED_QOS))
+
+    def give(message: bytes) -> None:
+        for each in outlets:
+            each.publish(message)
+
     relayed = RelayedLink(
         setup.name,
         Link(setup.params, seed=setup.seed, direction=setup.seed[2]),
         take=inlet.take,
-        give=outlet.publish,
+        give=give,
         clock=time.monotonic_ns,
         is_wave=setup.is_wave,
     )

@@ -9,11 +9,10 @@ import dataclasses
 import time
 from collections.abc import Sequence
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import TRACE_QOS
+from pmwvc_core.runtime.polling import RECORDED_QOS
 from pmwvc_netem.relayed_link import RelayedLink, Timing
 
 FATES_NS = 100_000_000
@@ -27,8 +26,8 @@ class Reports:
     def __init__(self, node: Node, links: Sequence[RelayedLink], *, seed: int) -> None:
         self.worst_error_ns = 0  # latest release since somebody set this to zero
         self._types = messages.live_types()
-        self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", TRACE_QOS)
-        self._states = node.create_publisher(self._types.LinkState, "netem/links", TRACE_QOS)
+        self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", RECORDED_QOS)
+        self._states = node.create_publisher(self._types.LinkState, "netem/links", RECORDED_QOS)
         self._links = list(links)
         self._seed = seed
         self._seq = 0
@@ -50,13 +49,11 @@ class Reports:
         return min(self._fates_due_ns, self._states_due_ns, now_ns + FATES_NS // 10)
 
     def end(self) -> None:
-        """Publish the rest, and wait until it has reached whoever listens."""
+        """Publish the rest."""
         self._publish_states(time.monotonic_ns())
         for relayed in self._links:
             relayed.end()
             self._publish_fates(relayed)
-        for publisher in (self._fates, self._states):
-            publisher.wait_for_all_acked(Duration(seconds=1.0))
 
     def _publish_fates(self, relayed: RelayedLink) -> None:
         while len(relayed.fates):

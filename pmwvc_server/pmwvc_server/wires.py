@@ -12,7 +12,7 @@ from rclpy.node import Node
 
 from pmwvc_core.frame.rows import PortRow
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import TRACE_QOS, offered
+from pmwvc_core.runtime.polling import RECORDED_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
 from pmwvc_server.loop import ServerLoop
@@ -40,7 +40,7 @@ class RosWires:
             )
             for user in self._users
         ]
-        trace_qos = offered(TRACE_QOS, period_s)
+        trace_qos = offered(RECORDED_QOS, period_s)
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
 
     def publish_trace(self, loop: ServerLoop, step: Step) -> None:

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from support.processes import NodeProcess, ros
 
 from pmwvc_core.params import DeviceParams, OperatorParams
-from pmwvc_core.runtime.polling import TRACE_QOS
+from pmwvc_core.runtime.polling import RECORDED_QOS
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 
 pytestmark = [pytest.mark.integration]
@@ -94,7 +94,7 @@ def test_an_environment_that_fails_is_named_and_the_server_goes_on(installed, en
             (ServerTrace, "/server/trace", steps),
             (MasterTrace, "/user1/trace", blocks),
         ):
-            peer.node.create_subscription(kind, topic, kept.append, TRACE_QOS)
+            peer.node.create_subscription(kind, topic, kept.append, RECORDED_QOS)
         statuses = peer.collect(DiagnosticArray, "/diagnostics")
         server = nodes(stack, environment)
         server.await_output(text)

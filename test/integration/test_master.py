@@ -15,7 +15,7 @@ from support.processes import NodeProcess, ros
 
 from pmwvc_core.params import MasterParams, OperatorParams, VelocityFilterParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
+from pmwvc_core.runtime.polling import RECORDED_QOS, WAVE_QOS
 from pmwvc_msgs.msg import MasterTrace, Reception, Wave
 
 pytestmark = [pytest.mark.integration]
@@ -42,7 +42,7 @@ def test_alone_it_renders_no_force_and_does_not_move():
 def test_ticks_are_consecutive_and_every_frame_has_one_packet():
     with ros() as peer:
         blocks = []  # every one of them, which takes a reliable subscription
-        peer.node.create_subscription(MasterTrace, "/user1/trace", blocks.append, TRACE_QOS)
+        peer.node.create_subscription(MasterTrace, "/user1/trace", blocks.append, RECORDED_QOS)
         with master(peer) as (_, _, waves):
             peer.until(lambda: len(blocks) > 150)
             peer.until(lambda: waves[-1].sent_ns > blocks[150].start_ns)
@@ -252,7 +252,7 @@ def test_a_remote_hand_follows_its_topic_and_lets_go_by_silence_held_and_nan():
     with ros() as peer, master(peer, operator=operator) as (_, blocks, waves):
         server = Server(peer)
         target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
-        held = peer.node.create_publisher(Bool, "/user1/hand/held", TRACE_QOS)
+        held = peer.node.create_publisher(Bool, "/user1/hand/held", RECORDED_QOS)
         peer.until(target.get_subscription_count)
         peer.until(held.get_subscription_count)
 

@@ -14,6 +14,7 @@ from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build
+from pmwvc_core.runtime.records import record_of
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 
@@ -28,7 +29,10 @@ class Session:
 
     def __init__(self, peer):
         self.peer = peer
-        self.waves = {t: peer.publisher(Wave, t) for t in (UP, "/user1/wave_down")}
+        self.waves = {
+            topic: peer.publisher(Wave, record_of(topic), reliable=True)
+            for topic in (UP, "/user1/wave_down")
+        }
         self.trace = peer.publisher(MasterTrace, "/user1/trace", reliable=True)
         self.server = peer.publisher(ServerTrace, "/server/trace", reliable=True)
         self.sent = 0
@@ -88,7 +92,7 @@ def test_everything_published_is_recorded(tmp_path, number):
 
 def test_it_is_not_ready_before_every_topic_has_a_publisher(tmp_path):
     with ros() as peer, recorder(tmp_path / "a") as process:
-        publisher = peer.publisher(Wave, UP)
+        publisher = peer.publisher(Wave, record_of(UP), reliable=True)
         peer.until(publisher.get_subscription_count)
         assert process.lines == []
         Session(peer)

@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
+from pmwvc_core.runtime.polling import RECORDED_QOS, WAVE_QOS
 from pmwvc_core.transport.packet import FLAG_DIRECT, Packer
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 
@@ -51,7 +51,7 @@ def start_master(user, **parameters):
 def record(peer, kind, topic):
     """Every message of a trace: also a busy test must not lose one."""
     messages = []
-    peer.node.create_subscription(kind, topic, messages.append, TRACE_QOS)
+    peer.node.create_subscription(kind, topic, messages.append, RECORDED_QOS)
     return messages
 
 

@@ -48,7 +48,7 @@ def test_rosbags_reads_folder_and_bare_file(folder, bare):
             reader.deserialize(raw, connection.msgtype)
             for connection, _, raw in reader.messages([connection])
         ]
-        assert connection.ext.offered_qos_profiles[0].depth == 10
+        assert connection.ext.offered_qos_profiles[0].depth == 10_000
     expected = traces.packets["/user1/wave_up"]
     assert [message.seq for message in waves] == expected.seq.tolist()
     assert [message.wave[0] for message in waves] == expected.wave[:, 0].tolist()

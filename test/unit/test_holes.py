@@ -132,6 +132,12 @@ def test_skipped_ticks_are_a_stall_and_no_hole():
     (stall,) = [e for e in complete(traces, handmade.scenario()) if e["kind"] == "stall"]
     assert stall["who"] == "user1 master"
     assert "no ticks for 0.300 s" in stall["what"]
+    judged = summary(traces, handmade.scenario())["users"]
+    assert [each["ticks_skipped"] for each in judged] == [300, 0]
+    assert [each["ticks_missing"] for each in judged] == [0, 0]
+    ran = len(user.tick) - 1
+    assert judged[0]["tick_rate_hz"] == pytest.approx(ran / (user.time_s[-1] - user.time_s[0]))
+    assert judged[1]["tick_rate_hz"] == pytest.approx(1000.0)
 
 
 def test_a_start_that_was_not_recorded_is_a_hole():

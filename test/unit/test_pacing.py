@@ -288,7 +288,27 @@ def test_memory_to_come_is_locked_only_where_no_limit_can_make_it_fail(
     for limit in (64 * 2**20, real_time.resource.RLIM_INFINITY):
         monkeypatch.setattr(real_time.resource, "getrlimit", lambda _, limit=limit: (limit, limit))
         assert hold_memory().refused == {}
-    assert asked == [1, 1 | 2]
+    assert asked == [1 | 4, 1 | 2 | 4]
+
+
+def test_memory_that_nothing_has_touched_is_not_held() -> None:
+    """Stacks of 8 MB a thread, libraries: most of what a process maps it never uses."""
+    code = (
+        "import mmap, resource\n"
+        "from pmwvc_core.runtime.real_time import hold_memory\n"
+        "resident = lambda: int(open('/proc/self/statm').read().split()[1]) * mmap.PAGESIZE\n"
+        "unused, used = mmap.mmap(-1, 1 << 26), mmap.mmap(-1, 1 << 24)\n"
+        "before = resident()\n"
+        "assert hold_memory().refused == {}\n"
+        "held = resident()\n"
+        "used[:] = bytes(1 << 24)\n"
+        "print(held - before, resident() - held)\n"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    if "memory lock" in result.stderr:
+        pytest.skip("no memory may be locked here")
+    more, touched = map(int, result.stdout.split())
+    assert more < 1 << 24 <= touched + (1 << 20)
 
 
 def test_real_system_grants_or_refuses_each_request_and_raises_nothing() -> None:

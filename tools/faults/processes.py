@@ -163,7 +163,7 @@ def stopped(node: str, length_s: float) -> Outcome:
 
 SLOW = """
 import sys, time, rclpy
-from pmwvc_core.runtime.polling import TRACE_QOS
+from pmwvc_core.runtime.polling import RECORDED_QOS
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 rclpy.init()
 node, taken = rclpy.create_node("slow"), []
@@ -171,7 +171,7 @@ def take(message):
     time.sleep(1.0)
     taken.append(message)
 for topic, kind in (("/user1/trace", MasterTrace), ("/server/trace", ServerTrace)):
-    node.create_subscription(kind, topic, take, TRACE_QOS)
+    node.create_subscription(kind, topic, take, RECORDED_QOS)
 node.create_subscription(Wave, "/user1/wave_up", take, 10)
 end_s = time.monotonic() + 7.0
 while time.monotonic() < end_s:

@@ -175,9 +175,7 @@ def _user(
         "drift_m": final(away.error, away.time_s, end_s) if away else None,
         "drift_change_m": swing(away.error, away.time_s, end_s) if away else None,
         "kept_apart_m": final(away.kept, away.time_s, end_s) if away else None,
-        "ticks": len(user.tick),
-        "ticks_missing": ticks_missing(user),
-        "tick_rate_hz": tick_rate_hz(user),
+        **_ticks(user),
         "lateness_us": reductions.percentiles(user.lateness_s, 1e6),
         "compute_us": reductions.percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
@@ -196,17 +194,19 @@ def _last_balance(balance: energy.UserEnergy | None) -> float | None:
     return number(sum(ends)) if len(ends) == len(parts) else None
 
 
-def ticks_missing(user: UserTraces) -> int:
-    """Return how many ticks fell into holes of the recording; those that a loop skipped do not."""
+def _ticks(user: UserTraces) -> dict[str, Any]:
+    """Return how many ticks ran, were skipped by the loop and were not recorded, and the rate of
+    those that ran, in the time in which the master ran and was recorded.
+    """
     steps, middles = np.diff(user.tick), 0.5 * (user.time_s[1:] + user.time_s[:-1])
     inside = np.zeros(len(steps), dtype=bool)
     for hole in holes.of_user(user):
         inside |= (middles > hole.start_s - user.tick_s) & (middles < hole.end_s)
-    return int((steps[inside & (steps > 1)] - 1).sum())
-
-
-def tick_rate_hz(user: UserTraces) -> float | None:
-    """Return the mean rate of recorded ticks, pauses of a master that was not running left out."""
-    gaps = np.diff(user.time_s)
-    running = gaps[gaps < 0.1]
-    return number(len(running) / running.sum()) if len(running) else None
+    seen = ~inside & (steps > 0)  # a master that is started again counts from zero
+    ran_s = float(np.diff(user.time_s)[seen].sum())
+    return {
+        "ticks": len(user.tick),
+        "ticks_skipped": int((steps[seen] - 1).sum()),
+        "ticks_missing": int((steps[inside & (steps > 1)] - 1).sum()),
+        "tick_rate_hz": number(int(seen.sum()) / ran_s) if ran_s else None,
+    }

@@ -193,8 +193,8 @@ class Monitor:
         return status
 
     def _tick_rate(self, name: str, trace: MasterTrace) -> float | None:
-        """Return ticks per second between this block and the one seen before."""
-        tick, at_ns = trace.first_tick, trace.start_ns
+        """Return ticks run per second between this block and the one seen before."""
+        tick, at_ns = trace.first_tick - trace.missed, trace.start_ns
         before_tick, before_ns, rate = self._rates.get(name, (tick, at_ns, 0.0))
         if at_ns > before_ns:
             rate = (tick - before_tick) / (at_ns - before_ns) * 1e9

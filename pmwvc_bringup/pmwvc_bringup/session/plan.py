@@ -15,6 +15,7 @@ import yaml
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.user import server_times
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
+from pmwvc_core.runtime.records import record_of
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
 
@@ -203,7 +204,10 @@ def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[
     names += [f"/{user.name}/{end}" for user in scenario.users for end in ("trace", "reception")]
     ends = dict.fromkeys(names, (1, recorders))
     for user in scenario.users:
-        for direction in ("up", "down"):  # netem or the far end, and the recorder
-            ends[f"/{user.name}/wave_{direction}"] = (1, 1 + recorders)
-            ends[f"/server/{user.name}/wave_{direction}"] = (1, 1 + recorders)
+        for direction in ("up", "down"):
+            for topic in (
+                f"/{user.name}/wave_{direction}",
+                f"/server/{user.name}/wave_{direction}",
+            ):
+                ends |= {topic: (1, 1), record_of(topic): (1, recorders)}
     return ends

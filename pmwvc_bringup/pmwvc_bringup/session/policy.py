@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_core.runtime.records import record_of
 
 EVERY_NODE = ("/rosout", "/parameter_events", "/diagnostics")  # published
 OF_ROS = (
@@ -86,6 +87,8 @@ def policy(users: Sequence[str]) -> str:
             ("service", "reply", access.replies),
             ("service", "request", access.requests),
         ):
+            if right == "publish":
+                names = [*names, *(record_of(name) for name in names if "/wave_" in name)]
             if names:
                 group = ElementTree.SubElement(profile, f"{kind}s", {right: "ALLOW"})
                 for name in sorted(set(names)):
@@ -127,4 +130,5 @@ def _down_in(users: Sequence[str]) -> Iterator[str]:
 
 def _recorded(users: Sequence[str]) -> list[str]:
     links = [f"{user}/{way}" for user in users for way in ("up", "down")]
-    return [topic.name for topic in session_topics(users, links=links, people=True)]
+    topics = session_topics(users, links=links, people=True)
+    return [name for topic in topics for name in {topic.name, topic.source}]

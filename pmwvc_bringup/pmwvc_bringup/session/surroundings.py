@@ -121,13 +121,18 @@ def node_environment(
 
 
 def own_environment(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return an environment without shared memory, also for a node that is started by hand.
+    """Return an environment without shared memory, also for a node that is started by hand; its
+    publishers ask often what is missing.
 
     Given values stay, except a range of discovery that brings shared memory with it.
     """
     given = {name: value for name, value in environment.items() if value}
-    chosen = {"AMENT_PREFIX_PATH": sys.prefix, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    profiles = "any_machine.xml"
     if given.get(RANGE, "").upper() == LOCALHOST:
-        given[RANGE] = "SYSTEM_DEFAULT"
-        chosen["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(folders()[0] / "this_machine.xml")
+        given[RANGE], profiles = "SYSTEM_DEFAULT", "this_machine.xml"
+    chosen = {
+        "AMENT_PREFIX_PATH": sys.prefix,
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+        "FASTRTPS_DEFAULT_PROFILES_FILE": str(folders()[0] / profiles),
+    }
     return {**chosen, **given}

@@ -15,8 +15,10 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
+from pmwvc_core.runtime.records import KEPT
+
 WAVE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-TRACE_QOS = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE)
+RECORDED_QOS = QoSProfile(depth=KEPT, reliability=ReliabilityPolicy.RELIABLE)
 # deep enough that a flood does not push out the packets of a sender
 TAKEN_QOS = QoSProfile(depth=64, reliability=ReliabilityPolicy.BEST_EFFORT)
 DEADLINE_PERIODS = 3
@@ -55,7 +57,7 @@ class Polled:
     """One subscription, emptied by :meth:`take`; its node has to outlive the loop that takes."""
 
     def __init__(
-        self, node: Node, kind: Any, topic: str, qos: QoSProfile = WAVE_QOS, *, raw: bool = False
+        self, node: Node, kind: Any, topic: str, qos: QoSProfile = TAKEN_QOS, *, raw: bool = False
     ) -> None:
         self.kind = kind
         self.raw = raw

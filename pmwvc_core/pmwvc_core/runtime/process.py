@@ -15,12 +15,14 @@ import os
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Protocol
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -38,6 +40,7 @@ _SWITCH_S = 1e-4  # a loop that wakes gets the interpreter after this, not after
 # Below the loops, above other programs: a thread that holds the interpreter must not be put aside
 # by another program while the loop waits for it.
 _PRIORITY = 10
+_LAST_S = 10.0  # for what a recorder has not got yet; longer than that nothing is kept
 _TEARDOWN_S = 5.0  # ROS needs some tens of milliseconds to remove a node
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _REFUSALS = (
@@ -136,6 +139,9 @@ def _remove(node: Node, code: int) -> None:
         faulthandler.dump_traceback(all_threads=True)
         os._exit(code)
 
+    until = time.monotonic() + _LAST_S
+    for publisher in node.publishers:
+        publisher.wait_for_all_acked(Duration(seconds=max(until - time.monotonic(), 0.0)))
     timer = threading.Timer(_TEARDOWN_S, give_up)
     timer.daemon = True
     timer.start()

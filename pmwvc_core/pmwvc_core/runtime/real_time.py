@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 _PR_SET_TIMERSLACK = 29
-_MCL_CURRENT, _MCL_FUTURE = 1, 2
+_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _FIFO = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -119,10 +119,13 @@ def _set_middleware_fifo(priority: int) -> None:
 
 
 def _lock_memory() -> None:
-    """Lock what is mapped now, and what comes later only where no limit could make that fail."""
+    """Lock what is in use now, and what comes into use later only where no limit could make that
+    fail. What is mapped and never touched (stacks, libraries) takes no memory.
+    """
     limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
     limitless = limit == resource.RLIM_INFINITY or os.geteuid() == 0
-    if _libc.mlockall(_MCL_CURRENT | _MCL_FUTURE if limitless else _MCL_CURRENT):
+    which = _MCL_CURRENT | _MCL_FUTURE if limitless else _MCL_CURRENT
+    if _libc.mlockall(which | _MCL_ONFAULT):
         raise _last_error()
 
 

@@ -7,12 +7,11 @@ wrong tokens are said at its terminal as well.
 import time
 from collections.abc import Callable, Mapping
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.peers import WrongTokens
-from pmwvc_core.runtime.polling import TRACE_QOS
+from pmwvc_core.runtime.polling import RECORDED_QOS
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.reception import counts, passage
 
@@ -40,7 +39,7 @@ class Receptions:
         self._epoch = epoch
         self._other_controller = other_controller
         self._seq = 0
-        self._out = node.create_publisher(self._types.Reception, topic, TRACE_QOS)
+        self._out = node.create_publisher(self._types.Reception, topic, RECORDED_QOS)
 
     def begin(self) -> None:
         """Publish from now on; until a session begins, a recorder may not have been matched."""
@@ -66,6 +65,5 @@ class Receptions:
             )
 
     def end(self) -> None:
-        """Publish for the last time, and wait until it has reached whoever listens."""
+        """Publish for the last time."""
         self.publish()
-        self._out.wait_for_all_acked(Duration(seconds=1.0))

@@ -8,7 +8,8 @@ from rclpy.node import Node
 
 from pmwvc_core.runtime.messages.types import MessageTypes
 from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
-from pmwvc_core.runtime.polling import TAKEN_QOS, WAVE_QOS, Polled, offered
+from pmwvc_core.runtime.polling import RECORDED_QOS, WAVE_QOS, Polled, offered
+from pmwvc_core.runtime.records import record_of
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
 from pmwvc_core.transport.verdict import Verdict
@@ -42,9 +43,11 @@ class WaveTopics:
         self._dof = dof
         self._whole = size_bytes(dof)
         self._sent_ns = 0
-        inlet = Polled(node, types.Wave, incoming, TAKEN_QOS, raw=True)
+        inlet = Polled(node, types.Wave, incoming, raw=True)
         self._kind, self._inlet = inlet.kind, inlet.subscription.handle
         self._out = node.create_publisher(types.Wave, outgoing, offered(WAVE_QOS, period_s))
+        record = record_of(self._out.topic_name)
+        self._record = node.create_publisher(types.Wave, record, RECORDED_QOS)
 
     def take(self) -> list[WavePacket]:
         """Return the packets that have arrived since the last call; never wait."""
@@ -66,5 +69,6 @@ class WaveTopics:
     def send(self, packet: WavePacket) -> None:
         """Publish a packet."""
         self._sent_ns = time.monotonic_ns()
-        data = wave_bytes(packet, time.time_ns(), dof=self._dof)
-        self._out.publish(self._admission.sealed(data))
+        data = self._admission.sealed(wave_bytes(packet, time.time_ns(), dof=self._dof))
+        self._out.publish(data)
+        self._record.publish(data)

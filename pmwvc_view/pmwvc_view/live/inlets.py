@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import misfit
-from pmwvc_core.runtime.polling import TRACE_QOS, Polled
+from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.transport.reception import ROUND_TRIP
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed.feed import Feed
@@ -23,7 +23,7 @@ from pmwvc_view.feed.traces import NS
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.readers import MasterReader, ServerReader
 
-SLOW_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+RELIABLE_QOS = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE)
 NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine's clock
 
 
@@ -47,16 +47,16 @@ class Inlets:
             (
                 user,
                 MasterReader(dof=dof, waves=waves),
-                Polled(node, MasterTrace, f"{prefix}/{user}/trace", TRACE_QOS, raw=True),
+                Polled(node, MasterTrace, f"{prefix}/{user}/trace", RELIABLE_QOS, raw=True),
             )
             for user in graph.users
         ]
         self._server = ServerReader(dof=dof, users=graph.users)
-        self._steps = Polled(node, ServerTrace, f"{prefix}/server/trace", TRACE_QOS, raw=True)
-        self._fates = Polled(node, PacketFate, f"{prefix}/netem/fates", TRACE_QOS)
-        self._health = Polled(node, DiagnosticArray, "/diagnostics", SLOW_QOS)
+        self._steps = Polled(node, ServerTrace, f"{prefix}/server/trace", RELIABLE_QOS, raw=True)
+        self._fates = Polled(node, PacketFate, f"{prefix}/netem/fates", RELIABLE_QOS)
+        self._health = Polled(node, DiagnosticArray, "/diagnostics", RELIABLE_QOS)
         self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
-        self._events = Polled(node, ParameterEvent, "/parameter_events", SLOW_QOS)
+        self._events = Polled(node, ParameterEvent, "/parameter_events", RELIABLE_QOS)
         self.round_trips: dict[str, float | None] = {}
         self.received_s = time.monotonic()
         self.changed = False

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pmwvc_analysis.recording.format import schemas
+from pmwvc_core.runtime.records import KEPT, record_of
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,11 @@ class Topic:
     reliable: bool
     depth: int
     essential: bool = True
+
+    @property
+    def source(self) -> str:
+        """The ROS topic that it is recorded from."""
+        return record_of(self.name) if self.type_name == schemas.WAVE else self.name
 
     def qos(self) -> dict[str, object]:
         """Return the offered profile the way rosbag2 (metadata version 9) writes it."""
@@ -36,17 +42,17 @@ class Topic:
 
 def wave(name: str) -> Topic:
     """Return a topic that carries waves."""
-    return Topic(name, schemas.WAVE, reliable=False, depth=10)
+    return Topic(name, schemas.WAVE, reliable=True, depth=KEPT)
 
 
 def trace(name: str, type_name: str) -> Topic:
     """Return a topic that carries records for the analysis."""
-    return Topic(name, type_name, reliable=True, depth=256)
+    return Topic(name, type_name, reliable=True, depth=KEPT)
 
 
 def reception(node: str) -> Topic:
     """Return the topic on which a user's master, or the server, reports what it has received."""
-    return Topic(f"/{node}/reception", schemas.RECEPTION, True, 256, essential=False)
+    return Topic(f"/{node}/reception", schemas.RECEPTION, True, KEPT, essential=False)
 
 
 def session_topics(
