@@ -94,3 +94,22 @@ def test_a_filter_that_cannot_be_designed_is_refused_before_anything_starts():
         "master.velocity_filter.kind=exact", "master.velocity_filter.share=0.99", users=1
     )
     assert "velocity_filter.share = 0.99: no high-pass filter of order 2" in problem
+
+
+@pytest.mark.parametrize(
+    ("users", "cores", "busy", "needed"),
+    [
+        (2, 2, 0.3, None),
+        (6, 2, 0.0, None),
+        (8, 2, 0.0, "2.4"),
+        (8, 4, 0.5, None),
+        (2, 2, 3.5, "0.6"),
+    ],
+)
+def test_a_session_that_the_cores_cannot_carry_is_warned_of_with_the_number(
+    users, cores, busy, needed
+):
+    scenario = scenarios.load("carry_16ms", users=users)
+    found = preflight.too_much(scenario, cores=cores, busy=busy)
+    assert bool(found) == bool(needed)
+    assert all(f"needs about {needed} cores; this machine has {cores}" in text for text in found)

@@ -3,6 +3,7 @@
 """Texts of a session on the terminal: the prediction before it, and the verdict after it."""
 
 import argparse
+import os
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +35,13 @@ def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) 
         f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
     )
     with doing("predicting"):
-        lines = prediction_text.lines(scenario, live=live)
-    for line in lines if live else [*lines, *preflight.notes(scenario)]:
+        lines = list(prediction_text.lines(scenario, live=live))
+    if live:
+        cores = len(os.sched_getaffinity(0))
+        lines += preflight.too_much(scenario, cores=cores, busy=os.getloadavg()[0])
+    else:
+        lines += preflight.notes(scenario)
+    for line in lines:
         console.print(f"  {line}", markup=False)
     console.print(f"session folder: {folder}", markup=False)
 
