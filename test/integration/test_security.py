@@ -14,7 +14,7 @@ from pmwvc_bringup.session.policy import accesses
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
-from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
+from pmwvc_core.runtime.polling import RECORDED_QOS, WAVE_QOS
 from pmwvc_core.runtime.token_files import write_session
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.token import Token
@@ -159,7 +159,7 @@ def test_packets_played_back_in_an_outage_or_after_a_goodbye_bring_nobody_back(s
     """A program without a token that sends true packets again, as they were."""
     peer, _, master = session
     heard, steps = peer.collect(Wave, "/server/user1/wave_up", raw=True), []
-    peer.node.create_subscription(ServerTrace, "/server/trace", steps.append, TRACE_QOS)
+    peer.node.create_subscription(ServerTrace, "/server/trace", steps.append, RECORDED_QOS)
     received = peer.collect(Reception, "/server/reception", reliable=True)
     out = peer.node.create_publisher(Wave, "/server/user1/wave_up", WAVE_QOS)
     peer.until(lambda: out.get_subscription_count() >= 1 and len(heard) > 400)
