@@ -66,7 +66,7 @@ def accesses(users: Sequence[str]) -> list[Access]:
             "/view/restart",
             *(f"/{user}/hand/{name}" for user in users for name in ("target", "held")),
         ],
-        subscribes=_recorded(users),
+        subscribes=[*_recorded(users), *(topic for node in nodes for topic in node.publishes)],
         requests=[service for node in nodes for service in node.replies],
     )
     return [*nodes, operator]
@@ -87,8 +87,6 @@ def policy(users: Sequence[str]) -> str:
             ("service", "reply", access.replies),
             ("service", "request", access.requests),
         ):
-            if right == "publish":
-                names = [*names, *(record_of(name) for name in names if "/wave_" in name)]
             if names:
                 group = ElementTree.SubElement(profile, f"{kind}s", {right: "ALLOW"})
                 for name in sorted(set(names)):
@@ -104,7 +102,7 @@ def _node(name: str, *, publishes: Iterable[str] = (), subscribes: Iterable[str]
         f"/pmwvc/{name}",
         "/",
         name,
-        publishes=[*EVERY_NODE, *publishes],
+        publishes=[*EVERY_NODE, *_with_records(publishes)],
         subscribes=list(subscribes),
         replies=[f"/{name}/{service}" for service in (*OF_ROS, *OF_NODES)],
     )
@@ -118,10 +116,17 @@ def _master(user: str) -> Access:
         f"/pmwvc/{user}",
         f"/{user}",
         "master",
-        publishes=[*EVERY_NODE, *(f"/{user}/{name}" for name in own)],
+        publishes=[*EVERY_NODE, *_with_records(f"/{user}/{name}" for name in own)],
         subscribes=[f"/{user}/{name}" for name in others],
         replies=[f"/{user}/master/{service}" for service in (*OF_ROS, *OF_NODES, "rearm")],
     )
+
+
+def _with_records(topics: Iterable[str]) -> Iterator[str]:
+    for topic in topics:
+        yield topic
+        if topic.endswith(("/wave_up", "/wave_down")):
+            yield record_of(topic)
 
 
 def _down_in(users: Sequence[str]) -> Iterator[str]:
@@ -130,5 +135,4 @@ def _down_in(users: Sequence[str]) -> Iterator[str]:
 
 def _recorded(users: Sequence[str]) -> list[str]:
     links = [f"{user}/{way}" for user in users for way in ("up", "down")]
-    topics = session_topics(users, links=links, people=True)
-    return [name for topic in topics for name in {topic.name, topic.source}]
+    return [topic.source for topic in session_topics(users, links=links, people=True)]
