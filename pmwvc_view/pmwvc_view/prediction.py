@@ -15,6 +15,8 @@ from typing import Any
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import held_back
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_view import controls
+from pmwvc_view.controls import Settings
 
 NICE = 10  # loops and pages come first
 
@@ -40,8 +42,12 @@ class Predictor:
             for process in self._pool._processes or ():
                 _give_way(process)
 
-    async def ask(self, scenario: Scenario) -> dict[str, Any] | None:
-        """Return the prediction for a scenario, or None where a newer question came."""
+    async def ask(self, scenario: Scenario, values: Settings) -> dict[str, Any] | None:
+        """Return the prediction for a scenario with settings, or None where a newer question came.
+
+        Reading the settings is work too: the process does it, and only for a question that is
+        answered.
+        """
         self._newest = number = self._newest + 1
         async with self._busy:
             if number != self._newest:
@@ -49,7 +55,9 @@ class Predictor:
             self.begin()
             loop = asyncio.get_running_loop()
             try:
-                return await loop.run_in_executor(self._pool, predicted, scenario, self._live)
+                return await loop.run_in_executor(
+                    self._pool, predicted, scenario, values, self._live
+                )
             except BrokenProcessPool:
                 self._pool = None
                 return unknown("The model's process ended.")
@@ -80,10 +88,14 @@ def _load() -> None:
     from pmwvc_analysis.prediction import prediction, text  # noqa: F401
 
 
-def predicted(scenario: Scenario, live: bool) -> dict[str, Any]:
-    """Return the prediction for a scenario as its message."""
+def predicted(scenario: Scenario, values: Settings, live: bool) -> dict[str, Any]:
+    """Return the prediction for a scenario with settings as its message."""
     from pmwvc_analysis.prediction import prediction, text
 
+    try:
+        scenario = controls.changed(scenario, values)
+    except PmwvcError as error:
+        return unknown(str(error))
     try:
         found = prediction.prediction(scenario, live=live)
         lines = text.lines(scenario, live=live)

@@ -6,11 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view import controls
 from pmwvc_view.controls import Setting, Settings
-from pmwvc_view.prediction import Predictor, unknown
+from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.protocol.snapshots import Snapshot
 
@@ -84,10 +82,7 @@ class Session(ABC):
         """Return the exact model's prediction with these settings, as its message; None where a
         newer question came.
         """
-        try:
-            return await self._predictor.ask(controls.changed(self.scenario(), values))
-        except PmwvcError as error:
-            return unknown(str(error))
+        return await self._predictor.ask(self.scenario(), values)
 
     async def pause(self, paused: bool) -> Answer:
         """Let time stand still, or go on."""

@@ -13,11 +13,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.page_sockets import PATIENCE_S, TOKEN, HandmadeSession, served
+from support.plain import load
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from pmwvc_view import controls
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
 from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
+from pmwvc_view.simulated.session import SimulatedSession
 from pmwvc_view.web.access import Access, why_refused
 from pmwvc_view.web.client import Allowance
 from pmwvc_view.web.handling import SETTLED
@@ -230,6 +233,27 @@ def test_page_that_does_not_look_is_sent_no_more_than_its_credit_then_the_presen
     packets = newest[session.layout.size :].reshape(-1, 5)
     numbers = packets[:, 0]
     assert np.array_equal(numbers, np.arange(sent[-1][0] + 1, newest[0] + 1))
+
+
+QUESTIONS = 400  # at once, fewer than a page may send
+
+
+def test_questions_as_many_as_a_page_may_send_are_dropped_before_any_work(monkeypatch):
+    """Reading one costs milliseconds: the session's process reads none of them."""
+    read_here, changed = [], controls.changed
+
+    def counted(*given):
+        read_here.append(given)
+        return changed(*given)
+
+    monkeypatch.setattr(controls, "changed", counted)
+    session = SimulatedSession(load("live"), snapshot_s=0.016)
+    with served(session) as server, server.page() as page:
+        for number in range(QUESTIONS):
+            page.send("ask", id=number, values={"link.delay_s": 0.02})
+        while page.await_kind("prediction")["id"] != QUESTIONS - 1:
+            pass
+    assert not read_here
 
 
 def test_model_is_made_ready_once_when_a_page_has_been_shown_for_a_while(server):
