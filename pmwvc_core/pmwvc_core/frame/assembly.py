@@ -65,6 +65,7 @@ def make_force_loop(
         period_s=server_period_s,
         timeout_s=user.safety.timeout_s,
         lets_go_s=DEVICE_LETS_GO_S,
+        store_j=user.master.store_j,
     )
     packer = Packer(epoch, period=user.master.frame_s, deadband=Deadband(user.master.deadband))
     brake = ends = None
@@ -141,6 +142,7 @@ def make_server_step(
                 period_s=user.master.frame_s,
                 timeout_s=times.timeout_s,
                 lets_go_s=AVATAR_LETS_GO_S,
+                store_j=server.store_j,
             )
             for user in users
         ],

@@ -56,4 +56,4 @@ class ProtocolEnd(Stateful):
 
 def waiting(inbox: Receiver) -> int:
     """Return the flag of packets from an end to which no waves come."""
-    return FLAG_WAITING if anywhere(inbox.playout.dry) else 0
+    return FLAG_WAITING if inbox.playout.waits else 0

@@ -7,6 +7,7 @@ it lets a wave count once, on the plain one it holds the newest.
 """
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing
+from pmwvc_core.numeric import Value
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.wave.impedance import Impedance
@@ -24,8 +25,11 @@ def make_receiver(
     period_s: float,
     timeout_s: float,
     lets_go_s: float,
+    store_j: Value,
 ) -> Receiver:
-    """Return the receiver of a port, whose brake lets go in so much time after an outage [s]."""
+    """Return the receiver of a port, whose brake lets go in so much time after an outage [s], and
+    whose playout begins with so much stored energy [J].
+    """
     longest = largest_wave(impedance, waves=has_waves(controller))
     if not is_strict(controller, channel):
         return Receiver(
@@ -39,6 +43,7 @@ def make_receiver(
         dof,
         most_repaid=wave_of_speed(impedance, REPAID_M_S),
         rises_s=lets_go_s,
+        store_j=store_j,
         period_s=period_s,
         timeout_s=timeout_s,
         max_wave=longest,

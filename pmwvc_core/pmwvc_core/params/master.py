@@ -112,6 +112,13 @@ class MasterParams(Validated):
     hold: str = parameter(
         "foh", ("zoh", "foh"), "expansion of the returning wave (foh: delayed first order)"
     )
+    store_j: float = parameter(
+        2e-3,
+        "0..0.1 J",
+        "energy that the playout of the returning wave may lend to late packets, once a session "
+        "(strict channel)",
+        read_only=True,
+    )
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
     bank: BankParams = group(BankParams)

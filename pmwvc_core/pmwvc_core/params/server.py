@@ -64,6 +64,13 @@ class ServerParams(Validated):
         "0.001..1 s",
         "time step of the environment, T_VE; changes while running on the strict channel only",
     )
+    store_j: float = parameter(
+        2e-3,
+        "0..0.1 J",
+        "energy that the playout of each user's wave may lend to late packets, once a session "
+        "(strict channel)",
+        read_only=True,
+    )
     object_mass: float = parameter(2.0, "0.001..1000 kg", "mass of the shared object")
     object_damping: float = parameter(0.0, "0..100000 N s/m", "damping of the object to ground")
     object_size_m: float = parameter(0.06, "> 0 m", "edge length of the cube", read_only=True)

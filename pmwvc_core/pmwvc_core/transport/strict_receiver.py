@@ -23,8 +23,6 @@ Equations: docs/theory.md 17.24.
 
 from typing import Any
 
-import numpy as np
-
 from pmwvc_core.numeric import (
     Flag,
     Value,
@@ -54,6 +52,8 @@ class StrictReceiver(Receiver):
     most_repaid, rises_s
         Longest wave that makes up what is undelivered [sqrt(W)], and the time in which it grows to
         that [s].
+    store_j
+        Initial stored energy of the playout [J].
 
     Attributes
     ----------
@@ -72,10 +72,11 @@ class StrictReceiver(Receiver):
         most_repaid: Value,
         timeout_s: float,
         rises_s: float = RETURN_S,
+        store_j: Value = 0.0,
         **as_any_receiver: Any,
     ) -> None:
         super().__init__(dof, timeout_s=timeout_s, **as_any_receiver)
-        self.playout = Playout(most_repaid=most_repaid, rises_s=rises_s)
+        self.playout = Playout(most_repaid=most_repaid, rises_s=rises_s, store_j=store_j)
         self.interval_s = self.period_s
         self.lateness_s = 0.0
         self._unreceived_ns: int | None = None  # since when the other end waits
@@ -86,10 +87,10 @@ class StrictReceiver(Receiver):
         """Tell whether the playout had to wait, or that of the other end when it sent last; and
         whether that of the other end has been without this end's waves for too long.
         """
-        dry, begun_ns = self.playout.margin.waits, self._unreceived_ns
+        waits, begun_ns = self.playout.waits, self._unreceived_ns
         if begun_ns is None:
-            return dry, False
-        return dry | True, now_ns - begun_ns > self._silence_ns
+            return waits, False
+        return True, now_ns - begun_ns > self._silence_ns
 
     def _lasts(self, period_s: float) -> bool:
         return 0.0 < period_s <= LONGEST_PERIOD_S
@@ -116,8 +117,6 @@ class StrictReceiver(Receiver):
         smoothed_s = self.interval_s + SMOOTHED * (packet.period - self.interval_s)
         self.interval_s = max(smoothed_s, packet.period)
         usual_s = 3.0 * self.interval_s + LATENESSES * self.lateness_s
-        margin_s = self.playout.margin.time_s
-        usual_s += margin_s if type(margin_s) is float else float(np.max(margin_s))
         self._silence_ns = round(max(self._least_silence_s, usual_s) * 1e9)
 
     def _begin(self, packet: WavePacket, paid_j: Value) -> None:

@@ -17,7 +17,7 @@ from pmwvc_core.state import Stateful
 
 RATIO = 1.3
 MEAN_S = 0.05
-RISE_S = 0.015
+RISE_S = 0.04
 
 
 class BrakeForce(Stateful):

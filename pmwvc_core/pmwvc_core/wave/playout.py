@@ -1,36 +1,37 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The playout of a wave on the strict channel: never more energy than arrived, no motion lost.
+"""The playout of a wave on the strict channel: late packets concealed, no motion lost, and never
+more energy than arrived and was declared.
 
 Segments come in: the integral dU of a wave over a duration dt of its sender, and the energy dJ
-that pays for it, whatever was lost, repeated or late in between. They are played in the time of
-the sender. Per step of length h, with p the time played so far and U(p) the integral up to there,
-even within a segment::
+that pays for it, whatever was lost, repeated or late in between. They are played in the time p of
+the sender (:mod:`.pace`), up to the end e of the newest one and, by the wave w^ of that one, beyond
+it. With U(p) the integral up to p, even within a segment, per step of length h::
 
-    p     <- p + rate h                     never beyond the newest segment
-    due    = U(p) - U(p_before)
-    free   = received - given - released - discarded - reserve of what is still to be played
-    wave   = due/h, shortened to |wave|^2 h/2 <= free
-    undelivered <- undelivered + due - wave h    made up out of free energy alone
+    due         = U(min(p, e)) - U(before),    guessed <- guessed + w^ (time beyond e)
+    asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
+    free        = received - given - released - discarded - reserve of what is still to be played
+    wave        = asked/h, shortened to |wave|^2 h/2 <= E0 + free
+    undelivered <- undelivered + asked - wave h     made up out of free energy alone
 
-What is undelivered is made up as fast as free energy lasts for all of it
-(:func:`.affordable.repayment`), from ``RETURN_S`` after the last wait on, until which the ends
-brake, and not at once: the longest wave that makes it up grows over ``rises_s``.
+A segment that comes late settles its part q = min(c, dt) of the c seconds concealed::
 
-The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So ``given <= received``
-at every step, and U(p) = integral given out + undelivered: displacement may be late, it is never
-lost.
+    mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
-``rate`` is 1 but for what keeps a margin at hand and no more than that (:mod:`.margin`). Where
-nothing is at hand p waits: the wave is zero, and whatever comes later is played later. What comes
-of an outage is not played but stays undelivered; so does what was due while the loop itself did
-not run, what comes as a burst after an outage or with the first packets, and what is at hand
-beyond ``LONGEST_S``.
+What was guessed for longer than the ends take to brake stays undelivered instead. What is
+undelivered is made up as fast as free energy lasts for all of it (:func:`.affordable.repayment`),
+from ``RETURN_S`` after the last wait on, until which the ends brake, and not at once: the longest
+wave that makes it up grows over ``rises_s``.
 
-A playout with something undelivered, or that has had too much at hand for long, and has no energy
-for it is *short*. The other direction then passes on what it can spare (:meth:`Playout.spared`).
+The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So given + released <=
+received + E0 at every step, whatever is guessed, with one E0 (``store_j``) for the whole session;
+and U(min(p, e)) + guessed = integral given out + undelivered + mistaken: displacement may be late,
+it is never lost.
 
-Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19.
+A playout with something undelivered and no energy for it is *short*. The other direction then
+passes on what it can spare (:meth:`Playout.spared`); E0 is neither passed on nor used to make up.
+
+Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.23.
 """
 
 from pmwvc_core.numeric import (
@@ -38,7 +39,6 @@ from pmwvc_core.numeric import (
     Value,
     absolute,
     anywhere,
-    between,
     limit_length,
     maximum,
     minimum,
@@ -48,12 +48,13 @@ from pmwvc_core.numeric import (
 )
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.affordable import affordable, repayment
-from pmwvc_core.wave.margin import LONGEST_WAIT_S, SLACK_S, Margin
+from pmwvc_core.wave.pace import Pace
 from pmwvc_core.wave.segments import Segments
 
-LONGEST_S = 0.3
+MEND_S = 0.03  # time constant with which what was guessed wrong is made good
+SPREAD_S = 0.015  # the energy left for predictions lasts so long at least
 RETURN_S = 0.1  # after the last wait: nothing is repaid until then
-SPARED_J = 1e-4  # free energy below which nothing is caught up
+SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
 PASSED_S = 0.1  # time constant with which a surplus is passed on
 FEW = 5e-4  # [sqrt(W) s] undelivered: no energy is asked for
 SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
@@ -68,6 +69,8 @@ class Playout(Stateful):
     most_repaid, rises_s
         Longest wave that makes up what is undelivered [sqrt(W)], and the time in which it grows so
         long, while the brake lets go [s].
+    store_j
+        Initial stored energy E0, for waves that are predicted or corrected [J].
 
     Attributes
     ----------
@@ -75,20 +78,18 @@ class Playout(Stateful):
         Energy that arrived, was given out, was used otherwise, and was given up [J].
     undelivered
         Integral that arrived, was due and is not given out yet [sqrt(W) s].
-    margin
-        Time that is kept at hand against waits.
     """
 
-    BLOCKS = "margin _segments"
-    SIGNALS = "_integral _wave undelivered"
-    MEMORY = (
-        "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s _burst_s "
-        "_begins_s"
-    )
+    BLOCKS = "pace _segments"
+    SIGNALS = "_integral _wave undelivered _guessed _mistaken"
+    MEMORY = "received_j given_j released_j discarded_j _reserve _behind _since_s"
 
-    def __init__(self, *, most_repaid: Value, rises_s: float = RETURN_S) -> None:
+    def __init__(
+        self, *, most_repaid: Value, rises_s: float = RETURN_S, store_j: Value = 0.0
+    ) -> None:
         self.most_repaid = most_repaid
         self.rises_s = rises_s
+        self.store_j = store_j
         self.received_j: Value = 0.0
         self.given_j: Value = 0.0
         self.released_j: Value = 0.0
@@ -97,57 +98,56 @@ class Playout(Stateful):
 
     def _clear(self) -> None:
         self.undelivered: Value = 0.0
-        self.margin = Margin()
+        self.pace = Pace()
         self._segments = Segments()
-        self._played_s: Value = 0.0
-        self._integral: Value = 0.0  # at the time played
+        self._integral: Value = 0.0  # up to what is played
         self._reserve: Value = 0.0
-        self._wave: Value = 0.0  # due in the last step
+        self._wave: Value = 0.0  # of the newest segment: what is predicted
+        self._guessed: Value = 0.0  # given out beyond the newest segment [sqrt(W) s]
+        self._mistaken: Value = 0.0  # by which guesses fell short [sqrt(W) s]
         self._behind = False
-        self._since_s: Value = 0.0  # since the last wait
-        self._burst_s: Value = 0.0  # for which what comes may still be of an outage
-        self._begins_s = RETURN_S  # for which what comes may have waited for the link
+        self._since_s = 0.0  # since the last wait
 
     def begin(self) -> None:
-        """Drop what is at hand, undelivered and free; a debt stays."""
-        free_j = self.received_j - self.given_j - self.released_j
-        self.discarded_j = maximum(self.discarded_j, free_j)
+        """Drop what is in store, undelivered and free: what comes has nothing to do with it. A
+        debt stays.
+        """
+        self.discarded_j = self.discarded_j + maximum(self._balance_j, 0.0)
         self._clear()
 
     @property
-    def dry(self) -> Flag:
-        """Whether nothing has been at hand for so long that the ends brake."""
-        return self.margin.waits
-
-    @property
-    def at_hand_s(self) -> Value:
-        """Time that could be played without another segment [s]."""
-        return self._segments.end_s - self._played_s
+    def waits(self) -> bool:
+        """Whether nothing has come for so long that the ends brake."""
+        return self.pace.waits
 
     @property
     def waiting(self) -> Value:
-        """Integral that has arrived and is not given out: at hand, or undelivered [sqrt(W) s]."""
-        return self._segments.integrals[-1] - self._integral + self.undelivered
+        """Integral that has arrived and is not given out: in store, or undelivered [sqrt(W) s]."""
+        in_store = self._segments.integrals[-1] - self._integral
+        return in_store + self.undelivered + self._mistaken - self._guessed
+
+    @property
+    def _balance_j(self) -> Value:
+        return self.received_j - self.given_j - self.released_j - self.discarded_j
 
     @property
     def free_j(self) -> Value:
-        """Energy beyond what was given out and what the segments at hand need [J]."""
-        balance = self.received_j - self.given_j - self.released_j - self.discarded_j
-        return balance - (self._segments.reserve_j - self._reserve)
+        """Energy beyond what was given out and what the segments in store need; below zero: taken
+        from E0 [J].
+        """
+        return self._balance_j - (self._segments.reserves[-1] - self._reserve)
 
     @property
     def needed_j(self) -> Value:
-        """Free energy that makes up what is undelivered, U, and catches up [J]: |U| |w| + e
-        |w|^2/2 for the present wave w and an excess e at hand.
+        """Free energy that makes up what is undelivered, U, beside the present wave w: |U| |w|
+        [J].
         """
-        size = root(squared(self._wave))
-        late_s = maximum(self.margin.excess_s, 0.0)
-        return SPARED_J + root(squared(self.undelivered)) * size + 0.5 * late_s * size * size
+        return SPARED_J + root(squared(self.undelivered)) * root(squared(self._wave))
 
     @property
     def short(self) -> Flag:
-        """Whether something is undelivered, or to catch up, and there is less than that."""
-        needs = (squared(self.undelivered) > FEW**2) | (self.margin.excess_s > 0.0)
+        """Whether something is undelivered, and there is less than that."""
+        needs = squared(self.undelivered) > FEW**2
         return needs & (self.free_j < self.needed_j) if anywhere(needs) else needs
 
     def add(self, integral: Value, energy: Value, duration_s: float) -> None:
@@ -163,29 +163,67 @@ class Playout(Stateful):
             Time of the sender that it stands for, > 0 [s].
         """
         self.received_j = self.received_j + energy
-        if self._segments.end_s:
-            self._forget()
-            self.margin.arrive(self.at_hand_s)
-        self._segments.add(integral, duration_s)
+        segments, pace = self._segments, self.pace
+        begun, late_s, braked = segments.end_s > 0.0, -pace.store_s, pace.waits
+        if begun:
+            played, needed = segments.forget(segments.end_s - max(pace.store_s, 0.0))
+            self._integral = self._integral - played
+            self._reserve = self._reserve - needed
+        pace.arrive(duration_s)
+        segments.add(integral, duration_s)
+        self._wave = integral * (1.0 / duration_s)
+        if begun and late_s > 0.0:
+            self._settle(integral, min(late_s / duration_s, 1.0), min(duration_s / late_s, 1.0))
+            if braked:
+                self._owe(self._mistaken)
+                self._mistaken = 0.0 * self._mistaken
+
+    def _settle(self, integral: Value, played: float, settled: float) -> None:
+        """Compare a segment, of which a part was played already by prediction, with its part of
+        what was guessed.
+        """
+        guessed = self._guessed * settled
+        self._guessed = self._guessed - guessed
+        self._mistaken = self._mistaken + integral * played - guessed
+        self._integral, self._reserve = self._at()
+
+    def _at(self) -> tuple[Value, Value]:
+        """Return integral and reserve up to what is played."""
+        return self._segments.until(self._segments.end_s - max(self.pace.store_s, 0.0))
 
     def step(self, h: float) -> Value:
         """Return the wave of the next ``h`` seconds [sqrt(W)]."""
         if not self._segments.end_s:
             return 0.0 * self._integral
-        due = self._advance(h)
-        wave = due * (1.0 / h)
-        free_j = self.free_j
-        power = maximum(free_j, 0.0) * (2.0 / h)
-        drawn, self._wave = squared(wave), wave  # twice its power
+        pace = self.pace
+        if (much_s := pace.surplus_s(h)) > 0.0:
+            self._skip(much_s)
+        _, beyond_s = pace.step(h)
+        if pace.waits:
+            self._since_s = 0.0
+        integral, reserve = self._at()
+        guess, mended = self._wave * beyond_s, self._mistaken * min(h / MEND_S, 1.0)
+        asked = integral - self._integral + guess + mended
+        self._integral, self._reserve = integral, reserve
+        self._guessed = self._guessed + guess
+        self._mistaken = self._mistaken - mended
+        return self._given(asked, h, max(h, SPREAD_S) if beyond_s > 0.0 else h)
+
+    def _given(self, asked: Value, h: float, spread_s: float) -> Value:
+        """Return the wave that gives out an integral within ``h`` seconds, as far as energy lasts,
+        and of what is undelivered what it lasts for as well.
+        """
+        wave, free_j = asked * (1.0 / h), self.free_j
+        power = maximum(free_j + self.store_j, 0.0) * (2.0 / spread_s)
+        drawn = squared(wave)  # twice its power
         beyond = drawn > power
         if beyond is not False and anywhere(beyond):
             wave = where(beyond, limit_length(wave, root(power)), wave)
             drawn = squared(wave)
-            self.undelivered = self.undelivered + (due - wave * h)
-            self._behind = True
+            self._owe(asked - wave * h)
         if self._behind:
-            self._since_s = self._since_s + h
-            wave = self._repay(wave, power, h)
+            self._since_s += h
+            wave = self._repay(wave, maximum(free_j, 0.0) * (2.0 / h), h)
             drawn = squared(wave)
         self.given_j = self.given_j + drawn * (0.5 * h)
         much = free_j > MOST_J  # it has only become less since
@@ -212,88 +250,35 @@ class Playout(Stateful):
     def take_back(self, wave: Value, h: float) -> None:
         """Take a wave back that was given out for ``h`` seconds and not used [sqrt(W)]."""
         self.given_j = self.given_j - squared(wave) * (0.5 * h)
-        self.undelivered = self.undelivered + wave * h
-        self._behind = True
+        self._owe(wave * h)
 
     def pass_by(self, lasted_s: float) -> None:
         """Let time go by in which the loop did not step [s]: what was due then stays undelivered,
         and nothing is played later for it.
         """
         if self._segments.end_s:
-            self._skip(minimum(self._played_s + lasted_s, self._segments.end_s))
-            if lasted_s > LONGEST_WAIT_S:  # what came meanwhile may be read only now
-                self._burst_s = RETURN_S
+            self._skip(self.pace.pass_by(lasted_s))
 
-    def _advance(self, h: float) -> Value:
-        """Play on; return the integral that is due."""
-        newest_s, margin = self._segments.end_s, self.margin
-        spare_s = newest_s - self._played_s - h
-        outage = margin.watch(spare_s, h)
-        waits = margin.waits
-        if waits is not False and anywhere(waits):
-            self._since_s = where(waits, 0.0, self._since_s)
-        most_s = self._most_s(outage, h)
-        much = spare_s > most_s
-        if much is not False and anywhere(much):
-            self._skip(maximum(self._played_s, newest_s - most_s))
-        rate, late = margin.rate(h), margin.excess_s > 0.0
-        if late is not False and anywhere(late):
-            spared = self.free_j > minimum(self.needed_j - SPARED_J, SPARED_J)
-            rate = where(late & spared, margin.faster, rate)
-        played_s = minimum(self._played_s + rate * h, newest_s)
-        integral, reserve = self._at(played_s)
-        due = integral - self._integral
-        self._played_s, self._integral, self._reserve = played_s, integral, reserve
-        return due
-
-    def _most_s(self, outage: Flag, h: float) -> Value:
-        """Return how much may be at hand [s]. What an outage kept back may come within the next
-        ``RETURN_S`` as a burst: of that no more than a packet. What the first packets bring at
-        once would be a lag that lasts: of that no more than frames and steps in any phase need.
-        """
-        longest_s: Value = LONGEST_S
-        if self._begins_s > 0.0:
-            self._begins_s -= h
-            longest_s = self.margin.time_s + SLACK_S + self._segments.lasted_s + h
-        burst = outage | (self._burst_s > 0.0)
-        if burst is False or not anywhere(burst):
-            return longest_s
-        self._burst_s = where(outage, RETURN_S, self._burst_s - h)
-        few_s = self.margin.time_s + SLACK_S + where(outage, 0.0, self._segments.lasted_s)
-        return where(self._burst_s > 0.0, few_s, longest_s)
-
-    def _at(self, time_s: Value) -> tuple[Value, Value]:
-        """Return integral and reserve up to a time, also within a segment."""
-        i, ratio = self._segments.place(time_s)
-        integrals, reserves = self._segments.integrals, self._segments.reserves
-        if not isinstance(i, int):
-            return between(integrals, i, ratio), between(reserves, i, ratio)
-        before, needed = integrals[i - 1], reserves[i - 1]
-        return before + (integrals[i] - before) * ratio, needed + (reserves[i] - needed) * ratio
-
-    def _forget(self) -> None:
-        """Drop the segments that every run has played."""
-        segments = self._segments
-        if played := segments.played(self._played_s):
-            self._integral = self._integral - segments.integrals[played]
-            self._reserve = self._reserve - segments.reserves[played]
-            self._played_s = maximum(self._played_s - segments.forget(played), 0.0)
-
-    def _skip(self, to_s: Value) -> None:
-        """Owe what would have been played until then."""
-        integral, reserve = self._at(to_s)
-        self.undelivered = self.undelivered + (integral - self._integral)
+    def _owe(self, integral: Value) -> None:
+        """Note an integral that was due and not given out [sqrt(W) s]."""
+        self.undelivered = self.undelivered + integral
         self._behind = True
-        self._played_s, self._integral, self._reserve = to_s, integral, reserve
+
+    def _skip(self, time_s: float) -> None:
+        """Owe what would have been played in so much time [s]."""
+        self.pace.skip(time_s)
+        integral, reserve = self._at()
+        self._owe(integral - self._integral)
+        self._integral, self._reserve = integral, reserve
 
     def _repay(self, wave: Value, power: Value, h: float) -> Value:
         """Return the wave with what of ``undelivered`` can be made up within a power [2 W]."""
         undelivered = self.undelivered
         since = (self._since_s - RETURN_S) * (1.0 / self.rises_s)
-        if not anywhere(since > 0.0):
+        if since <= 0.0:
             return wave
         wish = repayment(undelivered, wave, 0.5 * h * power)
-        wish = limit_length(wish, self.most_repaid * maximum(minimum(since, 1.0), 0.0))
+        wish = limit_length(wish, self.most_repaid * min(since, 1.0))
         repaid, _ = affordable(wave, wish, power - squared(wave))
         self.undelivered = undelivered = undelivered - repaid * h
         self._behind = anywhere(absolute(undelivered) > SETTLED)

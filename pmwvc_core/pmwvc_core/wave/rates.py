@@ -155,12 +155,12 @@ class Latest(Stateful):
 
     Attributes
     ----------
-    dry, short
-        Whether it has to wait, or lacks energy: never; see :class:`.playout.Playout`.
+    waits, short
+        Whether nothing has come for long, or it lacks energy: never; see :class:`.playout.Playout`.
     """
 
     MEMORY = "_packet _fresh"
-    dry: Flag = False
+    waits: bool = False
     short: Flag = False
 
     def __init__(self, *, once: bool = False) -> None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The segments of a wave that a playout has at hand: its integral, and the reserve of energy that
+"""The segments of a wave that a playout has in store: its integral, and the reserve of energy that
 its smoothest wave takes, where each of them ends.
 
 Times are those of the sender, since the first segment kept began.
@@ -8,8 +8,6 @@ Times are those of the sender, since the first segment kept began.
 
 from bisect import bisect_right
 from typing import Any
-
-import numpy as np
 
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.state import Stateful
@@ -24,23 +22,22 @@ class Segments(Stateful):
     ----------
     end_s
         Where the newest segment ends; zero before the first [s].
-    reserve_j
-        Up to there [J].
-    lasted_s
-        Duration of the newest segment [s].
     integrals, reserves
         Up to the beginning of the first segment, and to the end of each [sqrt(W) s], [J].
     """
 
     SIGNALS = "integrals"
-    MEMORY = "end_s reserve_j lasted_s reserves _ends_s"
+    MEMORY = "reserves _ends_s"
 
     def __init__(self) -> None:
-        self.end_s = self.lasted_s = 0.0
-        self.reserve_j: Value = 0.0
         self._ends_s = [0.0]
         self.integrals: list[Value] = [0.0]
         self.reserves: list[Value] = [0.0]
+
+    @property
+    def end_s(self) -> float:
+        """Where the newest segment ends; zero before the first [s]."""
+        return self._ends_s[-1]
 
     def add(self, integral: Value, duration_s: float) -> None:
         """Take in a segment behind those there are.
@@ -52,43 +49,30 @@ class Segments(Stateful):
         duration_s
             Time that it stands for [s].
         """
-        self.end_s = self.end_s + duration_s
-        self.reserve_j = self.reserve_j + squared(integral) * (0.5 / duration_s)
-        self._ends_s.append(self.end_s)
+        self._ends_s.append(self.end_s + duration_s)
         self.integrals.append(self.integrals[-1] + integral)
-        self.reserves.append(self.reserve_j)
-        self.lasted_s = duration_s
+        self.reserves.append(self.reserves[-1] + squared(integral) * (0.5 / duration_s))
 
-    def place(self, time_s: Value) -> tuple[Any, Any]:
-        """Return in which segment a time lies, from 1, and how far through it; in a batch of each
-        run where they differ.
-        """
+    def until(self, time_s: float) -> tuple[Value, Value]:
+        """Return integral [sqrt(W) s] and reserve [J] up to a time, also within a segment."""
         ends = self._ends_s
-        if isinstance(time_s, np.ndarray):
-            times = np.array(ends)
-            index = np.clip(np.searchsorted(times, time_s, side="right"), 1, len(ends) - 1)
-            i = int(index.flat[0])
-            if (index != i).any():  # seldom: runs within several segments
-                return index, (time_s - times[index - 1]) / (times[index] - times[index - 1])
-        else:
-            i = min(bisect_right(ends, time_s), len(ends) - 1)
-        return i, (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
+        i = min(bisect_right(ends, time_s), len(ends) - 1)
+        ratio = (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
+        before, needed = self.integrals[i - 1], self.reserves[i - 1]
+        return (
+            before + (self.integrals[i] - before) * ratio,
+            needed + (self.reserves[i] - needed) * ratio,
+        )
 
-    def played(self, time_s: Value) -> int:
-        """Return how many segments every run has played."""
-        first = float(np.min(time_s)) if isinstance(time_s, np.ndarray) else time_s
-        return max(bisect_right(self._ends_s, first + ROUNDING_S) - 1, 0)
-
-    def forget(self, count: int) -> float:
-        """Drop the first segments; the rest begins at zero. Return the time that goes with
-        them [s].
+    def forget(self, time_s: float) -> tuple[Value, Value]:
+        """Drop the segments that end before a time; the rest begins at zero. Return integral
+        [sqrt(W) s] and reserve [J] that go with them.
         """
-        time_s = self._ends_s[count]
-        columns: tuple[list[Any], ...] = (self._ends_s, self.integrals, self.reserves)
-        for kept in columns:
-            gone = kept[count]
-            del kept[:count]
-            for place, each in enumerate(kept):
-                kept[place] = each - gone
-        self.end_s, self.reserve_j = self._ends_s[-1], self.reserves[-1]
-        return time_s
+        count = max(bisect_right(self._ends_s, time_s + ROUNDING_S) - 1, 0)
+        gone = self.integrals[count], self.reserves[count]
+        if count:
+            columns: tuple[list[Any], ...] = (self._ends_s, self.integrals, self.reserves)
+            for kept in columns:
+                first = kept[count]
+                kept[:] = [each - first for each in kept[count:]]
+        return gone
