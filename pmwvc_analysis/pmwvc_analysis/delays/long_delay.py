@@ -81,7 +81,6 @@ def opened(
     *,
     live: bool = False,
     weights: Sequence[int] = (),
-    at_hand_s: Sequence[float] = (),
 ) -> Opened:
     """Return the loop of a scenario whose numbers may be columns, opened at every link that is
     longer than a hyperperiod; see :class:`.loop.Loop`.
@@ -93,7 +92,7 @@ def opened(
         for user, (_, up, down) in zip(scenario.users, parts, strict=True)
     )
     rest = dataclasses.replace(scenario, users=users)
-    loop = loop_of(rest, live=live, weights=weights, at_hand_s=at_hand_s)
+    loop = loop_of(rest, live=live, weights=weights)
     links, delays = [], []
     for line, (whole, _, _) in zip(loop.lines, parts, strict=True):
         if whole:

@@ -28,15 +28,13 @@ def answer(
     Returns
     -------
     dict
-        ``spectral_radius`` per hyperperiod of ``hyperframe_ticks`` of a settled session,
-        ``spectral_radius_least`` and ``spectral_radius_most`` whatever the playouts have at hand
-        (:mod:`.at_hand`), ``stable`` (None: depends on that), ``k_max`` [N/m]: up to there each of
-        them is stable (None: nothing up to ``k_max_bound`` is unstable), ``k_max_unknown`` (why it
-        is not known), ``islands`` (stable ranges above ``k_max``), ``rigid_body_modes`` (taken
-        out), ``states`` (their number, with those), ``slowest`` (``frequency_hz``, None where it
-        is not clear, and growth ``per_second`` of the largest eigenvalue), ``notes``.
+        ``spectral_radius`` per hyperperiod of ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m]
+        (None: nothing up to ``k_max_bound`` is unstable), ``k_max_unknown`` (why it is not known),
+        ``islands`` (stable ranges above ``k_max``), ``rigid_body_modes`` (taken out), ``states``
+        (their number, with those), ``slowest`` (``frequency_hz``, None where it is not clear, and
+        growth ``per_second`` of the largest eigenvalue), ``notes``.
     """
-    span = stability.span(scenario, live=live)
+    is_stable = stability.stable(float(stability.radii(scenario, live=live)[0]))
     limit = stability.k_max(scenario, live=live, bound=bound)
     motion = (_long if is_long(scenario, live=live) else _dense)(scenario, live=live)
     radius = motion.radius
@@ -45,9 +43,7 @@ def answer(
         "scenario": scenario.name,
         "live": live,
         "spectral_radius": radius,
-        "stable": span.stable,
-        "spectral_radius_least": float(span.least[0]),
-        "spectral_radius_most": float(span.most[0]),
+        "stable": is_stable,
         "k_max": limit.first,
         "k_max_bound": limit.bound,
         "k_max_unknown": limit.unknown,
@@ -118,7 +114,7 @@ def _frequency_hz(part: Subproblem, value: complex, *, live: bool) -> float | No
 
 def sentences(found: dict[str, Any]) -> list[str]:
     """Return an answer in words."""
-    word = {True: "stable", False: "NOT stable", None: "stability not known"}[found["stable"]]
+    word = "stable" if found["stable"] else "NOT stable"
     slowest = found["slowest"]
     rate = slowest["per_second"]
     lines = [f"{found['scenario']}: {word}, spectral radius {found['spectral_radius']:.7g}"]

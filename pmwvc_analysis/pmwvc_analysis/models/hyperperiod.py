@@ -41,9 +41,8 @@ class Hyperperiod(Loop):
         *,
         live: bool = False,
         weights: Sequence[int] = (),
-        at_hand_s: Sequence[float] = (),
     ) -> None:
-        super().__init__(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
+        super().__init__(scenario, live=live, weights=weights)
         self._blocks = list(self._ends())
         unsaid = {type(end).__name__ for _, end in self._blocks if not isinstance(end, Stateful)}
         if unsaid:

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models import at_hand
 from pmwvc_core.controllers.library import PLAIN, RECORDS, ZEROING, has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
@@ -199,8 +198,6 @@ def notes_of(scenario: Scenario, *, live: bool = False) -> list[str]:
         found.append("Hands are modelled as applied forces, without stiffness and mass.")
     if scenario.changes:
         found.append("Changes of parameters are not modelled: those at the start hold.")
-    if several := at_hand.words(scenario, live=live):
-        found.append(several)
     effects = left_out(scenario)
     if effects:
         found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")

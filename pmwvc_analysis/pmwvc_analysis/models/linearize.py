@@ -58,7 +58,6 @@ def linearize(
     live: bool = False,
     weights: Sequence[int] = (),
     outputs: bool = False,
-    at_hand_s: Sequence[float] = (),
 ) -> Linear:
     """Return the linear model of a scenario; see :class:`.loop.Loop` for what is asked.
 
@@ -69,7 +68,7 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = loop_of(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
+    loop = loop_of(scenario, live=live, weights=weights)
     return model_of(loop, *loop.around(outputs=outputs))
 
 

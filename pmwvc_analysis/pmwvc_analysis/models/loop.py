@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pmwvc_analysis.models.line import Line, two_sided
 from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.links import modelled_ticks
-from pmwvc_analysis.models.rest import fill, playouts_of, rest_of
+from pmwvc_analysis.models.rest import playouts_of, rest_of, set_paces
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.scenario import Scenario
@@ -29,9 +29,6 @@ class Loop:
         Phases of a live session instead of the simulator's.
     weights
         How many users like it each user stands for: so many avatars move together.
-    at_hand_s
-        The least time at hand of each user's playout at the server [s]; that of a settled session
-        by default (:mod:`.at_hand`).
 
     Attributes
     ----------
@@ -49,7 +46,6 @@ class Loop:
         *,
         live: bool = False,
         weights: Sequence[int] = (),
-        at_hand_s: Sequence[float] = (),
     ) -> None:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
@@ -71,17 +67,15 @@ class Loop:
         for port in self.server.ports:
             port.brake = None
         self.playouts = playouts_of(self.lines, self.step)
-        rest = rest_of(scenario, self.lines, self.ticks, at_hand_s, live=live)
+        rest = rest_of(scenario, self.lines, self.ticks, live=live)
         self._start, still = rest.start, [0.0] * len(self.lines)
         for tick in range(rest.start, 0):
-            if tick == rest.filled:
-                fill(self.playouts, rest.more_s)
+            if tick == rest.settled:
+                set_paces(self.playouts, rest.paces)
             self.advance(tick, still)
 
     def advance(self, tick: int, forces: Sequence[Value]) -> list[tuple[Value, Value, Value]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""
-        for _, playout in self.playouts:  # what they have at hand stays as it is
-            playout.margin.disable()
         number = tick - self._start
         at = tick, number, number * self._tick_ns
         for line in self.lines:

@@ -79,7 +79,7 @@ class MultirateModel:
 
 
 def build(
-    scenario: Scenario, *, live: bool = False, at_hand_s: Sequence[float] = ()
+    scenario: Scenario, *, live: bool = False
 ) -> MultirateModel:
     """Return the exact model of a scenario, with inputs and outputs.
 
@@ -89,8 +89,6 @@ def build(
         What to model, with plain numbers.
     live
         Phases of a live session instead of the simulator's.
-    at_hand_s
-        See :class:`.loop.Loop`.
 
     Raises
     ------
@@ -99,7 +97,7 @@ def build(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = loop_of(scenario, live=live, at_hand_s=at_hand_s)
+    loop = loop_of(scenario, live=live)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.names) * loop.dof
     if states > LARGEST_STATES:
         raise PmwvcError(
@@ -143,13 +141,12 @@ def transitions(
     *,
     live: bool = False,
     weights: Sequence[int] = (),
-    at_hand_s: Sequence[float] = (),
 ) -> Transitions:
     """Return the transition matrices of a scenario whose numbers may be columns ``(runs, 1)``.
 
     With ``weights`` every user stands for so many equal ones that move together.
     """
-    linear = linearize(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
+    linear = linearize(scenario, live=live, weights=weights)
     return Transitions(linear.rows, linear.states, linear.loop.ticks, rigid.families(linear))
 
 

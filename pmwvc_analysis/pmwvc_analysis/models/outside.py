@@ -42,7 +42,6 @@ def loop_of(
     *,
     live: bool = False,
     weights: Sequence[int] = (),
-    at_hand_s: Sequence[float] = (),
 ) -> Hyperperiod:
     """Return the loop of a scenario, ready to be stepped on the identity; see :class:`.loop.Loop`.
 
@@ -61,7 +60,7 @@ def loop_of(
             raise
         except PLUGIN_ERRORS as error:  # whatever a plug-in raises
             raise NonlinearError(f"{what}: not stepped on arrays: {reason(error)}") from error
-    return Hyperperiod(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
+    return Hyperperiod(scenario, live=live, weights=weights)
 
 
 def trial(scenario: Scenario) -> Scenario:

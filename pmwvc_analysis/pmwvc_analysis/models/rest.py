@@ -6,12 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from pmwvc_analysis.models.at_hand import at_hand
+from pmwvc_analysis.models.at_hand import settled_pace
 from pmwvc_analysis.models.line import Line
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.state import State
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.wave.playout import Playout
+
+STORE_S = 0.1  # more than a settled playout has in store
 
 
 class Rest(NamedTuple):
@@ -21,38 +24,29 @@ class Rest(NamedTuple):
     ----------
     start
         Tick with which it begins; tick 0 is a whole number of hyperperiods later.
-    filled
-        Tick before which the server's playouts get more time at hand.
-    more_s
-        So much, by user [s].
+    settled
+        Tick before which the clocks of the server's playouts are set.
+    paces
+        To these, by user.
     """
 
     start: int
-    filled: int
-    more_s: Mapping[str, float]
+    settled: int
+    paces: Mapping[str, State]
 
 
-def rest_of(
-    scenario: Scenario,
-    lines: Sequence[Line],
-    ticks: int,
-    at_hand_s: Sequence[float],
-    *,
-    live: bool,
-) -> Rest:
+def rest_of(scenario: Scenario, lines: Sequence[Line], ticks: int, *, live: bool) -> Rest:
     """Return the beginning of a loop with a hyperperiod of so many ticks: every link has answered
-    by tick 0, and what playouts have at hand is played. ``at_hand_s`` as of :class:`.loop.Loop`.
+    by tick 0, and what playouts had in store before their clocks were set is played.
     """
-    kept_s = at_hand_s or [0.0] * len(lines)
-    if scenario.strict and not at_hand_s:
-        kept_s = [at_hand(user, scenario, live=live).settled_s for user in scenario.users]
     apart = 4 * max(max(line.frame.period, line.serve.period) for line in lines)
-    answered, played = max(line.delay for line in lines) + apart, 0
-    if any(kept_s):
-        played = apart + math.ceil(max(kept_s) / scenario.tick_s)
-    filled = -ticks * -(-played // ticks)
-    start = filled - ticks * (-(-answered // ticks) + 2 * scenario.strict)
-    return Rest(start, filled, {line.name: s for line, s in zip(lines, kept_s, strict=True)})
+    answered, played, paces = max(line.delay for line in lines) + apart, 0, {}
+    if scenario.strict:
+        played = apart + math.ceil(STORE_S / scenario.tick_s)
+        paces = {line.name: settled_pace(line.user, scenario, live=live) for line in lines}
+    settled = -ticks * -(-played // ticks)
+    start = settled - ticks * (-(-answered // ticks) + 2 * scenario.strict)
+    return Rest(start, settled, paces)
 
 
 def playouts_of(lines: Sequence[Line], step: ServerStep) -> list[tuple[str, Playout]]:
@@ -63,9 +57,10 @@ def playouts_of(lines: Sequence[Line], step: ServerStep) -> list[tuple[str, Play
     return [(name, box.playout) for name, box in ends if isinstance(box, StrictReceiver)]
 
 
-def fill(playouts: Sequence[tuple[str, Playout]], more_s: Mapping[str, float]) -> None:
-    """Give the playouts at the server more time at hand, by user [s]."""
+def set_paces(playouts: Sequence[tuple[str, Playout]], paces: Mapping[str, State]) -> None:
+    """Set the clocks of the playouts at the server, by user."""
     for name, playout in playouts:
         user, _, way = name.rpartition(".")
-        if way == "up" and more_s[user] > 0.0:
-            playout.add(0.0, 0.0, more_s[user])
+        if way == "up":
+            playout.add(0.0, 0.0, STORE_S)
+            playout.pace.restore(paces[user])

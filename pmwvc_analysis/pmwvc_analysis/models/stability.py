@@ -6,23 +6,18 @@ Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding
 that are no instability are taken out. The largest stiffness is the first crossing: everything
 below it is stable. Where it becomes stable again above, these islands are reported, too.
 
-Where the server's playouts may have more or less at hand (:mod:`.at_hand`), the largest radius of
-that range counts, with half the largest difference of neighbours for what lies in between.
-
 Equations: docs/theory.md 15.1.
 """
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.delays.work import UnknownError, Work
-from pmwvc_analysis.models.at_hand import Cases, cases
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
@@ -66,73 +61,22 @@ class Limit:
     unknown: str = ""
 
 
-class Span(NamedTuple):
-    """Spectral radii over the hyperperiod ``(runs,)``: of a settled session, and the smallest and
-    largest possible whatever the server's playouts have at hand. Where ``settles`` is False they
-    wait again and again, which no radius describes.
-    """
-
-    settled: Array
-    least: Array
-    most: Array
-    settles: bool
-
-    @property
-    def stable(self) -> bool | None:
-        """Whether the first run is stable; None where that depends on what the playouts have at
-        hand, or they do not settle.
-        """
-        each = {stable(float(value[0])) for value in (self.least, self.most)}
-        return each.pop() if self.settles and len(each) == 1 else None
-
-
-def span(scenario: Scenario, *, live: bool = False) -> Span:
-    """Return the spectral radii of every run of a scenario whose numbers may be columns;
-    UnknownError where that is more work than allowed.
+def radii(scenario: Scenario, *, live: bool = False) -> Array:
+    """Return the spectral radii ``(runs,)``, over the hyperperiod, of every run of a scenario whose
+    numbers may be columns; UnknownError where that is more work than allowed.
     """
     work = Work(scenario)
     parts = [(part, hyperperiod_ticks(part.scenario)) for part in subproblems(scenario)]
     ticks = math.lcm(*(length for _, length in parts))
-    spans = [_span(part, work, live=live) for part, _ in parts]
-    powers = [ticks // length for _, length in parts]
-
-    def whole(of: Callable[[Span], Array]) -> Array:
-        return _largest([of(each) ** power for each, power in zip(spans, powers, strict=True)])
-
-    return Span(
-        whole(lambda each: each.settled),
-        whole(lambda each: each.least),
-        whole(lambda each: each.most),
-        all(each.settles for each in spans),
-    )
-
-
-def radii(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the largest possible spectral radius, over the hyperperiod, of every run."""
-    return span(scenario, live=live).most
-
-
-def _span(part: Subproblem, work: Work, *, live: bool) -> Span:
-    times = _cases(part, work, live=live)
-    settled, *others = (_radii(part, at_hand_s, work, live=live) for at_hand_s in times.all)
-    between = [0.5 * np.abs(one - other) for one, other in pairwise(others[: times.in_order])]
-    apart = _largest(between) if between else 0.0
-    every = [settled, *others]
-    least = np.maximum(-_largest([-each for each in every]) - apart, 0.0)
-    return Span(settled, least, _largest(every) + apart, times.settles)
+    return _largest([_radii(part, work, live=live) ** (ticks // n) for part, n in parts])
 
 
 def _largest(values: Sequence[Array]) -> Array:
     return np.asarray(np.max(np.broadcast_arrays(*values), axis=0))
 
 
-def _cases(part: Subproblem, work: Work, *, live: bool) -> Cases:
-    work.stepping(part.scenario)
-    return cases(part.scenario, live=live)
-
-
-def _radii(part: Subproblem, at_hand_s: Sequence[float], work: Work, *, live: bool) -> Array:
-    of: dict[str, Any] = {"live": live, "weights": part.weights, "at_hand_s": at_hand_s}
+def _radii(part: Subproblem, work: Work, *, live: bool) -> Array:
+    of: dict[str, Any] = {"live": live, "weights": part.weights}
     work.stepping(part.scenario)
     if is_long(part.scenario, live=live):
         loops = opened(part.scenario, **of)
@@ -149,13 +93,12 @@ def _flags(scenario: Scenario, work: Work, *, live: bool) -> Array:
     found = []
     for part in subproblems(scenario):
         if is_long(part.scenario, live=live):
-            for at_hand_s in _cases(part, work, live=live).all:
-                work.stepping(part.scenario)
-                loops = opened(part.scenario, live=live, weights=part.weights, at_hand_s=at_hand_s)
-                work.circles(loops.loci, 1)
-                found.append(loops.stable())
+            work.stepping(part.scenario)
+            loops = opened(part.scenario, live=live, weights=part.weights)
+            work.circles(loops.loci, 1)
+            found.append(loops.stable())
         else:
-            found.append(_stable(_span(part, work, live=live).most))
+            found.append(_stable(_radii(part, work, live=live)))
     return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
 
 

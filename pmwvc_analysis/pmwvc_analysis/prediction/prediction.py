@@ -37,12 +37,10 @@ ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
 
 
 class Exact(NamedTuple):
-    """Stability by the exact model; ``stable`` is None where it depends on what the playouts have
-    at hand.
-    """
+    """Stability by the exact model."""
 
     spectral_radius: float
-    stable: bool | None
+    stable: bool
     limit: stability.Limit
 
 
@@ -93,11 +91,11 @@ class Answer(NamedTuple):
 def exact(scenario: Scenario, *, live: bool) -> Exact | str:
     """Return stability by the exact model, or why there is no answer."""
     try:
-        span = stability.span(scenario, live=live)
+        radius = float(stability.radii(scenario, live=live)[0])
         limit = stability.k_max(scenario, live=live)
     except PmwvcError as error:
         return str(error)
-    return Exact(float(span.settled[0]), span.stable, limit)
+    return Exact(radius, stability.stable(radius), limit)
 
 
 @functools.lru_cache(maxsize=64)

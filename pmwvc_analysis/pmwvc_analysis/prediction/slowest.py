@@ -11,9 +11,9 @@ from pmwvc_core.scenario.scenario import Scenario
 
 def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
     """Return the rate at which the slowest motion grows [1/s], below zero where it decays; None
-    where there is no exact model or it has several answers.
+    where there is no exact model.
     """
     found = exact(scenario, live=live)
-    if not isinstance(found, Exact) or found.stable is None or found.spectral_radius <= 0.0:
+    if not isinstance(found, Exact) or found.spectral_radius <= 0.0:
         return None
     return math.log(found.spectral_radius) / (hyperperiod_ticks(scenario) * scenario.tick_s)

@@ -8,7 +8,6 @@ Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes
 import math
 
 from pmwvc_analysis.budget.energy import declared_storage_j
-from pmwvc_analysis.models import at_hand
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
@@ -50,9 +49,6 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
     known = answer(scenario, live=live)
     found = _stability_lines(scenario, known)
-    if known.exact or known.relative_model:
-        several = at_hand.words(scenario, live=live)
-        found += [several] if several else []
     found += outside_words(scenario)
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if scenario.changes:
@@ -219,7 +215,7 @@ def _stability(model: Exact) -> str:
         reach = "unstable at every contact stiffness"
     else:
         reach = f"largest stable contact stiffness {first:.0f} N/m"
-    word = {True: "Stable", False: "NOT stable", None: "Stability not known"}[model.stable]
+    word = "Stable" if model.stable else "NOT stable"
     return f"{word}: spectral radius {model.spectral_radius:.5g}; {reach}"
 
 

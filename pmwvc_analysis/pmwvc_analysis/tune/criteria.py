@@ -151,16 +151,16 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     chosen = choice.applied(scenario)
     linear = _linear(chosen)
     user = chosen.users[0]
-    spans = _spans(linear, live=live)
-    stable = _stable(spans)
+    touching, free = _radii(linear, live=live)
+    stable = _stable((touching, free))
     limit = stability.k_max(linear, live=live)
     found = transparency(linear, np.ones(1), live=live) if stable else None  # at rest is all
     own = found.rendered if found else None
     rating = Rating(
         choice=choice,
         stable=stable,
-        spectral_radius=float(spans[0].most[0]),
-        free_radius=float(spans[1].most[0]),
+        spectral_radius=touching,
+        free_radius=free,
         k_max=limit.first,
         k_max_unknown=limit.unknown,
         passive=prediction.passive(chosen),
@@ -180,7 +180,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
 def is_stable(scenario: Scenario, choice: Choice, *, live: bool) -> bool:
     """Tell whether the loop with a choice is stable, in touch and with nothing touched."""
     linear = _linear(choice.applied(scenario))
-    return _stable(_spans(linear, live=live))
+    return _stable(_radii(linear, live=live))
 
 
 def _linear(scenario: Scenario) -> Scenario:
@@ -188,14 +188,17 @@ def _linear(scenario: Scenario) -> Scenario:
     return near.scenario if near else scenario
 
 
-def _spans(linear: Scenario, *, live: bool) -> list[stability.Span]:
+def _radii(linear: Scenario, *, live: bool) -> tuple[float, float]:
     """Return the spectral radii in touch and with nothing touched."""
-    return [stability.span(each, live=live) for each in (linear, untouched(linear))]
+    touching, free = (
+        float(stability.radii(each, live=live)[0]) for each in (linear, untouched(linear))
+    )
+    return touching, free
 
 
-def _stable(spans: list[stability.Span]) -> bool:
-    """Tell whether each is stable whatever the playouts have at hand."""
-    return all(span.stable is True for span in spans)
+def _stable(radii: tuple[float, float]) -> bool:
+    """Tell whether both are those of a stable loop."""
+    return all(map(stability.stable, radii))
 
 
 def velocity_step(scenario: Scenario) -> float | None:

@@ -74,39 +74,29 @@ class Pace(Stateful):
         self.store_s += lasted_s
         self.silent_s = max(min(self.silent_s, -self.store_s), 0.0)
 
-    def surplus_s(self, h: float) -> float:
-        """Return how much in store is to be skipped before a step of ``h`` [s]; zero or less:
-        nothing.
+    def pass_by(self, lasted_s: float) -> None:
+        """Let time go by in which the loop did not run [s]: what is in store is skipped."""
+        self.store_s -= max(min(lasted_s, self.store_s), 0.0)
+        if lasted_s > OUTAGE_S:
+            self._burst_s = BURST_S
+
+    def step(self, h: float) -> tuple[float, float]:
+        """Go on by ``h``; return how much of the store is skipped before, and how much is played
+        beyond what has come [s].
         """
         longest_s = self._segment_s if self._burst_s > 0.0 else LONGEST_S
         self._burst_s = max(self._burst_s - h, 0.0)
-        return self.store_s - h - longest_s
-
-    def skip(self, time_s: float) -> None:
-        """Take so much out of the store unplayed [s]."""
-        self.store_s -= time_s
-
-    def pass_by(self, lasted_s: float) -> float:
-        """Let time go by in which the loop did not run [s]; return what of the store it takes."""
-        if lasted_s > OUTAGE_S:
-            self._burst_s = BURST_S
-        return max(min(lasted_s, self.store_s), 0.0)
-
-    def step(self, h: float) -> tuple[float, float]:
-        """Go on by ``h``; return how much of the sender's time is played, and how much beyond what
-        has come is predicted [s].
-        """
-        left_s = self.store_s + HOLD_S + FADE_S
+        skipped_s = max(self.store_s - h - longest_s, 0.0)
+        self.store_s -= skipped_s
+        in_store_s, left_s = max(self.store_s, 0.0), self.store_s + HOLD_S + FADE_S
         self._ratio = max(min(left_s / FADE_S, 1.0, self._ratio + h / RISE_S), 0.0)
         excess = max(min(self._shift_s / CORRECT_S, CORRECTED), -CORRECTED)
         self._shift_s -= excess * self._ratio * h
         time_s = min((1.0 + excess) * self._ratio * h, left_s)
-        in_store_s = max(self.store_s, 0.0)
         self.store_s -= time_s
         if abs(self.store_s) < ROUNDING_S:
             self.store_s = 0.0
-        played_s = in_store_s - max(self.store_s, 0.0)
         if self.store_s < 0.0:
             self.silent_s += max(h - in_store_s, 0.0)
         self._first = True
-        return played_s, time_s - played_s
+        return skipped_s, max(time_s - in_store_s, 0.0) if self.store_s < 0.0 else 0.0

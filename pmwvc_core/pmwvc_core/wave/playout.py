@@ -31,7 +31,7 @@ it is never lost.
 A playout with something undelivered and no energy for it is *short*. The other direction then
 passes on what it can spare (:meth:`Playout.spared`); E0 is neither passed on nor used to make up.
 
-Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.23.
+Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.24.
 """
 
 from pmwvc_core.numeric import (
@@ -185,23 +185,24 @@ class Playout(Stateful):
         guessed = self._guessed * settled
         self._guessed = self._guessed - guessed
         self._mistaken = self._mistaken + integral * played - guessed
-        self._integral, self._reserve = self._at()
+        self._integral, self._reserve = self._at(self.pace.store_s)
 
-    def _at(self) -> tuple[Value, Value]:
-        """Return integral and reserve up to what is played."""
-        return self._segments.until(self._segments.end_s - max(self.pace.store_s, 0.0))
+    def _at(self, store_s: float) -> tuple[Value, Value]:
+        """Return integral and reserve up to where so much is in store [s]."""
+        return self._segments.until(self._segments.end_s - max(store_s, 0.0))
 
     def step(self, h: float) -> Value:
         """Return the wave of the next ``h`` seconds [sqrt(W)]."""
         if not self._segments.end_s:
             return 0.0 * self._integral
         pace = self.pace
-        if (much_s := pace.surplus_s(h)) > 0.0:
-            self._skip(much_s)
-        _, beyond_s = pace.step(h)
+        in_store_s = max(pace.store_s, 0.0)
+        skipped_s, beyond_s = pace.step(h)
+        if skipped_s > 0.0:
+            self._skip(in_store_s - skipped_s)
         if pace.waits:
             self._since_s = 0.0
-        integral, reserve = self._at()
+        integral, reserve = self._at(pace.store_s)
         guess, mended = self._wave * beyond_s, self._mistaken * min(h / MEND_S, 1.0)
         asked = integral - self._integral + guess + mended
         self._integral, self._reserve = integral, reserve
@@ -257,17 +258,17 @@ class Playout(Stateful):
         and nothing is played later for it.
         """
         if self._segments.end_s:
-            self._skip(self.pace.pass_by(lasted_s))
+            self.pace.pass_by(lasted_s)
+            self._skip(max(self.pace.store_s, 0.0))
 
     def _owe(self, integral: Value) -> None:
         """Note an integral that was due and not given out [sqrt(W) s]."""
         self.undelivered = self.undelivered + integral
         self._behind = True
 
-    def _skip(self, time_s: float) -> None:
-        """Owe what would have been played in so much time [s]."""
-        self.pace.skip(time_s)
-        integral, reserve = self._at()
+    def _skip(self, store_s: float) -> None:
+        """Owe what would have been played until so much is in store [s]."""
+        integral, reserve = self._at(store_s)
         self._owe(integral - self._integral)
         self._integral, self._reserve = integral, reserve
 

@@ -17,9 +17,9 @@ examples:
 
 Exact with hands off and all contacts touching.
 
-Keys of --json: spectral_radius, spectral_radius_least, spectral_radius_most, stable (null: not
-known), k_max (N/m, null: none up to k_max_bound is unstable), k_max_bound, k_max_unknown (why it
-is not known), islands, rigid_body_modes, states, hyperframe_ticks, slowest, notes.
+Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
+k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
+hyperframe_ticks, slowest, notes.
 """
 HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
 
