@@ -30,7 +30,7 @@ class WatchedBatch(SessionBatch):
         self.lags_s.append(
             [
                 sum(
-                    (now_ns - inbox.newest.sent_ns) * 1e-9 + float(inbox.playout.at_hand_s)
+                    (now_ns - inbox.newest.sent_ns) * 1e-9 + inbox.playout.pace.store_s
                     if inbox.newest is not None
                     else 0.0
                     for inbox in (user.up.receiver, user.down.receiver)

@@ -91,7 +91,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         frames,
         _tanks(users, scenario),
         notes_on(users, known, server, left_over),
-        {user.name: declared_storage_j(scenario.controller, known[user.name]) for user in users},
+        {user.name: declared_storage_j(scenario, known[user.name]) for user in users},
         {
             user.name: counts_j(traces, scenario, user.name)
             for user in users

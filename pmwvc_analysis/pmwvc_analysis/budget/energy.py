@@ -41,11 +41,14 @@ from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 @dataclass(frozen=True)
 class Balance:
-    """One balance over time, and how far below zero rounding may take it."""
+    """One balance over time, how far below zero rounding may take it, and how far what was declared
+    to be stored at the start.
+    """
 
     time_s: Array  # (step,)
     energy_in_j: Array
     energy_out_j: Array
+    storage_j: float = 0.0
 
     @property
     def balance_j(self) -> Array:
@@ -59,12 +62,12 @@ class Balance:
 
     @property
     def violated(self) -> np.typing.NDArray[np.bool_]:
-        """Flags where more came out than went in before."""
-        return self.balance_j < -self.tolerance_j
+        """Flags where more came out than went in before and was declared to be stored."""
+        return self.balance_j < -self.tolerance_j - self.storage_j
 
     @property
     def passive(self) -> bool:
-        """Tell whether the balance never was below zero."""
+        """Tell whether the balance never was below zero by more than the declared storage."""
         return not bool(self.violated.any())
 
     @property
@@ -169,28 +172,33 @@ def _of_user(
     gone = np.zeros(len(times))
     if scenario is not None and scenario.strict and known is not None:
         sums = UserSums(user, times)
-        up = Balance(times[rows], begun(paid(sums, live=traces.live) - died), taken)
+        paid_j = begun(paid(sums, live=traces.live) - died)
+        up = Balance(times[rows], paid_j, taken, float(scenario.server.store_j))
         given_up = discarded(times, server, traces, sums)
         gone = died + given_up
         if not alters_wave(known.master):
             given = _of_wave(user, "v_m", times) + released(sums, after_s=np.inf)
-            down = Balance(times[rows], begun(v_s - given_up), begun(given))
+            lent_j = float(known.master.store_j)
+            down = Balance(times[rows], begun(v_s - given_up), begun(given), lent_j)
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
         up = Balance(times[rows], begun(_of_wave(user, "u_m", times) - died), taken)
         down = Balance(times[rows], begun(v_s), begun(_of_wave(user, "v_m", times)))
         gone = died
     given_j = begun(v_s)
     joint = Balance(times[rows], begun(at.sums - gone), taken - given_j)
-    storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
+    storage = declared_storage_j(scenario, known) if scenario and known else 0.0
     bound_j = counts_j(traces, scenario, user.name)
     parts = up, down, joint, at.resolution[rows]
     hand = work if len(work.sums) == len(user.time_s) else None
     return UserEnergy(user.name, *parts, storage, stays, bound_j, given_j, hand)
 
 
-def declared_storage_j(controller: str, user: User) -> float:
-    """Return the energy that a user's controller holds at the start by its parameters [J]."""
-    return record_of(controller).storage_j(user.master, user.baseline)
+def declared_storage_j(scenario: Scenario, user: User) -> float:
+    """Return the energy that a user's controller and, on the strict channel, the playouts at both
+    ends hold at the start by their parameters [J].
+    """
+    own = record_of(scenario.controller).storage_j(user.master, user.baseline)
+    return own + scenario.strict * float(user.master.store_j + scenario.server.store_j)
 
 
 def _of_wave(user: UserTraces, wave: str, times: Array) -> Array:

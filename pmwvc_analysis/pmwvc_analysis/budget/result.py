@@ -140,5 +140,5 @@ class Budget:
 
 
 def _lends(part: str) -> bool:
-    """Tell whether a part holds the energy that the controller was lent."""
-    return "position_spent" in part or "node" in part
+    """Tell whether a part holds energy that was declared to be stored at the start."""
+    return any(name in part for name in ("position_spent", "node", "link"))

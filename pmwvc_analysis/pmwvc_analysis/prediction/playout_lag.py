@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lag of the strict channel once around.
 
-A playout is as late as the latest packet that it met: up, the greatest age a of the newest packet
-at a step of the server; down, the longest delay d. The server takes a step's wave as a whole and
-answers with it, so that on average half a step passes at its side each way:
+A playout follows how late packets come: where delays are constant it is as late as the greatest
+age a of the newest packet at a step of the server, and the delay d down. The server takes a step's
+wave as a whole and answers with it, so that on average half a step passes at its side each way:
 
     tau = a + d + T_VE
 
 without anti-aliasing filter, rate drop or hold: the channel counts the motion of every tick whole,
-and plays its wave tick by tick. A packet
-that is lost makes the next one a frame later; of N packets that get lost with the probability p
-the longest run is log N / log(1/p) on average. A deadband adds the time for which a frame waits at
-most. What comes on top (margins; delays beyond one
-deviation; bursts) is not counted.
+and plays its wave tick by tick. Where they are not constant it settles at the lateness L with
+r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S (:mod:`pmwvc_core.wave.pace`): a share
+(sqrt(r) - 1)/(sqrt(r) + 1) of the way from the mean to the longest delay under uniform jitter, and what packets
+that are lost one by one make of the next ones. A deadband adds the time for which a frame waits at
+most. Delays of other shape and bursts are not counted.
 
 Equations: docs/theory.md 17.7.
 """
@@ -21,19 +21,24 @@ Equations: docs/theory.md 17.7.
 import math
 
 import numpy as np
+from scipy.optimize import brentq
 
 from pmwvc_analysis.models.links import Times, delay_ticks, hyperperiod_ticks, serve_phase
 from pmwvc_core.network.effects import active, longest_s, mean_s
 from pmwvc_core.params import DeadbandParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.pace import EARLY_S, LATE_S
+
+SHARE = (math.sqrt(EARLY_S / LATE_S) - 1.0) / (math.sqrt(EARLY_S / LATE_S) + 1.0)
+RARE = 1e-6  # longer runs of lost packets do not count
 
 
 def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     """Return tau on the strict channel [s]."""
     tick_s, period_s, frame_s = scenario.tick_s, scenario.server.period_s, user.master.frame_s
-    up = _oldest_s(user, scenario, live=live) + _lost_s(user.link_up, frame_s, scenario)
+    up = _oldest_s(user, scenario, live=live) + _lost_s(user.link_up, frame_s)
     down = _latest_s(user.link_down, tick_s, live=live)
-    down += _lost_s(user.link_down, period_s, scenario)
+    down += _lost_s(user.link_down, period_s)
     up += _held_back_s(user.master.deadband, frame_s)
     down += _held_back_s(user.contact.deadband, period_s)
     return up + down + period_s + user.master.bank.lag_s
@@ -56,18 +61,26 @@ def _oldest_s(user: User, scenario: Scenario, *, live: bool) -> float:
 
 
 def _latest_s(link: LinkParams, tick_s: float, *, live: bool) -> float:
-    """Return the longest delay, in whole ticks [s]; the mean one where it is not known."""
+    """Return the delay that a playout follows, in whole ticks [s]: exact where it is constant or
+    uniform, the mean one where the longest is not known.
+    """
     if not any(effect.spreads for effect in active(link)):
         return delay_ticks(link, tick_s=tick_s, live=live) * tick_s
-    longest = longest_s(link)
-    known = longest if math.isfinite(longest) else mean_s(link)
-    return math.ceil(known / tick_s - 1e-9) * tick_s
+    longest, mean = longest_s(link), mean_s(link)
+    slower = SHARE * (longest - mean) if math.isfinite(longest) else 0.0
+    return math.ceil((mean + slower) / tick_s - 1e-9) * tick_s
 
 
-def _lost_s(link: LinkParams, interval_s: float, scenario: Scenario) -> float:
-    """Return the longest run of lost packets to be expected in the session [s]."""
+def _lost_s(link: LinkParams, interval_s: float) -> float:
+    """Return what packets that are lost one by one add to the lag that a playout follows [s]."""
     loss = float(np.max(link.loss))
     if not 0.0 < loss < 1.0:
         return 0.0
-    packets = max(scenario.duration_s / interval_s, 1.0)
-    return interval_s * math.log(packets) / math.log(1.0 / loss)
+    packets = np.arange(1, 1 + math.ceil(math.log(RARE) / math.log(loss)))
+    weights = packets * loss ** (packets - 1)  # a segment counts by its length
+
+    def early(lag: float) -> float:
+        late = packets - 1 - lag
+        return float(np.sum(weights * np.where(late > 0.0, -EARLY_S / LATE_S, -1.0) * late))
+
+    return interval_s * float(brentq(early, 0.0, float(packets[-1])))

@@ -223,7 +223,7 @@ def _device_lines(scenario: Scenario) -> list[str]:
     """Return the declared storage of each port, and the noise of its encoder."""
     found = []
     for user in scenario.users:
-        if (stored := declared_storage_j(scenario.controller, user)) > 0.0:
+        if (stored := declared_storage_j(scenario, user)) > 0.0:
             found.append(f"{user.name}: declared storage {1e3 * stored:.3g} mJ.")
         samples = has_waves(scenario.controller) and not scenario.strict
         noise_w = encoder_noise_w(user) if samples else 0.0

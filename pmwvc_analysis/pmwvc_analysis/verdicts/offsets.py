@@ -21,7 +21,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 
 LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
-UNEVEN = "A playout is as late as the latest packet that it met, which is not known before."
+UNEVEN = "The delay of a playout follows how late packets come, which is not known before."
 TOO_LATE = (
     "channel = zeroing loses the motion of packets that do not come in time, which is not known "
     "before."

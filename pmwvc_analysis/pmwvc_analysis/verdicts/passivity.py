@@ -116,7 +116,13 @@ def _of_user(
     of_server = [hole.unjudged for hole in missing]
     unknown = [*entry.stretches.unjudged, *of_server]
     found = [
-        _port(entry, part, balance, unjudged=hidden(balance, unknown))
+        _port(
+            entry,
+            part,
+            balance,
+            declared_j=balance.storage_j,
+            unjudged=hidden(balance, unknown),
+        )
         for part, balance in ports.items()
         if balance is not None
     ]

@@ -84,13 +84,12 @@ class StrictReceiver(Receiver):
         self._least_s = self._most_s = self.period_s  # for which packets stood
 
     def waits(self, now_ns: int) -> tuple[Flag, bool]:
-        """Tell whether the playout had to wait, or that of the other end when it sent last; and
-        whether that of the other end has been without this end's waves for too long.
+        """Tell whether this end brakes, since it or the other one has been without waves for too
+        long; and whether the other end has.
         """
-        waits, begun_ns = self.playout.waits, self._unreceived_ns
-        if begun_ns is None:
-            return waits, False
-        return True, now_ns - begun_ns > self._silence_ns
+        begun_ns = self._unreceived_ns
+        unreceived = begun_ns is not None and now_ns - begun_ns > self._silence_ns
+        return unreceived or self.playout.pace.brakes, unreceived
 
     def _lasts(self, period_s: float) -> bool:
         return 0.0 < period_s <= LONGEST_PERIOD_S

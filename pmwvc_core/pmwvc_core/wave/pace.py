@@ -10,7 +10,7 @@ is in store, or, below zero, -c, the time that is concealed by a predicted wave.
     ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
 
 So a wave without packets goes on for ``HOLD_S`` and then fades, since its time slows down; from
-``OUTAGE_S`` on the ends brake.
+``TOLD_S`` on the other end is told, and from ``OUTAGE_S`` on this one brakes.
 
 The lag follows how late segments come. The first segment of a step, of length dt, shifts p by::
 
@@ -31,7 +31,7 @@ from pmwvc_core.state import Stateful
 HOLD_S, FADE_S, RISE_S = 0.024, 0.03, 0.02
 CORRECT_S, CORRECTED = 0.05, 0.3
 LATE_S, EARLY_S = 0.1, 0.4
-OUTAGE_S = 0.04
+TOLD_S, OUTAGE_S = 0.012, 0.04
 BURST_S = 0.1
 LONGEST_S = 0.3
 ROUNDING_S = 1e-9
@@ -59,7 +59,12 @@ class Pace(Stateful):
 
     @property
     def waits(self) -> bool:
-        """Whether the wave has been predicted for so long that the ends brake."""
+        """Whether nothing has come for so long that the other end is told."""
+        return self.silent_s > TOLD_S
+
+    @property
+    def brakes(self) -> bool:
+        """Whether the wave has been predicted for so long that this end brakes."""
         return self.silent_s > OUTAGE_S
 
     def arrive(self, lasted_s: float) -> None:

@@ -31,7 +31,7 @@ it is never lost.
 A playout with something undelivered and no energy for it is *short*. The other direction then
 passes on what it can spare (:meth:`Playout.spared`); E0 is neither passed on nor used to make up.
 
-Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.24.
+Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.25.
 """
 
 from pmwvc_core.numeric import (
@@ -117,7 +117,7 @@ class Playout(Stateful):
 
     @property
     def waits(self) -> bool:
-        """Whether nothing has come for so long that the ends brake."""
+        """Whether nothing has come for so long that the other end is told."""
         return self.pace.waits
 
     @property
@@ -164,7 +164,7 @@ class Playout(Stateful):
         """
         self.received_j = self.received_j + energy
         segments, pace = self._segments, self.pace
-        begun, late_s, braked = segments.end_s > 0.0, -pace.store_s, pace.waits
+        begun, late_s, braked = segments.end_s > 0.0, -pace.store_s, pace.brakes
         if begun:
             played, needed = segments.forget(segments.end_s - max(pace.store_s, 0.0))
             self._integral = self._integral - played
@@ -200,7 +200,7 @@ class Playout(Stateful):
         skipped_s, beyond_s = pace.step(h)
         if skipped_s > 0.0:
             self._skip(in_store_s - skipped_s)
-        if pace.waits:
+        if pace.brakes:
             self._since_s = 0.0
         integral, reserve = self._at(pace.store_s)
         guess, mended = self._wave * beyond_s, self._mistaken * min(h / MEND_S, 1.0)

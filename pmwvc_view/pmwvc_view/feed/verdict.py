@@ -129,11 +129,11 @@ def _active(
     found = []
     for user in users:
         accounts = feed.user(user).accounts
-        parts = [("way up", accounts.up, 0.0), ("way down", accounts.down, 0.0)]
+        parts = [("way up", accounts.up), ("way down", accounts.down)]
         if user in exact:
-            parts.append(("hand to object", accounts.hand, storage_j.get(user, 0.0)))
-        for name, account, stored in parts:
-            if account.margin_j < -stored:
+            parts.append(("hand to object", accounts.hand))
+        for name, account in parts:
+            if account.margin_j < -storage_j.get(user, 0.0):
                 at_s = (account.least_ns - (feed.zero_ns or 0)) / NS
                 found.append(
                     f"{user}, {name}, gave out {quantity(-account.least_j, 'J')} more than it "
