@@ -82,8 +82,7 @@ class RunningSession(Session):
                 self._feed,
                 self._names,
                 storage_j={
-                    user.name: declared_storage_j(scenario, user)
-                    for user in scenario.users
+                    user.name: declared_storage_j(scenario, user) for user in scenario.users
                 },
                 exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),

@@ -220,8 +220,8 @@ def test_the_models_are_their_own_and_not_those_of_the_library():
 @pytest.mark.parametrize("period_s", [0.004, 0.012])
 def test_there_is_a_model_on_the_strict_channel_at_unequal_rates(period_s):
     values = {"link__delay_s": 0.008, "channel": "strict", "server__period_s": period_s}
-    span = stability.span(with_(linear_loops.scenario(**values), coupling="averaged"))
-    assert 0.5 < span.settled[0] < 1.5
+    radii = stability.radii(with_(linear_loops.scenario(**values), coupling="averaged"))
+    assert 0.5 < radii[0] < 1.5
 
 
 def growth(scenario, ticks=4000):
@@ -259,7 +259,7 @@ def test_the_largest_stable_stiffness_separates_what_decays_from_what_grows():
 def test_an_end_whose_model_would_be_wrong_has_none(name, reason):
     scenario = with_(linear_loops.scenario(link__delay_s=0.008), controller=name)
     with pytest.raises(NonlinearError, match=reason):
-        stability.span(scenario)
+        stability.radii(scenario)
     assert not any("Stable:" in line for line in prediction_text.lines(scenario, live=False))
 
 
@@ -273,7 +273,7 @@ def test_an_end_whose_model_would_be_wrong_has_none(name, reason):
 def test_a_coupling_whose_model_would_be_wrong_has_none(name, reason):
     scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling=name)
     with pytest.raises(NonlinearError, match=reason):
-        stability.span(scenario)
+        stability.radii(scenario)
 
 
 def test_a_coupling_may_treat_equal_users_differently():
@@ -281,7 +281,7 @@ def test_a_coupling_may_treat_equal_users_differently():
     scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling="ordered")
     whole = build(scenario)
     assert compare(scenario, model=whole) < 1e-9
-    assert stability.span(scenario).settled[0] == pytest.approx(spectral_radius(whole), rel=1e-9)
+    assert stability.radii(scenario)[0] == pytest.approx(spectral_radius(whole), rel=1e-9)
 
 
 def test_nothing_is_proved_of_code_from_another_package():

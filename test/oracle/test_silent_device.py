@@ -8,6 +8,7 @@ import functools
 
 import numpy as np
 import pytest
+from support.least_balance import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
@@ -54,7 +55,7 @@ def test_a_hand_that_moves_has_its_avatar_back_three_seconds_later(begin_s):
     )
     assert grip_n == pytest.approx(usual_n, rel=0.1)
     for energy in user_energies(traces, scenario):
-        assert min(energy.up.minimum_j, energy.down.minimum_j, energy.joint.minimum_j) >= LEAST_J
+        assert least_j(energy) >= LEAST_J
     user = traces.users[0]
     silent = (user.time_s > begin_s + 0.02) & (user.time_s < begin_s + SILENT_S)
     assert not user.f_applied[silent].any()  # no force on a dead sample

@@ -195,7 +195,7 @@ def test_an_offset_is_predicted_where_packets_come_evenly_and_left_open_elsewher
         scenario = files.load("carry_16ms", settings_texts=texts, duration_s=6.0)
         found = [each for each in outcomes(scenario, judged(scenario)) if each.what == "offset"]
         assert [each.hit for each in found] == [hit, hit]
-        assert ("latest packet" in found[0].text) == (hit is None)
+        assert ("how late packets come" in found[0].text) == (hit is None)
 
 
 def test_the_report_shows_both_ways_of_the_link_and_no_filter_that_is_not_there():

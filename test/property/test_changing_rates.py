@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.least_balance import least_j
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -82,7 +83,7 @@ def test_no_energy_and_no_displacement_comes_or_goes_when_rates_change(found, ne
     batch, traces, scenario, joined = ran([*network, *(WEBER if weber else ())], found)
     server = traces.server
     for i, energy in enumerate(user_energies(traces, scenario)):
-        assert min(energy.up.minimum_j, energy.down.minimum_j, energy.joint.minimum_j) >= LEAST_J
+        assert least_j(energy) >= LEAST_J
         inbox, out = batch.server.inboxes[i], np.sum(server.u_s[i][:, 0] * server.periods_s)
         assert len(joined[i]) == 1  # nobody was taken for gone
         arrived = inbox.newest.integral - joined[i][0]

@@ -6,8 +6,6 @@ import pytest
 from support import handmade
 from support import plain as scenarios
 
-from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.stability import span
 from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
     answer,
@@ -246,30 +244,6 @@ def test_settings_without_effect_on_the_strict_channel_are_named_and_what_gives_
     assert not warnings("channel=strict")
     (plain,) = warnings("channel=plain", *wanted, "master.hold=zoh")
     assert plain.startswith("Warning: user2: the anti-aliasing filter is weak")
-
-
-@pytest.mark.parametrize(
-    ("frame", "step_s", "channel", "said"),
-    [
-        (5, 0.008, "strict", "user1 0.8 ms in the end, 0 to 6.0 ms possible"),
-        (8, 0.008, "strict", ""),
-        (5, 0.008, "plain", ""),
-    ],
-)
-def test_a_model_says_for_which_times_at_hand_it_holds(frame, step_s, channel, said):
-    scenario = handmade.scenario(channel=channel, master__rate_drop=frame, server__period_s=step_s)
-    found = [note for note in notes_of(scenario) if "at hand" in note]
-    assert len(found) == bool(said)
-    assert said in " ".join(found)
-
-
-def test_playouts_that_never_settle_leave_stability_unknown():
-    values = {"master__rate_drop": 16, "server__period_s": 0.017, "link__up__delay_s": 0.022}
-    scenario = handmade.scenario(channel="strict", **values)
-    found = span(scenario)
-    assert found.stable is None
-    assert found.settled[0] < 1.0
-    assert "the playouts wait again and again" in " ".join(notes_of(scenario))
 
 
 def test_a_filter_above_half_the_packet_rate_is_warned_of_with_its_gain():

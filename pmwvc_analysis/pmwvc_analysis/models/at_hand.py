@@ -35,7 +35,8 @@ def settled_pace(user: User, scenario: Scenario, *, live: bool) -> State:
 @functools.lru_cache(maxsize=4096)
 def _settled(frame: int, step: int, arrival: int, phase: int, tick_s: float) -> State:
     """Return the same by ticks: length of frame and step, phase of arrivals and of
-    steps."""
+    steps.
+    """
     ticks = math.lcm(frame, step)
     until = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
     pace = Pace()

@@ -78,9 +78,7 @@ class MultirateModel:
     notes: list[str]
 
 
-def build(
-    scenario: Scenario, *, live: bool = False
-) -> MultirateModel:
+def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     """Return the exact model of a scenario, with inputs and outputs.
 
     Parameters

@@ -7,7 +7,6 @@ the refusal of packets of another kind of controller.
 from collections import deque
 from collections.abc import Callable
 
-from pmwvc_core.numeric import anywhere
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_DIRECT, FLAG_WAITING, WavePacket
 from pmwvc_core.transport.receiver import Receiver

@@ -5,13 +5,13 @@ more energy than arrived and was declared.
 
 Segments come in: the integral dU of a wave over a duration dt of its sender, and the energy dJ
 that pays for it, whatever was lost, repeated or late in between. They are played in the time p of
-the sender (:mod:`.pace`), up to the end e of the newest one and, by the wave w^ of that one, beyond
-it. With U(p) the integral up to p, even within a segment, per step of length h::
+the sender (:mod:`.pace`), up to the end e of the newest one and, by the wave w^ of that one,
+beyond it. With U(p) the integral up to p, even within a segment, per step of length h::
 
     due         = U(min(p, e)) - U(before),    guessed <- guessed + w^ (time beyond e)
     asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
     free        = received - given - released - discarded - reserve of what is still to be played
-    wave        = asked/h, shortened to |wave|^2 h/2 <= E0 + free
+    wave        = asked/h, shortened to |wave|^2 h/2 <= E0 + free, beyond e to h/SPREAD_S of that
     undelivered <- undelivered + asked - wave h     made up out of free energy alone
 
 A segment that comes late settles its part q = min(c, dt) of the c seconds concealed::
@@ -200,8 +200,7 @@ class Playout(Stateful):
         skipped_s, beyond_s = pace.step(h)
         if skipped_s > 0.0:
             self._skip(in_store_s - skipped_s)
-        if pace.brakes:
-            self._since_s = 0.0
+        self._since_s = 0.0 if pace.brakes else self._since_s + h
         integral, reserve = self._at(pace.store_s)
         guess, mended = self._wave * beyond_s, self._mistaken * min(h / MEND_S, 1.0)
         asked = integral - self._integral + guess + mended
@@ -223,7 +222,6 @@ class Playout(Stateful):
             drawn = squared(wave)
             self._owe(asked - wave * h)
         if self._behind:
-            self._since_s += h
             wave = self._repay(wave, maximum(free_j, 0.0) * (2.0 / h), h)
             drawn = squared(wave)
         self.given_j = self.given_j + drawn * (0.5 * h)

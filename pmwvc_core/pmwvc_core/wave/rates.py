@@ -156,7 +156,7 @@ class Latest(Stateful):
     Attributes
     ----------
     waits, short
-        Whether nothing has come for long, or it lacks energy: never; see :class:`.playout.Playout`.
+        Whether nothing has come for long, or energy lacks: never; see :class:`.playout.Playout`.
     """
 
     MEMORY = "_packet _fresh"
