@@ -173,20 +173,21 @@ def test_what_is_played_later_leaves_them_apart(who, monkeypatch):
 
 
 def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
-    scenario = files.load("blackout_2s", settings_texts=["channel=strict"])
+    texts = ["link.schedule=5 outage; 8 base"]
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=14.0)
     traces = simulated(scenario)
-    user = traces.users[1]
+    user = traces.users[0]
     passed_j = user.accounts["playout_released"]
     assert passed_j[-1] > 1e-4  # after the outage
     found = budget(traces, scenario)
     assert found.closes
     assert found.active == []
-    node = found.parts["user2"]["node"][found.time_s > 11.0]
+    node = found.parts["user1"]["node"][found.time_s > 11.0]
     assert node == pytest.approx(KEPT_J, abs=2e-5)
-    (entry,) = [each for each in user_energies(traces, scenario) if each.name == "user2"]
-    assert entry.down.minimum_j >= LEAST_J
+    (entry,) = [each for each in user_energies(traces, scenario) if each.name == "user1"]
+    assert least_j(entry) >= LEAST_J
     unknown = {name: sums for name, sums in user.accounts.items() if name != "playout_released"}
-    blind = replace(traces, users=[traces.users[0], replace(user, accounts=unknown)])
+    blind = replace(traces, users=[replace(user, accounts=unknown), traces.users[1]])
     assert [each.part for each in budget(blind, scenario).active] == ["node"]  # the control
 
 

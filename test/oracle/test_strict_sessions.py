@@ -116,11 +116,12 @@ def test_an_outage_ends_in_damping_and_comes_back_under_the_slew_limit():
     ):
         assert least_j(energy) >= LEAST_J
         assert np.abs(np.diff(user.f_applied[:, 0])).max() <= slew * (1.0 + 1e-9)
-        wait = 4000 + np.argmax(np.abs(user.v_m[4000:, 0]) < 0.01)
-        assert wait < 4200 and np.all(np.abs(user.v_m[wait:4500]) < 0.01)
-        given = np.cumsum(user.f_applied[wait:4500, 0] * np.diff(user.x_m[wait:4501, 0]))
-        assert given.min() >= -1e-9  # a brake: no more than the hand put in, at any time
-        assert given[-1] > 1e-3
+        wait = 4000 + np.argmax(np.abs(user.v_m[4000:, 0]) < 0.05)
+        assert wait < 4150 and np.all(np.abs(user.v_m[wait:4500]) < 0.05)
+        given = user.f_applied[4020:4500, 0] * np.diff(user.x_m[4020:4501, 0])
+        braked = np.cumsum(given[wait - 4020 :])
+        assert braked.min() >= -1e-9  # a brake: no more than the hand put in, at any time
+        assert given.sum() > 1e-3
         assert apart_m(traces, i)[-500:].mean() < 0.5 * apart_m(plain, i)[-500:].mean()
         assert np.abs(user.f_applied[-1, 0]) > 1.0  # the grip is back; plain has lost it
     assert max(np.abs(user.f_applied[-1, 0]) for user in plain.users) < 0.5

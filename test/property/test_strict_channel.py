@@ -141,7 +141,7 @@ def test_once_packets_come_evenly_everything_paid_for_is_given_out(schedule):
     def is_settled():
         spent = float(np.max(playout.free_j)) < 1e-9 * one.moved + 1e-12
         rest = float(np.max(np.abs(playout.waiting))) <= 1e-2 * before + 1e-12
-        return spent or (rest and playout.at_hand_s < 0.1)  # the margin goes down on surplus only
+        return spent or (rest and playout.pace.store_s < 0.1)
 
     for _ in range(1000):
         packet = one.packer.pack(

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.counts import behind_counts, counts_j
-from pmwvc_analysis.budget.energy import declared_storage_j
+from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
@@ -91,7 +91,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         frames,
         _tanks(users, scenario),
         notes_on(users, known, server, left_over),
-        {user.name: declared_storage_j(scenario, known[user.name]) for user in users},
+        {user.name: declared(scenario, known[user.name]) for user in users},
         {
             user.name: counts_j(traces, scenario, user.name)
             for user in users

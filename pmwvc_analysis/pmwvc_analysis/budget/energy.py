@@ -21,6 +21,7 @@ Equations: docs/theory.md 13.1, 13.2, 13.3.
 """
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,8 +42,8 @@ from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 @dataclass(frozen=True)
 class Balance:
-    """One balance over time, how far below zero rounding may take it, and how far what was declared
-    to be stored at the start.
+    """One balance over time, how far below zero rounding may take it, and how far what was
+    declared to be stored at the start.
     """
 
     time_s: Array  # (step,)
@@ -193,12 +194,24 @@ def _of_user(
     return UserEnergy(user.name, *parts, storage, stays, bound_j, given_j, hand)
 
 
-def declared_storage_j(scenario: Scenario, user: User) -> float:
-    """Return the energy that a user's controller and, on the strict channel, the playouts at both
-    ends hold at the start by their parameters [J].
+class Declared(NamedTuple):
+    """Energy held at the start by the parameters: by a user's controller, and on the strict channel
+    by the playouts at both ends [J].
     """
+
+    controller_j: float = 0.0
+    playouts_j: float = 0.0
+
+
+def declared(scenario: Scenario, user: User) -> Declared:
+    """Return the energy that a user's ends hold at the start."""
     own = record_of(scenario.controller).storage_j(user.master, user.baseline)
-    return own + scenario.strict * float(user.master.store_j + scenario.server.store_j)
+    return Declared(own, scenario.strict * float(user.master.store_j + scenario.server.store_j))
+
+
+def declared_storage_j(scenario: Scenario, user: User) -> float:
+    """Return all of it [J]."""
+    return sum(declared(scenario, user))
 
 
 def _of_wave(user: UserTraces, wave: str, times: Array) -> Array:

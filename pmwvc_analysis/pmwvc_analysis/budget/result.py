@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
+from pmwvc_analysis.budget.energy import Declared
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted
 from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
@@ -55,7 +56,7 @@ class Budget:
     at_frames: dict[str, dict[str, Series]] = field(default_factory=dict)  # known better then
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
-    declared: dict[str, float] = field(default_factory=dict)  # storage of an owner with a tank [J]
+    declared: dict[str, Declared] = field(default_factory=dict)  # by user
     counts: dict[str, float] = field(default_factory=dict)  # bound of an encoder's counts [J]
     remainders: list[Remainder] = field(default_factory=list)  # no error in these is found
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
@@ -126,7 +127,7 @@ class Budget:
                 moved_j=moved,
                 decides=False,
                 unjudged=unjudged,
-                declared_j=self.declared.get(owner, 0.0) if _lends(part) else 0.0,
+                declared_j=_held_j(part, self.declared.get(owner, Declared())),
                 counts_j=self.counts.get(owner, 0.0) if AT_COUNTS[0] in part else 0.0,
             )
             found.append(judged)
@@ -139,6 +140,7 @@ class Budget:
         return sorted(found, key=lambda each: -each.given_j)
 
 
-def _lends(part: str) -> bool:
-    """Tell whether a part holds energy that was declared to be stored at the start."""
-    return any(name in part for name in ("position_spent", "node", "link"))
+def _held_j(part: str, declared: Declared) -> float:
+    """Return what a part was declared to hold at the start [J]."""
+    tank, links = "position_spent" in part or "node" in part, "link" in part
+    return tank * declared.controller_j + links * declared.playouts_j

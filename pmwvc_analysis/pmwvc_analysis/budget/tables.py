@@ -30,7 +30,7 @@ def summary(found: Budget) -> dict[str, Any]:
                 "name": name,
                 "hand_j": _last(found.hands[name]),
                 **_energies(found, name),
-                "declared_storage_j": found.declared.get(name, 0.0),
+                "declared_storage_j": sum(found.declared.get(name, ())),
             }
             for name in found.hands
         ],

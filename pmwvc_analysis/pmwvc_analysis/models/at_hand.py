@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The clock of the server's playouts over a constant delay, once it has settled.
+"""The clocks of the playouts over constant delays, once they have settled.
 
-It does not depend on signals (:mod:`pmwvc_core.wave.pace`). Where frames and steps are not equally
+They do not depend on signals (:mod:`pmwvc_core.wave.pace`). Where frames and steps are not equally
 long, segments come early and late in turn; the lag that follows them comes to one course around
-the hyperperiod, whatever the beginning was, and the model holds for that. At the device a packet
-always comes when the one before is played.
+the hyperperiod, whatever the beginning was, and the model holds for that.
 
 Equations: docs/theory.md 15.3, 17.18.
 """
@@ -21,15 +20,18 @@ from pmwvc_core.wave.pace import Pace
 SETTLED_S = 20.0  # many times as long as the lag takes to follow
 
 
-def settled_pace(user: User, scenario: Scenario, *, live: bool) -> State:
-    """Return the clock of a user's playout at the server, where a hyperperiod begins."""
-    return _settled(
-        user.master.rate_drop,
-        scenario.period_ticks,
-        delay_ticks(user.link_up, tick_s=scenario.tick_s, live=live) % user.master.rate_drop,
-        serve_phase(scenario, live=live),
-        scenario.tick_s,
-    )
+def settled_paces(user: User, scenario: Scenario, *, live: bool) -> dict[str, State]:
+    """Return the clocks of a user's playouts where a hyperperiod begins: ``up`` at the server,
+    ``down`` at the device.
+    """
+    tick_s, frame, step = scenario.tick_s, user.master.rate_drop, scenario.period_ticks
+    serve = serve_phase(scenario, live=live)
+    up = delay_ticks(user.link_up, tick_s=tick_s, live=live)
+    down = delay_ticks(user.link_down, tick_s=tick_s, live=live)
+    return {
+        "up": _settled(frame, step, up % frame, serve, tick_s),
+        "down": _settled(step, 1, (serve + down) % step, 0, tick_s),
+    }
 
 
 @functools.lru_cache(maxsize=4096)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from pmwvc_analysis.models.at_hand import settled_pace
+from pmwvc_analysis.models.at_hand import settled_paces
 from pmwvc_analysis.models.line import Line
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.scenario.scenario import Scenario
@@ -25,14 +25,14 @@ class Rest(NamedTuple):
     start
         Tick with which it begins; tick 0 is a whole number of hyperperiods later.
     settled
-        Tick before which the clocks of the server's playouts are set.
+        Tick before which the clocks of the playouts are set.
     paces
-        To these, by user.
+        To these, by user and way.
     """
 
     start: int
     settled: int
-    paces: Mapping[str, State]
+    paces: Mapping[str, Mapping[str, State]]
 
 
 def rest_of(scenario: Scenario, lines: Sequence[Line], ticks: int, *, live: bool) -> Rest:
@@ -43,7 +43,7 @@ def rest_of(scenario: Scenario, lines: Sequence[Line], ticks: int, *, live: bool
     answered, played, paces = max(line.delay for line in lines) + apart, 0, {}
     if scenario.strict:
         played = apart + math.ceil(STORE_S / scenario.tick_s)
-        paces = {line.name: settled_pace(line.user, scenario, live=live) for line in lines}
+        paces = {line.name: settled_paces(line.user, scenario, live=live) for line in lines}
     settled = -ticks * -(-played // ticks)
     start = settled - ticks * (-(-answered // ticks) + 2 * scenario.strict)
     return Rest(start, settled, paces)
@@ -57,10 +57,11 @@ def playouts_of(lines: Sequence[Line], step: ServerStep) -> list[tuple[str, Play
     return [(name, box.playout) for name, box in ends if isinstance(box, StrictReceiver)]
 
 
-def set_paces(playouts: Sequence[tuple[str, Playout]], paces: Mapping[str, State]) -> None:
-    """Set the clocks of the playouts at the server, by user."""
+def set_paces(
+    playouts: Sequence[tuple[str, Playout]], paces: Mapping[str, Mapping[str, State]]
+) -> None:
+    """Set the clocks of the playouts, by user and way."""
     for name, playout in playouts:
         user, _, way = name.rpartition(".")
-        if way == "up":
-            playout.add(0.0, 0.0, STORE_S)
-            playout.pace.restore(paces[user])
+        playout.add(0.0, 0.0, STORE_S)
+        playout.pace.restore(paces[user][way])

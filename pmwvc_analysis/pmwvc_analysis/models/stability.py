@@ -62,8 +62,8 @@ class Limit:
 
 
 def radii(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the spectral radii ``(runs,)``, over the hyperperiod, of every run of a scenario whose
-    numbers may be columns; UnknownError where that is more work than allowed.
+    """Return the spectral radii ``(runs,)`` over the hyperperiod, where numbers may be columns;
+    UnknownError where that is more work than allowed.
     """
     work = Work(scenario)
     parts = [(part, hyperperiod_ticks(part.scenario)) for part in subproblems(scenario)]

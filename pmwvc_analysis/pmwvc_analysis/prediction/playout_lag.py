@@ -10,9 +10,9 @@ wave as a whole and answers with it, so that on average half a step passes at it
 
 without anti-aliasing filter, rate drop or hold: the channel counts the motion of every tick whole,
 and plays its wave tick by tick. Where they are not constant it settles at the lateness L with
-r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S (:mod:`pmwvc_core.wave.pace`): a share
-(sqrt(r) - 1)/(sqrt(r) + 1) of the way from the mean to the longest delay under uniform jitter, and what packets
-that are lost one by one make of the next ones. A deadband adds the time for which a frame waits at
+r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S (:mod:`pmwvc_core.wave.pace`): from the mean
+(sqrt(r) - 1)/(sqrt(r) + 1) of the way to the longest delay under uniform jitter, and later by what
+packets lost one by one make of the next ones. A deadband adds the time for which a frame waits at
 most. Delays of other shape and bursts are not counted.
 
 Equations: docs/theory.md 17.7.

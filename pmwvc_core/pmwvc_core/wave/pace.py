@@ -9,17 +9,17 @@ is in store, or, below zero, -c, the time that is concealed by a predicted wave.
     rate  = 1 + shift/CORRECT_S     within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
     ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
 
-So a wave without packets goes on for ``HOLD_S`` and then fades, since its time slows down; from
-``TOLD_S`` on the other end is told, and from ``OUTAGE_S`` on this one brakes.
+So a wave without packets goes on for ``HOLD_S`` and then fades, since its time slows down; after
+``TOLD_S`` without a segment the other end is told, and after ``OUTAGE_S`` this one brakes.
 
 The lag follows how late segments come. The first segment of a step, of length dt, shifts p by::
 
     shift <- shift - c dt/LATE_S    where it comes c too late
     shift <- shift + a dt/EARLY_S   where a was still in store
 
-which settles where one in five comes late. What ends an outage says nothing of lateness. Of what comes within ``BURST_S`` after an outage, a
-standstill of this loop, or the beginning, no more than a segment is kept in store, and later no
-more than ``LONGEST_S``; the rest is skipped.
+which settles where one in five comes late. What comes within ``BURST_S`` after an outage, a
+standstill of this loop, or the beginning, says nothing of lateness; no more than a segment of it
+is kept in store, and later no more than ``LONGEST_S``. The rest is skipped.
 
 Nothing here depends on signals: one clock serves all axes, and all runs of a batch.
 
@@ -44,14 +44,16 @@ class Pace(Stateful):
     ----------
     store_s
         Time in store; below zero: concealed [s].
+    shift_s
+        By which the lag is still to become shorter; below zero longer [s].
     silent_s
-        Time since the newest segment ended, by this end's clock [s]; zero until then.
+        Time without a segment since there was none in store any more, by this end's clock [s].
     """
 
-    MEMORY = "store_s silent_s _shift_s _ratio _burst_s _segment_s _first"
+    MEMORY = "store_s silent_s shift_s _ratio _burst_s _segment_s _first"
 
     def __init__(self) -> None:
-        self.store_s = self.silent_s = self._shift_s = 0.0
+        self.store_s = self.silent_s = self.shift_s = 0.0
         self._ratio = 1.0
         self._burst_s = BURST_S
         self._segment_s = 0.0  # length of the newest segment
@@ -71,13 +73,14 @@ class Pace(Stateful):
         """Note a segment that stands for so long [s]."""
         if self.silent_s > OUTAGE_S:
             self._burst_s = BURST_S
-        elif self._first and self._segment_s:
+        else:
+            self._segment_s = lasted_s
+        if self._first and self._burst_s <= 0.0:
             slow_s = LATE_S if self.store_s < 0.0 else EARLY_S
-            self._shift_s += self.store_s * min(lasted_s / slow_s, 1.0)
+            self.shift_s += self.store_s * min(lasted_s / slow_s, 1.0)
         self._first = False
-        self._segment_s = lasted_s
         self.store_s += lasted_s
-        self.silent_s = max(min(self.silent_s, -self.store_s), 0.0)
+        self.silent_s = 0.0
 
     def pass_by(self, lasted_s: float) -> None:
         """Let time go by in which the loop did not run [s]: what is in store is skipped."""
@@ -95,8 +98,8 @@ class Pace(Stateful):
         self.store_s -= skipped_s
         in_store_s, left_s = max(self.store_s, 0.0), self.store_s + HOLD_S + FADE_S
         self._ratio = max(min(left_s / FADE_S, 1.0, self._ratio + h / RISE_S), 0.0)
-        excess = max(min(self._shift_s / CORRECT_S, CORRECTED), -CORRECTED)
-        self._shift_s -= excess * self._ratio * h
+        excess = max(min(self.shift_s / CORRECT_S, CORRECTED), -CORRECTED)
+        self.shift_s -= excess * self._ratio * h
         time_s = min((1.0 + excess) * self._ratio * h, left_s)
         self.store_s -= time_s
         if abs(self.store_s) < ROUNDING_S:

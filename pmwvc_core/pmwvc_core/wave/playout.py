@@ -11,7 +11,8 @@ beyond it. With U(p) the integral up to p, even within a segment, per step of le
     due         = U(min(p, e)) - U(before),    guessed <- guessed + w^ (time beyond e)
     asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
     free        = received - given - released - discarded - reserve of what is still to be played
-    wave        = asked/h, shortened to |wave|^2 h/2 <= E0 + free, beyond e to h/SPREAD_S of that
+    wave        = asked/h, shortened to |wave|^2 h/2 <= E0 + free, beyond e to h/SPREAD_S of that;
+                  where nothing is predicted or mended, E0 is what was lent before
     undelivered <- undelivered + asked - wave h     made up out of free energy alone
 
 A segment that comes late settles its part q = min(c, dt) of the c seconds concealed::
@@ -82,7 +83,7 @@ class Playout(Stateful):
 
     BLOCKS = "pace _segments"
     SIGNALS = "_integral _wave undelivered _guessed _mistaken"
-    MEMORY = "received_j given_j released_j discarded_j _reserve _behind _since_s"
+    MEMORY = "received_j given_j released_j discarded_j _lent_j _reserve _behind _since_s"
 
     def __init__(
         self, *, most_repaid: Value, rises_s: float = RETURN_S, store_j: Value = 0.0
@@ -94,6 +95,7 @@ class Playout(Stateful):
         self.given_j: Value = 0.0
         self.released_j: Value = 0.0
         self.discarded_j: Value = 0.0
+        self._lent_j: Value = 0.0  # of E0
         self._clear()
 
     def _clear(self) -> None:
@@ -207,14 +209,17 @@ class Playout(Stateful):
         self._integral, self._reserve = integral, reserve
         self._guessed = self._guessed + guess
         self._mistaken = self._mistaken - mended
-        return self._given(asked, h, max(h, SPREAD_S) if beyond_s > 0.0 else h)
+        predicts = beyond_s > 0.0
+        if predicts or anywhere(absolute(mended) > SETTLED):
+            self._lent_j = self.store_j
+        return self._given(asked, h, max(h, SPREAD_S) if predicts else h)
 
     def _given(self, asked: Value, h: float, spread_s: float) -> Value:
         """Return the wave that gives out an integral within ``h`` seconds, as far as energy lasts,
         and of what is undelivered what it lasts for as well.
         """
         wave, free_j = asked * (1.0 / h), self.free_j
-        power = maximum(free_j + self.store_j, 0.0) * (2.0 / spread_s)
+        power = maximum(free_j + self._lent_j, 0.0) * (2.0 / spread_s)
         drawn = squared(wave)  # twice its power
         beyond = drawn > power
         if beyond is not False and anywhere(beyond):
@@ -225,6 +230,7 @@ class Playout(Stateful):
             wave = self._repay(wave, maximum(free_j, 0.0) * (2.0 / h), h)
             drawn = squared(wave)
         self.given_j = self.given_j + drawn * (0.5 * h)
+        self._lent_j = minimum(self._lent_j, maximum(0.5 * h * drawn - free_j, 0.0))
         much = free_j > MOST_J  # it has only become less since
         if much is not False and anywhere(much):
             more = where(squared(self.undelivered) > FEW**2, 0.0, self.free_j - MOST_J)

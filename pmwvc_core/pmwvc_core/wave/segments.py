@@ -56,7 +56,7 @@ class Segments(Stateful):
     def until(self, time_s: float) -> tuple[Value, Value]:
         """Return integral [sqrt(W) s] and reserve [J] up to a time, also within a segment."""
         ends = self._ends_s
-        i = min(bisect_right(ends, time_s), len(ends) - 1)
+        i = max(min(bisect_right(ends, time_s), len(ends) - 1), 1)
         ratio = (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
         before, needed = self.integrals[i - 1], self.reserves[i - 1]
         return (

@@ -32,6 +32,7 @@ from pmwvc_analysis.models.motions.freedom import per_run
 from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.numeric import Array
 
+ROUNDING_S = 1e-12  # of a lag that does not change
 Signals = dict[str, Array]  # of signals by name, a row or one per run, along each axis
 
 
@@ -180,7 +181,8 @@ def _translations_without_waves(linear: Linear, axis: int) -> list[Motion]:
 def _drifting(linear: Linear, axis: int) -> list[Motion]:
     """Return the uniform motions: of all that hang together, and of users by themselves.
 
-    A virtual coupling pulls back what moves on: it receives the other end late.
+    A virtual coupling pulls back what moves on: it receives the other end late. So does a contact
+    with damping behind a playout whose lag follows uneven packets.
     """
     loop = linear.loop
     if not record_of(loop.scenario.controller).drifts:
@@ -193,7 +195,8 @@ def _drifting(linear: Linear, axis: int) -> list[Motion]:
             e = loop.deflection(loop.lines.index(line))
             avatar = freedom.moves_avatar(line, one)
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
-    if loop.body in linear.placed and all(freedom.steady_age(line) for line in loop.lines):
+    steady = all(abs(playout.pace.shift_s) < ROUNDING_S for _, playout in loop.playouts)
+    if loop.body in linear.placed and steady and all(map(freedom.steady_age, loop.lines)):
         found += _common_drift(linear, axis)
     return found
 
