@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The exact model of the strict channel is the simulator's, where its account does not bind, for
-every rate and delay, with the playouts' own margins.
+every rate and delay, once the clocks of the playouts have settled.
 """
 
 import numpy as np
@@ -12,14 +12,13 @@ from oracle.test_multirate_model import compare
 from support import linear_loops
 
 from pmwvc_analysis.delays import long_delay
-from pmwvc_analysis.models.at_hand import _found as at_hand_of
-from pmwvc_analysis.models.at_hand import at_hand
+from pmwvc_analysis.models import at_hand
 from pmwvc_analysis.models.multirate import build
-from pmwvc_analysis.models.stability import radii, span
+from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.wave.margin import Margin
+from pmwvc_core.wave.pace import Pace
 from pmwvc_core.wave.playout import Playout
 
 AROUND = (
@@ -30,16 +29,16 @@ AROUND = (
 )
 
 
+WAYS = ("up", "down")
+FIRST = Pace().snapshot()
+
+
 @pytest.fixture
 def unbound(monkeypatch):
-    """Give every playout energy for whatever it does, and let none catch up."""
-    at_hand_of.cache_clear()
+    """Give every playout energy for whatever it does, and time to settle."""
     monkeypatch.setattr(Playout, "free_j", property(lambda self: 1e9))
     monkeypatch.setattr("pmwvc_core.wave.playout.MOST_J", 1e12)
-    monkeypatch.setattr(Margin, "faster", 1.0)
-    monkeypatch.setattr(linear_loops, "SETTLED", 600)  # until margins have been made
-    yield
-    at_hand_of.cache_clear()  # followed with these
+    monkeypatch.setattr(linear_loops, "SETTLED", 8000)
 
 
 @st.composite
@@ -62,44 +61,21 @@ def scenarios(draw):
 @settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(scenario=scenarios())
 def test_model_and_simulator_agree_on_random_rates_and_delays(unbound, scenario):
-    begun_s = [at_hand(user, scenario, live=False).begun_s for user in scenario.users]
-    # A margin is approached, never reached.
-    assert compare(scenario, model=build(scenario, at_hand_s=begun_s)) < 1e-5
+    assert compare(scenario, model=build(scenario)) < 1e-5
 
 
-def test_the_model_of_another_time_at_hand_does_not_agree(unbound):
+def test_the_model_of_clocks_that_have_not_settled_does_not_agree(unbound, monkeypatch):
     """The control."""
-    scenario = linear_loops.scenario(
-        channel="strict", master__rate_drop=5, link__up__delay_s=0.016, users=1
-    )
-    begun_s = at_hand(scenario.users[0], scenario, live=False).begun_s
-    assert compare(scenario, model=build(scenario, at_hand_s=[begun_s])) < 1e-9
-    assert compare(scenario, model=build(scenario, at_hand_s=[begun_s - 1e-3])) > 1e-3
+    values = {"channel": "strict", "master__rate_drop": 5, "link__up__delay_s": 0.016, "users": 1}
+    scenario = linear_loops.scenario(**values)
+    assert compare(scenario, model=build(scenario)) < 1e-9
+    monkeypatch.setattr(at_hand, "settled_paces", lambda *_, **__: dict.fromkeys(WAYS, FIRST))
+    monkeypatch.setattr("pmwvc_analysis.models.rest.settled_paces", at_hand.settled_paces)
+    assert compare(scenario, model=build(scenario)) > 1e-3
 
 
-def test_a_playout_has_at_hand_what_it_is_said_to_have_in_the_beginning_and_in_the_end():
-    scenario = linear_loops.scenario(
-        channel="strict", master__rate_drop=5, link__up__delay_s=0.016, users=1, duration_s=8.0
-    )
-    found, seen = at_hand(scenario.users[0], scenario, live=False), []
-    push = np.zeros((1, 7800))
-    push[0, :100] = 1e-3  # with nothing to spare no playout catches up
-    playout_s = lambda step: seen.append(step.inboxes[0].playout.at_hand_s)  # noqa: E731
-    linear_loops.simulated(scenario, push, on_step=playout_s)
-    steps = 5  # of a hyperperiod
-    begun, settled = seen[200 : 200 + steps], seen[-steps:]
-    assert min(begun) == pytest.approx(found.begun_s, abs=1e-5)
-    assert min(settled) == pytest.approx(found.settled_s, abs=1e-5)
-    assert found.begun_s - found.settled_s == pytest.approx(1.2e-3, abs=1e-5)
-    assert build(scenario).transition == pytest.approx(
-        build(scenario, at_hand_s=[found.settled_s]).transition, abs=0.0
-    )
-
-
-@pytest.mark.parametrize(("stiffness", "stable"), [(60.0, True), (84.1, None), (120.0, False)])
-def test_a_small_push_decays_or_grows_as_the_radius_says_and_near_the_edge_that_is_not_known(
-    stiffness, stable
-):
+@pytest.mark.parametrize(("stiffness", "stable"), [(60.0, True), (120.0, False)])
+def test_a_small_push_decays_or_grows_as_the_radius_says(stiffness, stable):
     scenario = linear_loops.scenario(
         channel="strict",
         master__rate_drop=3,
@@ -110,17 +86,13 @@ def test_a_small_push_decays_or_grows_as_the_radius_says_and_near_the_edge_that_
         server__contact_damping=1.0,
         server__contact_stiffness=stiffness,
     )
-    found = span(scenario)
-    assert found.stable is stable
-    assert found.least < found.settled < found.most
-    if stable is None:
-        return
-    push = np.zeros((1, 5000))
-    push[0, :100] = 1e-6
+    radius = float(radii(scenario)[0])
+    assert (radius < 1.0) is stable
+    push = np.zeros((1, 20000))
+    push[0, 7000:7100] = 1e-6  # once the clocks have settled
     speed = linear_loops.simulated(scenario, push).users[0].xd_m[-4000:, 0].reshape(4, -1)
     seen = np.diff(np.log(np.linalg.norm(speed[::3], axis=1)))[0] / 3.0  # per second
-    low, high = (np.log(radius[0]) / 0.024 for radius in (found.least, found.most))
-    assert low - 0.01 < seen < high + 0.01
+    assert seen == pytest.approx(np.log(radius) / 0.024, abs=0.02)
 
 
 def test_the_model_of_the_plain_channel_does_not_agree(unbound):

@@ -32,6 +32,7 @@ schedules = st.fixed_dictionaries(
         "ticks": st.lists(st.sampled_from((1, 2, 8, 20)), min_size=1, max_size=6),
         "restarts": st.booleans(),
         "underpaid": st.booleans(),
+        "store_j": st.sampled_from((0.0, 2e-3, 1.0)),
     }
 )
 
@@ -47,8 +48,9 @@ class Remembering(StrictReceiver):
         super()._accept(packet, now_ns, fresh=fresh)
 
 
-def strict(dof, most_repaid=1.0):
-    return Remembering(dof, most_repaid=most_repaid, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
+def strict(dof, most_repaid=1.0, store_j=0.0):
+    times = {"period_s": PERIOD_S, "timeout_s": TIMEOUT_S}
+    return Remembering(dof, most_repaid=most_repaid, store_j=store_j, **times)
 
 
 def plain(dof):
@@ -110,17 +112,19 @@ def of(values, k):
 @settings(max_examples=40)
 @given(schedule=schedules)
 def test_energy_given_out_never_exceeds_what_was_paid(schedule):
-    one = Direction(schedule, strict(schedule["dof"])).run()
-    assert one.least >= -ROUNDING * one.moved
+    stored_j = schedule["store_j"]  # once a session, however often it is lent
+    one = Direction(schedule, strict(schedule["dof"], store_j=stored_j)).run()
+    assert one.least >= -stored_j - ROUNDING * one.moved
     playout = one.receiver.playout
-    assert np.all(playout.given_j <= playout.received_j * (1.0 + ROUNDING))
+    assert np.all(playout.given_j <= stored_j + playout.received_j * (1.0 + ROUNDING))
     assert np.all(playout.received_j <= one.paid * (1.0 + ROUNDING))
 
 
 @settings(max_examples=40)
 @given(schedule=schedules)
 def test_all_displacement_is_given_out_waiting_or_undelivered(schedule):
-    one = Direction({**schedule, "restarts": False}, strict(schedule["dof"])).run()
+    receiver = strict(schedule["dof"], store_j=schedule["store_j"])
+    one = Direction({**schedule, "restarts": False}, receiver).run()
     if one.receiver.newest is None:
         return
     arrived = one.receiver.newest.integral - one.receiver.before_first

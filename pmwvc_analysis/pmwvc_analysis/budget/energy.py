@@ -195,8 +195,8 @@ def _of_user(
 
 
 class Declared(NamedTuple):
-    """Energy held at the start by the parameters: by a user's controller, and on the strict channel
-    by the playouts at both ends [J].
+    """Energy held at the start by the parameters [J]: by a user's controller, and on the strict
+    channel by the playouts at both ends.
     """
 
     controller_j: float = 0.0

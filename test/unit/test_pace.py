@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A playout conceals what comes late: no blow, no motion lost, a lag that follows the lateness."""
+
+import numpy as np
+import pytest
+
+from pmwvc_core.wave import pace
+from pmwvc_core.wave.playout import Playout
+
+TICK_S, PACKET_S, WAVE = 0.001, 0.008, 0.3
+FRAMES = 1500
+
+
+def played(late_s, *, store_j=2e-3, wave=lambda t: WAVE, frames=FRAMES):
+    """Waves of a playout, tick by tick, whose packet k comes ``late_s(k)`` late (None: never), and
+    by how much more than at first its time is behind that of the sender.
+    """
+    playout = Playout(most_repaid=1.0, store_j=store_j)
+    sums = np.concatenate(
+        [[0.0], np.cumsum([wave(k * PACKET_S) * PACKET_S for k in range(frames)])]
+    )
+    paid = np.concatenate(
+        [[0.0], np.cumsum([wave(k * PACKET_S) ** 2 * 0.5 * PACKET_S for k in range(frames)])]
+    )
+    due = sorted(
+        (k * PACKET_S + late, k) for k in range(frames) if (late := late_s(k)) is not None
+    )
+    newest, waves, lags = 0, [], []
+    for tick in range(round(frames * PACKET_S / TICK_S)):
+        while due and due[0][0] <= tick * TICK_S + 1e-9:
+            k = due.pop(0)[1] + 1
+            if k > newest:
+                lasted_s = (k - newest) * PACKET_S
+                playout.add(sums[k] - sums[newest], paid[k] - paid[newest], lasted_s)
+                newest = k
+        waves.append(float(playout.step(TICK_S)))
+        lags.append(tick * TICK_S - newest * PACKET_S + playout.pace.store_s)
+        assert playout.given_j <= playout.received_j + store_j + 1e-12
+    missing = sums[newest] - np.sum(waves) * TICK_S - playout.waiting
+    assert missing == pytest.approx(0.0, abs=1e-12)
+    return np.array(waves), np.array(lags) - lags[6], playout
+
+
+def seldom(late_s):
+    """One packet in fifty comes so late."""
+    return lambda k: late_s if k % 50 == 49 else 0.0
+
+
+@pytest.mark.parametrize("late_s", [0.003, 0.008, 0.02])
+def test_a_late_packet_is_not_felt_while_the_wave_stays(late_s):
+    waves, _, _ = played(seldom(late_s))
+    assert np.abs(np.diff(waves[100:])).max() < 0.1 * WAVE
+    without, _, _ = played(seldom(late_s), store_j=0.0)  # the control: nothing to lend
+    assert np.abs(np.diff(without[100:])).max() > 0.5 * WAVE
+
+
+def test_lost_packets_are_bridged_as_far_as_the_hold_and_then_fade():
+    waves, _, _ = played(lambda k: None if 500 <= k < 502 else 0.0)
+    assert waves[4000:4050].min() > 0.9 * WAVE
+    waves, _, _ = played(lambda k: None if 500 <= k < 520 else 0.0)
+    assert waves[4000 + 25] > 0.5 * WAVE and waves[4000 + 140] < 0.1 * WAVE
+    assert np.abs(np.diff(waves[4000:4150])).max() < 0.15 * WAVE  # it fades
+
+
+def test_a_guess_that_was_wrong_is_mended_and_costs_no_more_than_it_moved():
+    def wave(t):
+        return 0.0 if t < 4.0 else WAVE
+
+    waves, _, playout = played(lambda k: 0.016 if k == 500 else 0.0, wave=wave)
+    mended = np.sum(waves[4000:4200]) * TICK_S
+    assert mended == pytest.approx(0.2 * WAVE, rel=0.02)  # all of it, though 16 ms late
+    assert playout.given_j <= playout.received_j + 0.5 * 0.016 * WAVE**2
+
+
+def test_the_lag_follows_the_lateness_and_falls_with_it():
+    rng = np.random.default_rng(3)
+    jitter_s = np.where(np.arange(FRAMES) < 1000, rng.uniform(0.0, 0.007, FRAMES), 0.0)
+    _, lags, _ = played(lambda k: jitter_s[k])
+    # Expectile of 80 %: a third of the half-width beyond the mean.
+    assert lags[3200:8000].mean() == pytest.approx(0.0047, abs=5e-4)
+    assert abs(lags[-400:].mean()) < 1e-3
+
+
+def test_a_burst_after_an_outage_makes_no_lag(monkeypatch):
+    def outage(k):
+        return 0.5 - 0.9 * (k - 500) * PACKET_S if 500 <= k < 560 else 0.0
+
+    _, lags, _ = played(outage)
+    assert lags[4700:].max() < 2.0 * PACKET_S
+    monkeypatch.setattr(pace, "BURST_S", 0.0)  # the control
+    _, lags, _ = played(outage)
+    assert lags[4700:].max() > 5.0 * PACKET_S
+
+
+def test_the_other_end_is_told_before_this_one_brakes_and_a_late_packet_does_neither():
+    clock = pace.Pace()
+    clock.arrive(PACKET_S)
+    told = braked = None
+    for tick in range(100):
+        clock.step(TICK_S)
+        told = told or (clock.waits and tick)
+        braked = braked or (clock.brakes and tick)
+    assert told < braked
+    assert braked * TICK_S == pytest.approx(PACKET_S + pace.OUTAGE_S, abs=2 * TICK_S)
+    clock.arrive(PACKET_S)
+    assert not clock.waits and not clock.brakes
