@@ -19,6 +19,7 @@ Equations: docs/theory.md 13.4.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,15 @@ from pmwvc_core.numeric import Array
 TOLERANCE_J = 1e-6
 TOLERANCE_RELATIVE = 1e-6
 MOST_SHOWN = 3  # intervals not judged
+
+
+class Declared(NamedTuple):
+    """Energy held at the start by the parameters [J]: by a user's controller, and on the strict
+    channel by the playouts at both ends.
+    """
+
+    controller_j: float = 0.0
+    playouts_j: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -21,13 +21,12 @@ Equations: docs/theory.md 13.1, 13.2, 13.3.
 """
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.budget.blocks import paid, released
 from pmwvc_analysis.budget.counts import counts_j
-from pmwvc_analysis.budget.criterion import tolerance
+from pmwvc_analysis.budget.criterion import Declared, tolerance
 from pmwvc_analysis.traces.hand_work import Work, hand_work
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
 from pmwvc_analysis.traces.stretches import Stretches, stretches
@@ -192,15 +191,6 @@ def _of_user(
     parts = up, down, joint, at.resolution[rows]
     hand = work if len(work.sums) == len(user.time_s) else None
     return UserEnergy(user.name, *parts, storage, stays, bound_j, given_j, hand)
-
-
-class Declared(NamedTuple):
-    """Energy held at the start by the parameters [J]: by a user's controller, and on the strict
-    channel by the playouts at both ends.
-    """
-
-    controller_j: float = 0.0
-    playouts_j: float = 0.0
 
 
 def declared(scenario: Scenario, user: User) -> Declared:

@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
-from pmwvc_analysis.budget.energy import Declared
+from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted
 from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
