@@ -11,7 +11,7 @@ A plain bool or float is recognised first: that takes a third of the time of ``i
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TypeAlias, cast
 
 import numpy as np
@@ -100,16 +100,6 @@ def within(value: Value, reach: float) -> Flag:
     if type(value) is float or not isinstance(value, np.ndarray):
         return -reach < value < reach
     return np.asarray((np.abs(value) < reach).all(axis=-1, keepdims=True))
-
-
-def between(values: Sequence[Value], index: NDArray[np.intp], ratio: Array) -> Array:
-    """Interpolate from the value before an index to the one there, each run at its own."""
-    stacked = np.stack(np.broadcast_arrays(*values, ratio)[:-1])
-    at = np.broadcast_to(index, stacked.shape[1:])[None]
-    before = np.take_along_axis(stacked, at - 1, axis=0)[0]
-    after = np.take_along_axis(stacked, at, axis=0)[0]
-    found: Array = before + (after - before) * ratio
-    return found
 
 
 def limit_length(value: Value, longest: Value) -> Value:

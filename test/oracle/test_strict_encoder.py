@@ -160,6 +160,7 @@ def anyone(seed):
     }
     name = "wall" if rng.random() < 0.3 else "carry_16ms"
     texts = [f"{key}={value}" for key, value in settings.items()]
+    texts += ["master.store_j=0", "server.store_j=0"]
     return files.load(name, settings_texts=texts, duration_s=4.0)
 
 
@@ -188,7 +189,7 @@ def test_the_report_names_bound_and_amount():
     result = summary(traces, scenario)
     found = [each for each in outcomes(scenario, result) if each.what == "encoder"]
     assert [(each.owner, each.hit) for each in found] == [("user1", True), ("user2", True)]
-    assert "was predicted to give out at most 0.025 mJ" in found[0].text
+    assert "was predicted to give out at most 25 µJ" in found[0].text
     assert 0.0 < found[0].measured <= found[0].predicted == pytest.approx(25e-6)
     assert result["passivity"]["passive"]
     assert "passive within the encoder's bound of 25 µJ" in result["passivity"]["text"]["user1"]

@@ -23,7 +23,7 @@ def wild(rng):
         impedances.append(MatrixImpedance(np.sort(10.0 ** rng.uniform(-3.0, 3.0, dof)), axes))
     params = ServerParams(
         period_s=float(rng.choice([0.001, 0.008, 0.05])),
-        object_mass=float(10.0 ** rng.uniform(-4.0, 3.0)),
+        object_mass=float(10.0 ** rng.uniform(-3.0, 3.0)),
     )
     contact = ContactParams(
         contact_stiffness=float(10.0 ** rng.uniform(1.0, 6.0)),

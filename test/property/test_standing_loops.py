@@ -24,6 +24,7 @@ TICKS = 3000
 def stalled(stalls, *more):
     """Return a session in which a hand pushes and lets go; its loop skips ticks from some on."""
     texts = ["channel=strict", "link.delay_s=0.004", "operator.damping=3", *more]
+    texts += ["master.store_j=0", "server.store_j=0"]
     scenario = files.load("wall", settings_texts=texts, duration_s=TICKS / 1000)
     ran_ns = np.arange(TICKS, dtype=np.int64) * 1_000_000
     for start, ticks in stalls:

@@ -96,14 +96,16 @@ def found_in(group: Group) -> Found:
 
 
 def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, ...]:
-    """Return least balance [J], distance at the end [m], largest force and step of it [N] of a
-    session.
+    """Return least balance beyond the declared storage [J], distance at the end [m], largest force
+    and step of it [N] of a session.
     """
     balances = [
-        balance.minimum_j
+        balance.minimum_j + stored_j
         for user in user_energies(traces, scenario)
-        for balance in (user.up, user.down, user.joint)
-        if balance is not None
+        for balance, stored_j in (
+            *((each, each.storage_j) for each in (user.up, user.down) if each is not None),
+            (user.joint, user.storage_j),
+        )
     ]
     ends = [0.0]
     for user in traces.users:

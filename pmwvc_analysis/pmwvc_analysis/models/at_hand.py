@@ -6,7 +6,7 @@ They do not depend on signals (:mod:`pmwvc_core.wave.pace`). Where frames and st
 long, segments come early and late in turn; the lag that follows them comes to one course around
 the hyperperiod, whatever the beginning was, and the model holds for that.
 
-Equations: docs/theory.md 15.3, 17.18.
+Equations: docs/theory.md 15.3.
 """
 
 import functools
@@ -17,7 +17,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.state import State
 from pmwvc_core.wave.pace import Pace
 
-SETTLED_S = 20.0  # many times as long as the lag takes to follow
+SETTLED_S = 30.0  # many times as long as the lag takes to follow
 
 
 def settled_paces(user: User, scenario: Scenario, *, live: bool) -> dict[str, State]:

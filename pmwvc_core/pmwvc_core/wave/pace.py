@@ -10,7 +10,7 @@ is in store, or, below zero, -c, the time that is concealed by a predicted wave.
     ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
 
 So a wave without packets goes on for ``HOLD_S`` and then fades, since its time slows down; after
-``TOLD_S`` without a segment the other end is told, and after ``OUTAGE_S`` this one brakes.
+``REPORTED_S`` without a segment the other end is told, and after ``OUTAGE_S`` this one brakes.
 
 The lag follows how late segments come. The first segment of a step, of length dt, shifts p by::
 
@@ -30,8 +30,8 @@ from pmwvc_core.state import Stateful
 
 HOLD_S, FADE_S, RISE_S = 0.024, 0.03, 0.02
 CORRECT_S, CORRECTED = 0.05, 0.3
-LATE_S, EARLY_S = 0.1, 0.4
-TOLD_S, OUTAGE_S = 0.012, 0.04
+LATE_S, EARLY_S = 0.2, 0.8
+REPORTED_S, OUTAGE_S = 0.024, 0.04
 BURST_S = 0.1
 LONGEST_S = 0.3
 ROUNDING_S = 1e-9
@@ -62,7 +62,7 @@ class Pace(Stateful):
     @property
     def waits(self) -> bool:
         """Whether nothing has come for so long that the other end is told."""
-        return self.silent_s > TOLD_S
+        return self.silent_s > REPORTED_S
 
     @property
     def brakes(self) -> bool:

@@ -168,16 +168,17 @@ class Playout(Stateful):
         segments, pace = self._segments, self.pace
         begun, late_s, braked = segments.end_s > 0.0, -pace.store_s, pace.brakes
         if begun:
-            played, needed = segments.forget(segments.end_s - max(pace.store_s, 0.0))
-            self._integral = self._integral - played
-            self._reserve = self._reserve - needed
+            if played := segments.played(segments.end_s - max(pace.store_s, 0.0)):
+                self._integral = self._integral - segments.integrals[played]
+                self._reserve = self._reserve - segments.reserves[played]
+                segments.forget(played)
         pace.arrive(duration_s)
         segments.add(integral, duration_s)
         self._wave = integral * (1.0 / duration_s)
         if begun and late_s > 0.0:
             self._settle(integral, min(late_s / duration_s, 1.0), min(duration_s / late_s, 1.0))
             if braked:
-                self._owe(self._mistaken)
+                self._defer(self._mistaken)
                 self._mistaken = 0.0 * self._mistaken
 
     def _settle(self, integral: Value, played: float, settled: float) -> None:
@@ -191,7 +192,13 @@ class Playout(Stateful):
 
     def _at(self, store_s: float) -> tuple[Value, Value]:
         """Return integral and reserve up to where so much is in store [s]."""
-        return self._segments.until(self._segments.end_s - max(store_s, 0.0))
+        segments = self._segments
+        i, ratio = segments.place(segments.end_s - max(store_s, 0.0))
+        before, needed = segments.integrals[i - 1], segments.reserves[i - 1]
+        return (
+            before + (segments.integrals[i] - before) * ratio,
+            needed + (segments.reserves[i] - needed) * ratio,
+        )
 
     def step(self, h: float) -> Value:
         """Return the wave of the next ``h`` seconds [sqrt(W)]."""
@@ -225,7 +232,7 @@ class Playout(Stateful):
         if beyond is not False and anywhere(beyond):
             wave = where(beyond, limit_length(wave, root(power)), wave)
             drawn = squared(wave)
-            self._owe(asked - wave * h)
+            self._defer(asked - wave * h)
         if self._behind:
             wave = self._repay(wave, maximum(free_j, 0.0) * (2.0 / h), h)
             drawn = squared(wave)
@@ -255,7 +262,7 @@ class Playout(Stateful):
     def take_back(self, wave: Value, h: float) -> None:
         """Take a wave back that was given out for ``h`` seconds and not used [sqrt(W)]."""
         self.given_j = self.given_j - squared(wave) * (0.5 * h)
-        self._owe(wave * h)
+        self._defer(wave * h)
 
     def pass_by(self, lasted_s: float) -> None:
         """Let time go by in which the loop did not step [s]: what was due then stays undelivered,
@@ -265,7 +272,7 @@ class Playout(Stateful):
             self.pace.pass_by(lasted_s)
             self._skip(max(self.pace.store_s, 0.0))
 
-    def _owe(self, integral: Value) -> None:
+    def _defer(self, integral: Value) -> None:
         """Note an integral that was due and not given out [sqrt(W) s]."""
         self.undelivered = self.undelivered + integral
         self._behind = True
@@ -273,7 +280,7 @@ class Playout(Stateful):
     def _skip(self, store_s: float) -> None:
         """Owe what would have been played until so much is in store [s]."""
         integral, reserve = self._at(store_s)
-        self._owe(integral - self._integral)
+        self._defer(integral - self._integral)
         self._integral, self._reserve = integral, reserve
 
     def _repay(self, wave: Value, power: Value, h: float) -> Value:

@@ -53,26 +53,19 @@ class Segments(Stateful):
         self.integrals.append(self.integrals[-1] + integral)
         self.reserves.append(self.reserves[-1] + squared(integral) * (0.5 / duration_s))
 
-    def until(self, time_s: float) -> tuple[Value, Value]:
-        """Return integral [sqrt(W) s] and reserve [J] up to a time, also within a segment."""
+    def place(self, time_s: float) -> tuple[int, float]:
+        """Return in which segment a time lies, from 1, and how far through it."""
         ends = self._ends_s
         i = max(min(bisect_right(ends, time_s), len(ends) - 1), 1)
-        ratio = (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
-        before, needed = self.integrals[i - 1], self.reserves[i - 1]
-        return (
-            before + (self.integrals[i] - before) * ratio,
-            needed + (self.reserves[i] - needed) * ratio,
-        )
+        return i, (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
 
-    def forget(self, time_s: float) -> tuple[Value, Value]:
-        """Drop the segments that end before a time; the rest begins at zero. Return integral
-        [sqrt(W) s] and reserve [J] that go with them.
-        """
-        count = max(bisect_right(self._ends_s, time_s + ROUNDING_S) - 1, 0)
-        gone = self.integrals[count], self.reserves[count]
-        if count:
-            columns: tuple[list[Any], ...] = (self._ends_s, self.integrals, self.reserves)
-            for kept in columns:
-                first = kept[count]
-                kept[:] = [each - first for each in kept[count:]]
-        return gone
+    def played(self, time_s: float) -> int:
+        """Return how many segments end before a time."""
+        return max(bisect_right(self._ends_s, time_s + ROUNDING_S) - 1, 0)
+
+    def forget(self, count: int) -> None:
+        """Drop the first segments; the rest begins at zero."""
+        columns: tuple[list[Any], ...] = (self._ends_s, self.integrals, self.reserves)
+        for kept in columns:
+            first = kept[count]
+            kept[:] = [each - first for each in kept[count:]]
