@@ -12,7 +12,7 @@ import dataclasses
 import functools
 
 from pmwvc_analysis.budget.counts import behind_counts, held
-from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.budget.energy import declared, user_energies
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.quantities import quantity
@@ -59,12 +59,13 @@ def _short(scenario: Scenario) -> Scenario:
 
 @functools.lru_cache(maxsize=4)
 def _given_j(scenario: Scenario) -> dict[str, float]:
-    """Return what every port of a hand gave out beyond what it took in and was lent [J]; none
-    where the scenario cannot be simulated.
+    """Return what every port of a hand gave out beyond what it took in and its controller was lent
+    [J]; none where the scenario cannot be simulated.
     """
     short = _short(scenario)
     try:
         energies = user_energies(simulate_one(short), short)
     except PmwvcError:  # a file or plug-in that a recorded session had
         return {}
-    return {each.name: -each.joint.minimum_j - each.storage_j for each in energies}
+    lent_j = {user.name: declared(short, user).controller_j for user in short.users}
+    return {each.name: -each.joint.minimum_j - lent_j[each.name] for each in energies}

@@ -68,4 +68,6 @@ class Segments(Stateful):
         columns: tuple[list[Any], ...] = (self._ends_s, self.integrals, self.reserves)
         for kept in columns:
             first = kept[count]
-            kept[:] = [each - first for each in kept[count:]]
+            del kept[:count]
+            for place, each in enumerate(kept):
+                kept[place] = each - first
