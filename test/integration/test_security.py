@@ -120,6 +120,7 @@ def test_forged_packets_are_refused_counted_and_without_effect(session):
     heard = peer.collect(Wave, "/server/user1/wave_up", raw=True)
     out = peer.node.create_publisher(Wave, "/server/user1/wave_up", WAVE_QOS)
     peer.until(lambda: out.get_subscription_count() >= 1 and heard and received)
+    peer.until(lambda: blocks and blocks[-1].state == MasterTrace.COUPLED)
     true = packet_of(heard[-1])
     stranger = Admission(Token(true.session, "user1", bytes(32)), out="up", into="down")
     other = Admission(Token(1, "user1", bytes(32)), out="up", into="down")

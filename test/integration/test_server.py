@@ -209,7 +209,7 @@ def test_contact_object_and_coupling_change_in_flight_without_energy_or_a_jump()
             "server.object_mass": 0.0,
         }
         reasons = run.peer.set_parameters("/server", refused)
-        words = ["fixed once running", "out of range", "read-only", "> 0 kg"]
+        words = ["fixed once running", "out of range", "read-only", "out of range"]
         for reason, text in zip(reasons, words, strict=True):
             assert text in reason
         assert run.peer.set_parameters("/server", {"paused": True}) == [""]
@@ -285,7 +285,7 @@ def test_the_scene_is_shown_to_whoever_looks():
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
-        ({"server.object_mass": -2.0}, r"server.object_mass = -2.0: must be > 0 kg"),
+        ({"server.object_mass": -2.0}, r"server.object_mass = -2.0: must be 0.001..1000 kg"),
         (
             {"server.coupling": "explicit"},
             r"server.coupling = 'explicit': must be one of implicit",

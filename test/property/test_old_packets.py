@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.least_balance import least_j
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
@@ -249,7 +250,7 @@ def as_undisturbed(traces, scenario):
     """Assert that no energy was made, and that distance and grip end as undisturbed."""
     calm = simulated(carried())
     for entry in user_energies(traces, scenario):
-        assert min(way.minimum_j for way in (entry.up, entry.down, entry.joint)) >= LEAST_J
+        assert least_j(entry) >= LEAST_J
     for user, other, x_s, x_o in zip(
         traces.users, calm.users, traces.server.x_s, calm.server.x_s, strict=True
     ):
