@@ -38,6 +38,26 @@ def test_stability_without_a_limit_is_null_in_json_and_stated_in_words(pmwvc):
     assert "stable at every contact stiffness up to 1e+06 N/m" in pmwvc(*words).stdout
 
 
+def test_the_z_width_is_exact_where_the_scenario_is_linear_and_simulated_where_not(pmwvc):
+    wall = ("stability", "wall_slow", "--set", "server.decoding=late", "--damping", "5")
+    exact = json.loads(pmwvc(*wall, "--set", "server.compensation=none", "--json").stdout)
+    ledger = json.loads(
+        pmwvc(*wall, "--set", "server.compensation=ledger", "--bound", "4000", "--json").stdout
+    )
+    assert exact["simulated"] is False and ledger["simulated"] is True
+    (linear,), (bisected,) = exact["z_width"], ledger["z_width"]
+    assert linear["stable_up_to"] == linear["unstable_from"]
+    # The ledger acts only where a wall is active: the same limit, within the step of 1 N/m.
+    assert bisected["stable_up_to"] == pytest.approx(linear["stable_up_to"], rel=0.03)
+    assert bisected["unstable_from"] - bisected["stable_up_to"] == pytest.approx(4000.0 / 8**4)
+
+
+@pytest.mark.parametrize("text", ["-1", "a", "0,inf"])
+def test_a_damping_that_no_wall_has_is_refused(pmwvc, text):
+    result = pmwvc("stability", "wall_slow", f"--damping={text}")
+    assert result.returncode == 2 and "--damping" in result.stderr
+
+
 def test_what_is_not_stable_is_an_answer_too(pmwvc):
     result = pmwvc("stability", "direct_16ms")
     assert result.returncode == 0

@@ -39,10 +39,10 @@ def regions(result: Values) -> Any:
 
 
 def energies(result: Values) -> Any:
-    """Fig. 5: positions, forces, and where the energy is."""
-    figure, axes = sheet(result, 3, 1, size_in=(7.6, 8.6))
+    """Fig. 5: positions, forces, and where the energy is; what compensation gains."""
+    figure, axes = sheet(result, 4, 1, size_in=(7.6, 11.2))
     data = {name: numbers(values) for name, values in result["data"].items()}
-    above, middle, below = axes[:, 0]
+    above, middle, below, gain = axes[:, 0]
     for panel, unit, words in ((above, "mm", "x"), (middle, "n", "F")):
         letter = words.lower()
         for side, colour in (("s", style.LIGHT_USERS[1]), ("m", style.LIGHT_USERS[0])):
@@ -67,8 +67,26 @@ def energies(result: Values) -> Any:
     above.set_ylabel("depth in the wall [mm]")
     middle.set_ylabel("force [N]")
     below.set_ylabel("energy [mJ]")
-    for panel in axes[:, 0]:
+    for panel in (above, middle, below):
         panel.set_xlim(0.0, data["time_s"][-1])
         panel.set_xlabel("time [s]")
         panel.legend(loc="best", fontsize=8)
+    _stiffness(gain, result)
     return figure
+
+
+def _stiffness(panel: Any, result: Values) -> None:
+    """Draw the largest stable stiffness without and with compensation, over the wall's damping."""
+    damping, found = result["parameters"]["stiffness"]["damping"], result["numbers"]
+    for place, (name, label) in enumerate((("none", "without"), ("corrected", "corrected"))):
+        values = [found[f"largest_{name}_at_{b:g}"] for b in damping]
+        panel.plot(damping, values, "o-", label=label, color=style.colour(place))
+    for b in damping:
+        factor, top = found[f"factor_at_{b:g}"], found[f"largest_corrected_at_{b:g}"]
+        panel.annotate(f"× {factor:.2f}", (b, top), xytext=(6, -12), textcoords="offset points")
+    panel.margins(x=0.1)
+    panel.set_ylim(bottom=0.0)
+    panel.set_title("(d) Largest stable stiffness, 0.1 N of friction and an encoder of 55 µm")
+    panel.set_xlabel("damping of the wall [N s/m]")
+    panel.set_ylabel("stiffness [N/m]")
+    panel.legend(loc="best", fontsize=8)

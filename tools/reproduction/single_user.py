@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.maps.z_width import CLEAR_RATIO, LONG_S, simulated_z_width
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.transparency.transparency import transparency
@@ -15,7 +16,6 @@ from pmwvc_core.simulation.session import simulate
 from reproduction.figure import Values
 from reproduction.scenarios import UNLIMITED, scenario
 from reproduction.traces import curves, last_mean, limited_ticks
-from reproduction.z_width_simulated import simulated_z_width
 
 BOUND = 1e6
 REFINEMENTS, FINER = 3, 9  # of the grid around the largest stiffness
@@ -88,7 +88,9 @@ def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
 
 def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
     """Return the middle of the bracket of each largest stiffness; None beyond the highest."""
-    brackets = simulated_z_width(of, damping, highest=highest, duration_s=16.0, decay_ratio=0.8)
+    brackets = simulated_z_width(
+        of, damping, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
+    )
     return [None if high is None else 0.5 * (low + high) for low, high in brackets]
 
 

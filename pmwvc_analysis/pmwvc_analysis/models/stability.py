@@ -52,7 +52,7 @@ class Limit:
     islands
         Stable ranges above ``first``.
     unknown
-        Why it is not known (then nothing else holds); empty where it is.
+        Why it is not known; empty where it is.
     """
 
     first: float | None
@@ -89,7 +89,7 @@ def _radii(part: Subproblem, work: Work, *, live: bool) -> Array:
 
 
 def _flags(scenario: Scenario, work: Work, *, live: bool) -> Array:
-    """Return a half where runs are stable and two where not: faster than radii at long delays."""
+    """Return 0.5 where runs are stable and 2 where not: faster than radii at long delays."""
     found = []
     for part in subproblems(scenario):
         if is_long(part.scenario, live=live):
@@ -116,8 +116,7 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
                 work.stepping(part.scenario)
                 matrices = transitions(part.scenario, live=live, weights=part.weights).matrices
                 states = max(states, matrices.shape[-1])
-            # The time of an eigenvalue problem grows as the cube of its size.
-            fine = float(np.clip(2e6 / states**3, 0.2, 1.0))
+            fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
         exactly: dict[str, Any] = {"within": 1e-6, "parts": 17} if fine == 1.0 else ROUGHLY
 
@@ -172,11 +171,12 @@ def limit_of(found: list[tuple[float, bool]], *, stable_at_first: bool, bound: f
     return Limit(found[0][0], bound, islands)
 
 
-def z_width(scenario: Scenario, damping: Sequence[float], *, live: bool = False) -> list[Limit]:
-    """Return the largest stiffness for each contact damping [N s/m]: the width of impedances that
-    can be rendered.
-    """
-    return [k_max(varied(scenario, "server.contact_damping", b), live=live) for b in damping]
+def z_width(
+    scenario: Scenario, damping: Sequence[float], *, live: bool = False, bound: float = BOUND
+) -> list[Limit]:
+    """Return the largest stiffness for each contact damping [N s/m] that can be rendered."""
+    walls = (varied(scenario, "server.contact_damping", b) for b in damping)
+    return [k_max(wall, live=live, bound=bound) for wall in walls]
 
 
 def _stable(values: Array) -> np.typing.NDArray[np.bool_]:

@@ -14,11 +14,14 @@ again, all parts of all dampings as one batch.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.models.linear import nonlinear
+from pmwvc_analysis.models.stability import BOUND, z_width
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.scenario.names import varied
@@ -29,6 +32,8 @@ from pmwvc_core.traces import SessionTraces
 PUSH_N = 0.01  # so small that growth shows long before a limit acts
 AT_REST_M_S = 1e-9
 DECAY_RATIO = 0.995  # quarter over quarter, linear
+LONG_S, CLEAR_RATIO = 16.0, 0.8  # length and ratio for what is not linear
+HIGHEST_SIMULATED = 20_000.0  # [N/m]
 
 
 class Bracket(NamedTuple):
@@ -39,6 +44,35 @@ class Bracket(NamedTuple):
 
     low: float
     high: float | None
+
+
+def of_each(
+    scenario: Scenario, damping: Sequence[float], *, bound: float | None, live: bool
+) -> Iterator[tuple[float, Bracket]]:
+    """Yield every contact damping [N s/m] with the bracket of its largest stiffness: of no width
+    from the exact model, simulated where there is none.
+
+    Raises
+    ------
+    PmwvcError
+        If the exact model needs too much work, or phases of a live session are to be simulated.
+    """
+    is_linear = not nonlinear(scenario)
+    if live and not is_linear:
+        raise PmwvcError(f"{scenario.name} is not linear: it is simulated in virtual time only")
+    for b in damping:
+        if is_linear:
+            (limit,) = z_width(scenario, [b], live=live, bound=bound or BOUND)
+            if limit.unknown:
+                raise PmwvcError(limit.unknown)
+            low = limit.bound if limit.first is None else limit.first
+            yield b, Bracket(low, limit.first)
+        else:
+            highest = bound or HIGHEST_SIMULATED
+            (bracket,) = simulated_z_width(
+                scenario, [b], highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
+            )
+            yield b, bracket
 
 
 def simulated_z_width(
