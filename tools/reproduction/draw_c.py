@@ -84,7 +84,7 @@ def _stiffness(panel: Any, result: Values) -> None:
     for b in damping:
         factor, top = found[f"factor_at_{b:g}"], found[f"largest_corrected_at_{b:g}"]
         panel.annotate(f"× {factor:.2f}", (b, top), xytext=(6, -12), textcoords="offset points")
-    panel.margins(x=0.1)
+    panel.margins(x=0.15)
     panel.set_ylim(bottom=0.0)
     panel.set_title("(d) Largest stable stiffness, 0.1 N of friction and an encoder of 55 µm")
     panel.set_xlabel("damping of the wall [N s/m]")
