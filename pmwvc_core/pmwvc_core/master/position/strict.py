@@ -12,6 +12,11 @@ outage device and avatar come together.
 A packet tells where the avatar is once a step; in between e follows a line from packet to packet,
 else it would have the steps of the server in it.
 
+In free motion e is the delay of the link, x_m - x_s = v T, which nothing should correct: to do so
+would add mass and damping. So e counts as far as the avatar feels a force F, in full from
+``FORCE_N`` on. F follows from the packets: the wave that the server sent in its steps and the way
+that the avatar went in them.
+
 A gain that adapts is larger by up to ``MOST`` where less is left of the loan. At the wall of
 stiffness K a larger gain makes slow presses give back more than they take (17.17), so what
 presses have taken comes back, up to the stiffness for which ``MOST`` is enough.
@@ -25,28 +30,31 @@ from collections.abc import Mapping
 from pmwvc_core.master.position.correction import SPENT, PositionCorrection
 from pmwvc_core.master.position.energy_tank import SPREAD_S
 from pmwvc_core.master.position.error import KEPT, PositionError, PositionResidual
-from pmwvc_core.numeric import Value, anywhere, maximum, minimum, where
+from pmwvc_core.numeric import Value, anywhere, maximum, minimum, squared, where
 from pmwvc_core.params import FilterParams, MasterParams
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket, ahead
 from pmwvc_core.wave.affordable import affordable
 from pmwvc_core.wave.playout import Playout
 
 MOST = 2.0  # times the gain, with less left than a share of the loan
 FULL, LEAST = 0.75, 0.25  # shares of the loan: the gain itself is used above, MOST times it below
+FORCE_N = 0.05  # at the avatar: the whole error counts; below it the square of the ratio of it
 
 
 class _Played(PositionError):
-    """The position error, with the playout in place of filter and hold, and packets that stand for
-    any time.
+    """The position error under force, with the playout in place of filter and hold, and packets
+    that stand for any time.
     """
 
     SIGNALS = "_line"
-    MEMORY = "_frame_s _time_s _times_s _left_s"
+    MEMORY = "_frame_s _time_s _times_s _left_s _share _under"
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         self._playout = playout
         self._line: Value = 0.0  # the avatar's position on the line to the newest packet's [m]
         self._left_s = 0.0  # until it is there
+        self._under: Value = 0.0  # share of the error that counts, by the newest packet's force
+        self._share: Value = 0.0  # likewise, on the line to it
         self._time_s = 0.0  # that the packets so far stand for
         self._times_s: dict[int, float] = {}  # up to each of them
         super().__init__(params)
@@ -64,22 +72,29 @@ class _Played(PositionError):
         self._times_s.pop(seq - KEPT, None)
 
     def on_packet(self, packet: WavePacket) -> None:
-        avatar = self._avatar
+        avatar, before = self._avatar, self._packet
         super().on_packet(packet)
-        if self._avatar != avatar:
+        if before is None or self._avatar != avatar:
             self._line = self._avatar_x
-        elif self._fresh:
+        elif self._packet is not before:
             self._left_s = packet.period
+            way = self.scale * (packet.position - before.position)
+            wave = 2.0 * (packet.integral - before.integral)
+            lasted_s = ahead(before, packet) * packet.period
+            force = (way - wave) * (0.5 * self.scale / lasted_s)
+            self._under = minimum(squared(force) * FORCE_N**-2, 1.0)
 
     def step(self, x: Value, v: Value) -> Value:
         if self._left_s > 0.0:
             ratio = min(self._tick_s / self._left_s, 1.0)
             self._line = self._line + ratio * (self._avatar_x - self._line)
+            self._share = self._share + ratio * (self._under - self._share)
             self._left_s = self._left_s - self._tick_s
         return super().step(x, v)
 
     def _chosen(self, apart: Value, rest: Value | None, reference: Value) -> Value:
-        return super()._chosen(apart + (self._avatar_x - self._line), rest, reference)
+        error = super()._chosen(apart + (self._avatar_x - self._line), rest, reference)
+        return self._share * error
 
     def _waiting_s(self, packet: WavePacket) -> Value:
         return 0.5 * self._frame_s + self._time_s - self._times_s[packet.echo_seq]
