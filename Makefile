@@ -11,7 +11,7 @@ help:   ## this list
 	@sed -n 's/^\([a-z]*\):.*##/  make \1\t/p' Makefile | expand -t 18
 
 setup:  ## environment and build; nothing to do when nothing changed
-	@python=$$(tools/find_python.sh) && "$$python" tools/setup_ros.py
+	@python=$$(tools/find_python.sh) && PYTHONPATH=tools "$$python" tools/setup_ros.py
 
 run: setup  ## a session of two users carrying a cube over 16 ms links
 	@./pmwvc run carry_16ms

@@ -92,27 +92,6 @@ def test_nodes_have_the_topics_and_services_of_the_policy_and_no_others(session)
     assert differences(peer.node) == []
 
 
-@pytest.mark.parametrize("wrong", ["another session's", "none"])
-def test_a_wrong_token_is_said_at_both_terminals(tmp_path, wrong):
-    for name in ("ours", "theirs"):
-        write_session(tmp_path / name, ["user1"])
-    given = {"session.token_file": str(tmp_path / "theirs" / "user1")} if wrong != "none" else {}
-    ways = [f"{way}:=/server/user1/{way}" for way in ("wave_up", "wave_down")]
-    server = NodeProcess(
-        "pmwvc_server.node",
-        {"users": ["user1"], "session.token_file": str(tmp_path / "ours" / "server")},
-    )
-    master = NodeProcess(
-        "pmwvc_master.node",
-        {**given, "operator": OperatorParams(kind="none")},
-        arguments=("-r", "__ns:=/user1", *(word for way in ways for word in ("-r", way))),
-    )
-    with server, master:
-        server.await_output("user1/up: packets of another session are refused: session.token_file")
-        master.await_output("user1/down: packets of another session are refused: session.token")
-        assert (master.stop(), server.stop()) == (0, 0)
-
-
 def test_forged_packets_are_refused_counted_and_without_effect(session):
     """A program in the session that reads every packet, but has no token."""
     peer, blocks, _ = session

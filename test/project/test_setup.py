@@ -143,7 +143,7 @@ except subprocess.CalledProcessError as error:
 """
     with subprocess.Popen(
         [sys.executable, "-c", code],
-        cwd=TOOLS,
+        env=dict(os.environ, PYTHONPATH=str(TOOLS)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
