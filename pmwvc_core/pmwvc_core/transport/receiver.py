@@ -176,7 +176,8 @@ class Receiver(Stateful):
         return (
             self.dof == 1
             and p.refusal is None
-            and type(p.wave) is type(p.integral) is type(p.energy) is type(p.position) is float
+            and type(p.wave) is type(p.integral) is type(p.energy) is float
+            and type(p.position) is type(p.period) is float
             and type(p.epoch) is type(p.seq) is type(p.sent_ns) is type(p.flags) is int
             and type(p.came_ns) is int
             and type(p.echo_seq) is type(p.echo_sent_ns) is type(p.echo_hold_ns) is int
