@@ -132,7 +132,7 @@ def bench_simulation(rows, numbers, runs):
         )
         for i in range(runs)
     ]
-    batched = timed(lambda: simulate(varied, keep=lambda traces: traces.duration_s))
+    batched = timed(lambda: simulate(varied, keep=lambda traces, _: traces.duration_s))
     rows += [
         ratio("session of 10 s against its simulation", 10.0, single, "s"),
         ratio("the same session on the strict channel against the plain one", single, plain, "s"),

@@ -6,8 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from support.plain import load
 
 from pmwvc_analysis.prediction.text import lines
@@ -15,7 +13,6 @@ from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.tuning import Loop, loop_of
 from pmwvc_core.controllers.library import LIBRARY
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
@@ -72,32 +69,21 @@ def loop_in(scenario):
     ("delay_s", "damping"), [(0.0, 2.0), (0.016, 2.0), (0.016, 8.0), (0.04, 8.0)]
 )
 def test_a_virtual_coupling_is_stable_up_to_its_rule_and_not_far_beyond(delay_s, damping):
-    proposed = tuning.virtual_coupling(loop_in(press(delay_s, damping))).params
-    edge = proposed.stiffness / tuning.MARGIN
+    loop, own = loop_in(press(delay_s, damping)), 0.5 * damping
+    edge = min(2.0 * (damping - own) / loop.tick_s, 2.0 * (damping + own) / loop.round_trip_s)
+    at_edge = tuning.check_virtual_coupling(VirtualCouplingParams(edge, own), loop)
+    assert min(at_edge.criteria.values()) == pytest.approx(0.0, abs=1e-9)
     scenarios = [
         press(
             delay_s,
             damping,
             baseline__virtual_coupling__stiffness=stiffness,
-            baseline__virtual_coupling__damping=proposed.damping,
+            baseline__virtual_coupling__damping=own,
         )
-        for stiffness in (proposed.stiffness, edge, 4.0 * edge)
+        for stiffness in (0.8 * edge, edge, 4.0 * edge)
     ]
     found = [verdict(simulate_one(scenario), scenario).instability for scenario in scenarios]
     assert found == [None, None, "diverged"]
-
-
-@given(
-    st.floats(0.01, 5.0),
-    st.floats(0.1, 50.0),
-    st.floats(1e-4, 5e-3),
-    st.floats(0.002, 0.5),
-    st.floats(1.0, 5000.0),
-)
-def test_every_proposal_meets_its_own_criteria(mass, damping, tick_s, round_trip_s, contact):
-    loop = Loop(mass, damping, tick_s, round_trip_s, contact, 0.004 * contact, 0.008)
-    for name, rule in RULES.items():
-        assert rule.propose(loop).met, name
 
 
 def test_the_criteria_are_those_published():
@@ -114,14 +100,14 @@ def test_the_criteria_are_those_published():
 
 
 def test_a_tenth_of_what_stops_the_device_in_a_tick_is_the_limit_of_the_damper():
-    assert tuning.tdpa(LOOP).params.damping_max == 25.0
+    assert tuning.check_tdpa(TdpaParams(damping_max=25.0), LOOP).criteria["sampling"] == 0.0
 
 
 @pytest.mark.parametrize("name", ["carry_16ms", "carry_24ms"])
 def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(name):
-    """3 N s/m are enough at 16 ms and too little at 24 ms; the rule asks for 4.7 and 8.9."""
+    """3 N s/m are enough at 16 ms and too little at 24 ms; the rule asks for 4.1 and 8.1."""
     words = ["controller=tdpa", "duration_s=12"]
-    ours = tuning.tdpa(loop_in(load(name))).params.damping
+    ours = -tuning.check_tdpa(TdpaParams(damping=0.0), loop_in(load(name))).criteria["delay"]
     scenarios = [
         load(name, settings_texts=[*words, f"baseline.tdpa.damping={damping}"])
         for damping in (0.0, 3.0, ours)
@@ -169,11 +155,6 @@ def test_a_contact_too_stiff_for_the_servers_step_stays_unstable_on_any_link(sti
     assert (verdict(simulate_one(scenario), scenario).instability == "diverged") is diverges
 
 
-def test_without_any_damping_no_virtual_coupling_is_proposed():
-    with pytest.raises(ParameterError, match=r"device\.damping = 0, and no hand"):
-        tuning.virtual_coupling(dataclasses.replace(LOOP, damping=0.0))
-
-
 def test_a_hand_damps_and_packets_age_by_their_periods():
     held = press(0.016, 1.0, operator__kind="hand", link__jitter="uniform", link__jitter_s=0.002)
     loop = loop_in(held)
@@ -217,8 +198,6 @@ def test_a_rule_is_unknown_where_a_delay_is(tmp_path, controller):
         assert f"user1: {unknown}" in found
         checked = LIBRARY[controller].check(BaselineParams(), loop_in(scenario))
         assert not checked.met
-        with pytest.raises(ParameterError, match="delay is not known"):
-            RULES[controller].propose(loop_in(scenario))
 
 
 @pytest.mark.parametrize("controller", RULES)

@@ -22,10 +22,11 @@ from benchmark.networks import Found, Group, found_in
 from benchmark.probe import Probe, Rendered, rendered, wall_rendered
 from benchmark.study import FULL, MEDIUM, SHORT, Plan, Study, study
 from benchmark.swept import LEAST_J, page
-from benchmark.trial import FAILED_COST, Outcome, Trial, run, scenario_of
+from benchmark.trial import Outcome, Trial, run, scenario_of
 from benchmark.walls import walls
 from benchmark.written import sessions, table
 
+from pmwvc_analysis.compare.criterion import FAILED_COST
 from pmwvc_core.network.presets import PRESETS
 
 TINY = Plan(

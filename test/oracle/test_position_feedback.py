@@ -123,7 +123,7 @@ def swung(kind, losses, seed):
     return dataclasses.replace(scenario, seed=seed)
 
 
-def offset(traces):
+def offset(traces, _):
     """Return the mean of device less avatar over the last six periods [m]."""
     user, server = traces.users[0], traces.server
     late = server.time_s >= traces.duration_s - 12.0

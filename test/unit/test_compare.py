@@ -71,6 +71,20 @@ def test_the_report_holds_its_pictures(compared):
     assert (folder / "plots" / "compare_admittance.png").is_file()
 
 
+def test_a_row_says_how_its_parameters_were_found_also_in_a_report_written_anew(tmp_path):
+    words = ["wall", "--controllers", "virtual_coupling", "--duration", "2", "--no-figures"]
+    first = pmwvc("compare", *words, "--out", "rival", "--json", cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    (row,) = json.loads(first.stdout)["sessions"]
+    assert row["tuning"].startswith("by search over the first 2 s: the least cost, ")
+    assert "stiffness 30 to 2000, damping 0.3 to 15; cost: RMS offset" in row["tuning"]
+    summary = json.loads((tmp_path / "rival" / row["folder"] / "summary.json").read_text("utf-8"))
+    for name, value in row["parameters"].items():
+        assert summary["parameters"][name] == value  # what was simulated
+    anew = pmwvc("report", tmp_path / "rival", "--json", cwd=tmp_path)
+    assert json.loads(anew.stdout)["sessions"][0]["tuning"] == row["tuning"], anew.stderr
+
+
 def test_a_report_written_anew_tells_the_same(compared):
     folder, found = compared
     result = pmwvc("report", folder, "--json", cwd=folder)

@@ -11,61 +11,45 @@ from support.plain import load
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.files import row
 from pmwvc_analysis.compare.measures import MEASURES, Entry
-from pmwvc_analysis.compare.settings import GIVEN, RULE, parameters_of, tuned, tuning_of
+from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
 from pmwvc_analysis.figures.comparison_charts import measures
-from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.report import comparison_report
 from pmwvc_bringup.comparison import report
 from pmwvc_bringup.comparison.combinations import combinations
 from pmwvc_core.controllers.library import LIBRARY
+from pmwvc_core.params import BaselineParams
 from pmwvc_core.traces import SessionTraces
 
 MATRIX = "30 2; 2 20"
 BASELINES = tuple(name for name, record in LIBRARY.items() if record.rule)
+DEFAULTS = {name: getattr(BaselineParams(), name) for name in BASELINES}
+
+
+def silent(ratio):
+    """Show no progress."""
 
 
 @pytest.mark.parametrize("controller", BASELINES)
-def test_a_baseline_meets_its_rule_at_every_delay_and_keeps_what_is_given(controller):
-    over = ["link.delay_s=0,0.016,0.06"]
-    groups = [
-        getattr(one.scenario.users[0].baseline, controller)
-        for one in combinations("carry_16ms", over, controllers=[controller])
-    ]
-    if controller != "pspm":  # its rule knows no delay
-        assert len(set(groups)) == len(groups)
-    for one in combinations("carry_16ms", over, controllers=[controller]):
-        assert tuning_of(one.scenario) == RULE
+def test_parameters_that_are_given_are_kept(controller):
     name = f"baseline.{controller}.damping"
-    given = combinations(
-        "carry_16ms", over, controllers=[controller], settings_texts=[f"{name}=2.5"]
-    )
-    kept = {getattr(one.scenario.users[0].baseline, controller).damping for one in given}
-    assert kept == {2.5}
-    assert all(tuning_of(one.scenario).startswith(GIVEN) for one in given)
+    for texts in ([f"{name}=2.5"], [f"{name}={DEFAULTS[controller].damping}"]):
+        (only,) = combinations("carry_16ms", [], controllers=[controller], settings_texts=texts)
+        kept, words = tuned(only.scenario, silent, given=only.given)
+        assert kept == only.scenario
+        assert words.startswith(GIVEN)
+    one = load("carry_16ms", settings_texts=[f"controller={controller}", f"user2.{name}=2.5"])
+    assert tuned(one, silent)[0] == one  # as its file has it
 
 
-def test_a_coupling_tuned_for_its_delay_is_stable_where_the_default_is_not():
-    scenario = load("carry_16ms", settings_texts=["controller=virtual_coupling"], duration_s=8.0)
-    far = [
-        dataclasses.replace(
-            user,
-            link_up=dataclasses.replace(user.link_up, delay_s=0.15),
-            link_down=dataclasses.replace(user.link_down, delay_s=0.15),
-        )
-        for user in scenario.users
-    ]
-    default = dataclasses.replace(scenario, users=tuple(far))
-    assert "misses delay" in tuning_of(default)
-    assert tuning_of(tuned(default)) == RULE
-    assert float(radii(default)[0]) > 1.01
-    assert float(radii(tuned(default))[0]) <= 1.0 + 1e-9
-
-
-def test_a_rule_without_an_answer_leaves_the_parameters_and_reports_it():
+def test_a_rule_that_the_parameters_miss_is_named():
     words = ["controller=virtual_coupling", "operator.kind=none", "device.damping=0"]
     scenario = load("carry_16ms", settings_texts=words)
-    assert tuned(scenario) == scenario
-    assert tuning_of(scenario).startswith(f"{GIVEN}; misses colgate by")
+    assert tuned(scenario, silent, given=True)[1].startswith(f"{GIVEN}; misses rule colgate by")
+
+
+def test_a_controller_without_parameters_of_its_own_is_not_tuned():
+    scenario = load("direct_16ms")
+    assert tuned(scenario, silent) == (scenario, None)
 
 
 def test_parameters_shown_are_those_of_the_controller_alone():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support.lab import offer
 from support.plain import load
 
-from pmwvc_analysis.compare.settings import GIVEN, RULE, tuned, tuning_of
+from pmwvc_analysis.compare.settings import GIVEN, tuned
 from pmwvc_analysis.events.events import complete, kept
 from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linear
 from pmwvc_analysis.prediction.text import lines
@@ -234,10 +234,9 @@ def test_a_tuning_rule_is_unknown_behind_an_effect_whose_delay_is(lab):
     )
     text = "the longest delay by half is not known"
     assert f"user1: rule 'delay' unknown: {text}." in lines(unknown, live=False)
-    assert tuned(unknown) == unknown
-    assert tuning_of(unknown) == f"{GIVEN}; rule delay unknown, as {text}"
+    found = tuned(unknown, lambda ratio: None, given=True)
+    assert found == (unknown, f"{GIVEN}; rule delay unknown, as {text}")
     assert not any("unknown" in line for line in lines(known, live=False))
-    assert tuning_of(tuned(known)) == RULE
 
 
 def test_an_effect_without_an_amount_is_named_where_it_is_left_out(lab):

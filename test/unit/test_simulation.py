@@ -92,7 +92,7 @@ def test_results_come_in_the_order_asked_for_whatever_the_batches():
         for duration, mass in ((0.2, 1.0), (0.1, 1.0), (0.2, 2.0), (0.1, 2.0))
     ]
     shares = []
-    kept = simulate(scenarios, keep=lambda traces: traces.duration_s, progress=shares.append)
+    kept = simulate(scenarios, keep=lambda traces, _: traces.duration_s, progress=shares.append)
     assert kept == [0.2, 0.1, 0.2, 0.1]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0

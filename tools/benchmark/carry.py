@@ -9,7 +9,6 @@ import numpy as np
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_analysis.traces.reductions import rms
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -20,23 +19,6 @@ STAYS_S = 1.0
 LONGEST_LAG_S = 2.0  # looked for
 OF_DEVICE = ("device_kinetic", "device_damping")
 OF_SERVER = ("contact_damping", "contact_stored", "object_kinetic", "object_damping")
-
-
-def path_error_m(traces: SessionTraces, scenario: Scenario) -> float | None:
-    """Return the RMS distance of the cube from its target since that began to move [m]; None where
-    the users were not all coupled before.
-    """
-    server = traces.server
-    if server is None:
-        return None
-    together = np.flatnonzero(
-        np.all([state == Presence.COUPLED for state in server.state], axis=0)
-    )
-    if not len(together):
-        return None
-    moving = server.time_s >= server.time_s[together[0]] + scenario.task.move_s
-    apart = (server.x_o - server.target)[moving]
-    return rms(apart) if len(apart) else None
 
 
 def placed_s(traces: SessionTraces) -> float | None:

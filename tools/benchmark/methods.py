@@ -6,12 +6,10 @@ Every method searches the time of silence of the watchdog beside its own paramet
 coupling has none of its own (the contact is the task's).
 """
 
-import zlib
 from dataclasses import dataclass
 
-import numpy as np
-
-from pmwvc_core.numeric import Array
+from pmwvc_analysis.compare.search import drawn
+from pmwvc_core.controllers.library import LIBRARY
 
 Settings = tuple[str, ...]  # name=value texts, as for --set
 SILENCE = ("safety.timeout_s", 0.03, 0.5)
@@ -28,21 +26,19 @@ class Method:
 
     def candidates(self, count: int, seed: int) -> list[Settings]:
         """Return settings to try: the defaults, then random ones, the same for the same seed."""
-        rng = np.random.default_rng((seed, zlib.crc32(self.name.encode())))
-        drawn = rng.random((count - 1, len(self.ranges)))
-        return [self.settings, *(self._at(row) for row in drawn)]
-
-    def _at(self, row: Array) -> Settings:
-        chosen = (
-            f"{name}={low * (high / low) ** share:.3g}"
-            for (name, low, high), share in zip(self.ranges, row, strict=True)
-        )
-        return (*self.settings, *chosen)
+        ranges = {name: (low, high) for name, low, high in self.ranges}
+        return [
+            (*self.settings, *(f"{name}={value:.3g}" for name, value in values.items()))
+            for values in drawn(self.name, ranges, count, seed)
+        ]
 
 
-def _baseline(name: str, *ranges: tuple[str, float, float]) -> Method:
-    own = tuple((f"baseline.{name}.{leaf}", low, high) for leaf, low, high in ranges)
-    return Method(name, (f"controller={name}",), (*own, SILENCE))
+def _baseline(name: str) -> Method:
+    """Return a controller without waves as a method: its own ranges are those of its record."""
+    rule = LIBRARY[name].rule
+    own = rule.ranges.items() if rule else ()
+    ranges = ((f"baseline.{name}.{leaf}", low, high) for leaf, (low, high) in own)
+    return Method(name, (f"controller={name}",), (*ranges, SILENCE))
 
 
 METHODS = {
@@ -51,21 +47,6 @@ METHODS = {
         Method("strict", ("controller=pmwvc", "channel=strict"), WAVES),
         Method("plain", ("controller=pmwvc", "channel=plain"), WAVES),
         Method("zeroing", ("controller=pmwvc", "channel=zeroing"), WAVES),
-        _baseline("direct"),
-        _baseline("virtual_coupling", ("stiffness", 30.0, 2000.0), ("damping", 0.3, 15.0)),
-        _baseline(
-            "tdpa",
-            ("damping", 0.3, 20.0),
-            ("damping_max", 5.0, 100.0),
-            ("fade_s", 1e-3, 0.05),
-            ("drift_share", 0.01, 0.5),
-        ),
-        _baseline(
-            "pspm",
-            ("stiffness", 50.0, 3000.0),
-            ("damping", 0.3, 10.0),
-            ("initial_j", 2e-3, 0.2),
-            ("cap_j", 2e-3, 0.2),
-        ),
+        *map(_baseline, ("direct", "virtual_coupling", "tdpa", "pspm")),
     )
 }

@@ -91,7 +91,7 @@ def found_in(group: Group) -> Found:
         scenario_of(Trial(group.channel, settings, group.network, seed, group.duration_s))
         for seed in group.seeds
     ]
-    numbers = simulate(scenarios, keep=lambda traces: numbers_of(traces, scenarios[0]))
+    numbers = simulate(scenarios, keep=numbers_of)
     return Found(*(list(column) for column in zip(*numbers, strict=True)))
 
 

@@ -32,8 +32,9 @@ import numpy as np
 
 from benchmark.carry import placed_s
 from benchmark.methods import Settings
-from benchmark.trial import RESTLESS, Trial, scenario_of
+from benchmark.trial import Trial, scenario_of
 from benchmark.walls import wall, walls
+from pmwvc_analysis.compare.criterion import RESTLESS
 from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.transparency.measured import TRUSTED, measure

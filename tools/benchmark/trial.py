@@ -4,10 +4,8 @@
 
 Two hands grip a 2 kg cube and carry it to and fro. The seed decides the fate of every packet and
 varies the hands: stiffness, damping and squeeze by up to 25 %, distance by up to 30 %; all methods
-meet the same. A session fails if it diverges or a safety layer takes over
-(:mod:`pmwvc_analysis.verdicts.stability`), if the users are never coupled, or if the cube is on
-the mean further from its target than half the distance it should travel. A session that fails
-stays in all results. One that keeps oscillating, or where that cannot be told, is called restless.
+meet the same. :mod:`pmwvc_analysis.compare.criterion` tells when a session has failed, or is
+restless. One that fails stays in all results.
 """
 
 from dataclasses import dataclass
@@ -19,10 +17,10 @@ from benchmark.carry import (
     energies,
     grip_lost,
     lag_free_error_n,
-    path_error_m,
     squeeze_n,
 )
 from benchmark.methods import Settings
+from pmwvc_analysis.compare.criterion import cost, failure, path_error_m
 from pmwvc_analysis.compare.measures import measures
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.scenario.scenario import Scenario
@@ -30,9 +28,6 @@ from pmwvc_core.simulation.session import simulate_one
 
 SCENARIO = "carry_16ms"
 TASK = ("grip_s=0.5", "grip_rise_s=0.5", "move_s=1.5", "move_rise_s=2", "rest_s=0.5")
-JND_M, JND_N, PATH_M = 1e-3, 0.2, 5e-3  # anchors of the cost
-FAILED_COST, RESTLESS_COST = 100.0, 10.0
-RESTLESS = "sustained oscillation"
 
 
 @dataclass(frozen=True)
@@ -100,14 +95,9 @@ class Outcome:
 
     @property
     def cost(self) -> float:
-        """The cost that the search minimizes: the three errors in units of what is just noticed
-        (position 1 mm, force a tenth of the squeeze) and of a tenth of the way (5 mm), and 10
-        where restless.
-        """
-        errors = (
-            self.coherency_m / JND_M, self.force_error_n / JND_N, self.path_error_m / PATH_M,
-        )  # fmt: skip
-        return min(sum(errors) + RESTLESS_COST * self.restless, FAILED_COST)
+        """The cost that the search minimizes (:mod:`pmwvc_analysis.compare.criterion`)."""
+        errors = self.coherency_m, self.force_error_n, self.path_error_m
+        return cost(*errors, restless=self.restless)
 
 
 def scenario_of(trial: Trial) -> Scenario:
@@ -151,16 +141,8 @@ def run(trial: Trial) -> Outcome:
         *(energies(traces, scenario) or (None, None)),
     )
     errors = [np.inf if error is None else float(error) for error in measured]
-    failure = _failure(found["instability"], path_m, scenario)
-    if failure or not np.isfinite(errors).all():
-        failure, errors = failure or "not measured", [np.inf] * len(errors)
-    restless = not failure and not found["stable"]
-    return Outcome(failure, restless, found["passive"], found["energy_min_j"], *errors)
-
-
-def _failure(instability: str | None, path_m: float | None, scenario: Scenario) -> str:
-    if instability not in (None, RESTLESS):
-        return instability
-    if path_m is None:
-        return "never coupled"
-    return "" if path_m < 0.5 * scenario.task.distance_m else "task not done"
+    failed = failure(found["instability"], path_m, scenario)
+    if failed or not np.isfinite(errors).all():
+        failed, errors = failed or "not measured", [np.inf] * len(errors)
+    restless = not failed and not found["stable"]
+    return Outcome(failed, restless, found["passive"], found["energy_min_j"], *errors)

@@ -8,6 +8,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import varied
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
 from pmwvc_core.traces import SessionTraces
 from reproduction.figure import Values
@@ -100,7 +101,7 @@ def largest_stiffness(parameters: Values) -> Values:
     return numbers
 
 
-def _rests(traces: SessionTraces) -> bool:
+def _rests(traces: SessionTraces, _: Scenario) -> bool:
     velocity = traces.users[0].xd_m
     late = velocity[2 * len(velocity) // 3 :]
     return bool(np.sqrt(np.mean(late**2)) < AT_REST_M_S)

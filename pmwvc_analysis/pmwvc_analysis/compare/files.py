@@ -16,7 +16,7 @@ import numpy as np
 
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Entry, measured
-from pmwvc_analysis.compare.settings import parameters_of, tuning_of
+from pmwvc_analysis.compare.settings import parameters_of
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.numeric import Array
@@ -57,7 +57,7 @@ def row(entry: Entry) -> dict[str, Any]:
         "folder": entry.folder,
         "settings": entry.settings,
         "parameters": parameters_of(entry.scenario),
-        "tuning": tuning_of(entry.scenario),
+        "tuning": entry.tuning,
         **{name: entry.measures[name] for name in MEASURES},
     }
 
@@ -126,6 +126,7 @@ def read_entries(folder: Path) -> list[Entry]:
             read_session(path),
             scenario,
             str(session["folder"]),
+            session["tuning"],
         )
         entries.append(measured(entry))
     return entries

@@ -69,7 +69,8 @@ class Entry:
     """One session of a comparison.
 
     ``settings`` are the parameters by which it differs from the others; ``folder`` is where it is
-    on disk, relative to the comparison's folder where it is inside.
+    on disk, relative to the comparison's folder where it is inside; ``tuning`` tells where a
+    baseline has its parameters from.
     """
 
     label: str
@@ -77,6 +78,7 @@ class Entry:
     traces: SessionTraces
     scenario: Scenario
     folder: str = ""
+    tuning: str | None = None
     measures: dict[str, Any] = field(default_factory=dict)
     rendered: Rendered | None = None
 
@@ -106,7 +108,6 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
     least = least_balance(traces, scenario)
     saved = left_out(traces, scenario)
     noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
-    away = [found.error for user in traces.users if (found := apart(traces, user)) is not None]
     felt_by = [felt(traces, user, scenario) for user in traces.users]
     least_n = [each.force_least_n for each in felt_by if each.force_least_n is not None]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
@@ -115,8 +116,8 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "instability": judged.instability,
         "passive": least.passive,
         "active_part": least.part,
-        "coherency_rms_m": reductions.rms(np.concatenate(away)) if away else None,
-        "force_error_rms_n": _force_error_n(traces),
+        "coherency_rms_m": coherency_m(traces),
+        "force_error_rms_n": force_error_n(traces),
         "energy_min_j": least.energy_j,
         "force_noise_n": max((n for n in noise if n is not None), default=None),
         "force_peak_n": reductions.number(max(peaks)) if peaks else None,
@@ -137,7 +138,14 @@ def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
         return None
 
 
-def _force_error_n(traces: SessionTraces) -> float | None:
+def coherency_m(traces: SessionTraces) -> float | None:
+    """Return the RMS distance of the devices from their avatars [m]; None: not known."""
+    away = [found.error for user in traces.users if (found := apart(traces, user)) is not None]
+    return reductions.rms(np.concatenate(away)) if away else None
+
+
+def force_error_n(traces: SessionTraces) -> float | None:
+    """Return the RMS of the forces rendered less those at the contacts [N]; None: not known."""
     server = traces.server
     if server is None:
         return None

@@ -1,25 +1,24 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of each controller in a comparison: baselines tuned by their published rules, and
-the parameters shown beside the numbers.
+"""The parameters of each controller in a comparison: baselines tuned by search, and the parameters
+shown beside the numbers.
 
-A baseline whose parameters nobody gave gets those of its rule (:mod:`pmwvc_core.baselines.tuning`)
-for this link, device, hand and contact: a comparison over the delay then compares controllers, not
-one tuning with itself.
+A baseline whose parameters nobody gave gets those that a search (:mod:`.search`) finds best for
+this link, device, hand and contact: a comparison over the delay then compares controllers, not one
+tuning with itself.
 """
 
-import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
+from pmwvc_analysis.compare.search import searched
 from pmwvc_analysis.prediction.text import rule_loop, unknown_delay
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.controllers.record import Rule
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 
-RULE, GIVEN = "by its rule", "as given"
+GIVEN = "as given"
 IMPEDANCE = "master.impedance"
 ALWAYS = (IMPEDANCE, "master.filter.kind", "master.hold", "server.coupling")
 SWITCHES = (  # shown with waves where they are on: name, what belongs to it
@@ -29,50 +28,37 @@ SWITCHES = (  # shown with waves where they are on: name, what belongs to it
 )
 
 
-def tuned(scenario: Scenario, *, given: bool = False) -> Scenario:
-    """Return the scenario with its baseline tuned for every user.
+def tuned(
+    scenario: Scenario, progress: Callable[[float], None], *, given: bool = False
+) -> tuple[Scenario, str | None]:
+    """Return the scenario with its baseline tuned, and where its parameters are from, in words.
 
-    One without a tuning rule comes back as it is, as one whose parameters were ``given``.
+    A controller without parameters to search comes back as it is (None), as one whose parameters
+    were ``given`` or are not the defaults.
     """
     rule = record_of(scenario.controller).rule
-    if rule is None or given:
-        return scenario
-
-    def own(user: User) -> User:
-        if getattr(user.baseline, rule.group) != getattr(BaselineParams(), rule.group):
-            return user
-        params = _proposed(rule, user, scenario)
-        if params is None:
-            return user
-        group: dict[str, Any] = {rule.group: params}
-        baseline = dataclasses.replace(user.baseline, **group)
-        return dataclasses.replace(user, baseline=baseline)
-
-    return dataclasses.replace(scenario, users=tuple(own(user) for user in scenario.users))
-
-
-def tuning_of(scenario: Scenario) -> str | None:
-    """Return in words a baseline's source of parameters and the rule they miss, or None."""
-    rule = record_of(scenario.controller).rule
     if rule is None:
-        return None
-    ours = all(
-        getattr(user.baseline, rule.group) == _proposed(rule, user, scenario)
-        for user in scenario.users
-    )
+        return scenario, None
+    default = getattr(BaselineParams(), rule.group)
+    words = GIVEN
+    if not given and all(getattr(user.baseline, rule.group) == default for user in scenario.users):
+        scenario, words = searched(scenario, rule, progress)
+    return scenario, words + _missed(scenario)
+
+
+def _missed(scenario: Scenario) -> str:
+    """Return in words the rules that a baseline's parameters miss, the worst user of each."""
     missed: dict[str, float] = {}
     unknown: dict[str, str] = {}
     for user in scenario.users:
-        found = rule.check(getattr(user.baseline, rule.group), rule_loop(user, scenario))
-        for name, margin in found.criteria.items():
+        found = record_of(scenario.controller).check(user.baseline, rule_loop(user, scenario))
+        for name, margin in found.criteria.items() if found else ():
             if math.isnan(margin):
                 unknown[name] = f"; rule {name} unknown, as {unknown_delay(user)}"
             elif margin < 0.0:
                 missed[name] = min(margin, missed.get(name, 0.0))
-    words = RULE if ours else GIVEN
     short = ", ".join(f"{name} by {-margin:.3g} N s/m" for name, margin in missed.items())
-    missing = f"; misses {short}" if short else ""
-    return "".join([words, missing, *unknown.values()])
+    return "".join([f"; misses rule {short}" if short else "", *unknown.values()])
 
 
 def parameters_of(scenario: Scenario) -> dict[str, Any]:
@@ -98,11 +84,3 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
 
 def _values(flat: dict[str, Any], name: str) -> set[Any]:
     return {value for key, value in flat.items() if key == name or key.endswith(f".{name}")}
-
-
-def _proposed(rule: Rule, user: User, scenario: Scenario) -> Any:
-    """Return the parameters by a rule; None where it has no answer, without any damping."""
-    try:
-        return rule.propose(rule_loop(user, scenario)).params
-    except ParameterError:
-        return None

@@ -123,7 +123,7 @@ def simulated_z_width(
         ]
         with np.errstate(over="ignore", invalid="ignore"):  # some run away beyond all numbers
             flags = iter(
-                simulate(runs, keep=lambda traces: decays(traces, decay_ratio=decay_ratio))
+                simulate(runs, keep=lambda traces, _: decays(traces, decay_ratio=decay_ratio))
             )
         for place, points in wanted:
             good = [bool(next(flags)) for _ in points]

@@ -158,7 +158,7 @@ def replay(
     prescribed = prescription(traces, recorded, replayed, hand=hand)
     (result,) = simulate(
         [prescribed.scenario],
-        keep=lambda kept: kept,
+        keep=lambda kept, _: kept,
         progress=progress,
         conditions=prescribed.conditions,
     )

@@ -9,7 +9,7 @@ from typing import Any
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.compare.files import write_tables
 from pmwvc_analysis.compare.measures import Entry
-from pmwvc_analysis.compare.settings import parameters_of, tuning_of
+from pmwvc_analysis.compare.settings import parameters_of
 from pmwvc_analysis.figures.comparison_charts import draw_all
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_core.errors import file_errors
@@ -65,7 +65,7 @@ def render(
         differences=about.get("differences", []),
         changes=about.get("changes", {}),
         entries=entries,
-        settings=[(e.label, parameters_of(e.scenario), tuning_of(e.scenario)) for e in entries],
+        settings=[(e.label, parameters_of(e.scenario), e.tuning) for e in entries],
         columns=[(name, heading, factor) for name, heading, _, factor in COLUMNS],
         figures=[(chart, data_uri(path)) for chart, path in figures],
     )

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import yaml
 
-from pmwvc_analysis.compare.settings import tuned
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.comparison.variants import defaults_of, settings_of
 from pmwvc_core.controllers.library import record_of
@@ -21,11 +20,15 @@ MOST = 100  # sessions, whose traces are held in memory
 
 @dataclass(frozen=True)
 class Combination:
-    """One choice of values: its label, the settings, and the scenario."""
+    """One choice of values: its label, the settings, the scenario, and whether a setting gives a
+    parameter of its baseline; once tuned, where those parameters are from.
+    """
 
     label: str
     settings: dict[str, object]
     scenario: Scenario
+    given: bool = False
+    tuning: str | None = None
 
 
 def combinations(
@@ -39,7 +42,6 @@ def combinations(
 ) -> list[Combination]:
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest.
 
-    Baselines whose parameters are not given are tuned by their rules for each combination.
     ``controllers`` are words of :mod:`pmwvc_bringup.comparison.variants`, an axis of their own;
     the others are settings of all, as with ``pmwvc simulate``. ScenarioError with every mistake of
     the scenario, the values and their combinations, each once.
@@ -68,10 +70,10 @@ def combinations(
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
-        scenario = tuned(scenario, given=_given([*settings_texts, *texts], scenario.controller))
+        given = _given([*settings_texts, *texts], scenario.controller)
         label = ", ".join(f"{n} = {v}" for n, v in zip(names, chosen, strict=True))
         values = dict(zip(axes, map(yaml.safe_load, chosen), strict=True))
-        found.append(Combination(label or scenario.name, values, scenario))
+        found.append(Combination(label or scenario.name, values, scenario, given))
     if problems:
         raise ScenarioError(name, problems)
     return found

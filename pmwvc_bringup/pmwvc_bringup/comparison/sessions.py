@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sessions of a comparison: simulated as one batch, or run live one after the other."""
 
+import dataclasses
 import re
 import subprocess
 import sys
@@ -11,16 +12,31 @@ from pathlib import Path
 
 from rich.console import Console
 
+from pmwvc_analysis.compare import settings
 from pmwvc_analysis.compare.measures import Entry, measured
 from pmwvc_bringup.comparison.combinations import Combination
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.traces import SessionTraces
 
 
 def folder_of(number: int, one: Combination) -> str:
     """Return the folder of a session below that of the comparison."""
     plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]
     return f"runs/{number:02d}-{plain}"
+
+
+def tuned(chosen: Sequence[Combination], show: Callable[[float], None]) -> list[Combination]:
+    """Return the combinations with the baselines of each tuned for its scenario."""
+    found = []
+    for number, one in enumerate(chosen):
+
+        def part(ratio: float, *, before: int = number) -> None:
+            show((before + ratio) / len(chosen))
+
+        scenario, words = settings.tuned(one.scenario, part, given=one.given)
+        found.append(dataclasses.replace(one, scenario=scenario, tuning=words))
+    return found
 
 
 def simulated(
@@ -34,7 +50,7 @@ def simulated(
 
     traces = simulate(
         [one.scenario for one in chosen],
-        keep=lambda kept: kept,
+        keep=lambda kept, _: kept,
         progress=lambda ratio: show(0.5 * ratio),
     )
     entries = []
@@ -42,7 +58,7 @@ def simulated(
         below = folder_of(number, one)
         record_traces(folder / below, each, one.scenario)
         write_summary(folder / below, summary(each, one.scenario))
-        entries.append(measured(Entry(one.label, one.settings, each, one.scenario, below)))
+        entries.append(_entry(one, each, below))
         show(0.5 + 0.5 * number / len(chosen))
     return entries
 
@@ -65,6 +81,9 @@ def live(chosen: Sequence[Combination], folder: Path, console: Console) -> list[
             raise KeyboardInterrupt
         if code:
             raise PmwvcError(f"{one.label}: the session did not run (exit code {code}); see above")
-        traces = read_session(folder / below)
-        entries.append(measured(Entry(one.label, one.settings, traces, one.scenario, below)))
+        entries.append(_entry(one, read_session(folder / below), below))
     return entries
+
+
+def _entry(one: Combination, traces: SessionTraces, below: str) -> Entry:
+    return measured(Entry(one.label, one.settings, traces, one.scenario, below, one.tuning))

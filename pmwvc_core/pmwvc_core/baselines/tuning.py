@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tuning rule of each controller without waves, as a function of device, link and contact.
+"""The rules for the parameters of controllers without waves, by device, link and contact.
 
 ==============================  ================================================================
 b > K_c T_c/2 + B_c             virtual coupling without delay: passive (Colgate and Schenkel
@@ -21,11 +21,9 @@ Where an effect of the link has a delay that is not known, so is what a rule wit
 Not here: waves, whose rules are in docs/theory.md.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.effects import longest_s
 from pmwvc_core.params import (
     ContactParams,
@@ -34,14 +32,10 @@ from pmwvc_core.params import (
     MasterParams,
     OperatorParams,
     ServerParams,
-    Validated,
 )
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 
-MARGIN = 0.8  # of the stiffness that a rule allows
-LATE_MARGIN = 0.95  # of the same for the local damping: 3 N s/m do at 16 ms where this gives 4.7
 STOP_RATIO = 0.1  # of the damping that stops the device within a tick
-COUPLING_RATIO = 0.5  # of b: damping of the virtual coupling
 
 
 @dataclass(frozen=True)
@@ -58,13 +52,9 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Proposal:
-    """Parameters by a rule, and by how much its criteria are met (zero or more) [N s/m].
+class Margins:
+    """By how much each criterion of a rule is met (zero or more) [N s/m]; NaN: not known."""
 
-    A criterion is NaN where it is not known whether it is met.
-    """
-
-    params: Validated
     criteria: Mapping[str, float]
 
     @property
@@ -101,34 +91,14 @@ def loop_of(
     )
 
 
-def _require_round_trip(loop: Loop) -> None:
-    if math.isnan(loop.round_trip_s):
-        raise ParameterError("a link effect's delay is not known: the rule proposes nothing")
-
-
-def check_virtual_coupling(params: VirtualCouplingParams, loop: Loop) -> Proposal:
+def check_virtual_coupling(params: VirtualCouplingParams, loop: Loop) -> Margins:
     """Return by how much a virtual coupling meets its rules."""
     k, damping, b = params.stiffness, params.damping, loop.damping
     sampled, delayed = 0.5 * k * loop.tick_s, 0.5 * k * loop.round_trip_s
-    return Proposal(params, {"colgate": b - sampled - damping, "delay": b + damping - delayed})
+    return Margins({"colgate": b - sampled - damping, "delay": b + damping - delayed})
 
 
-def virtual_coupling(loop: Loop) -> Proposal:
-    """Return half the damping there is, and the stiffness that the tighter rule then allows;
-    ParameterError without any damping at the device, where no stiffness is allowed, and where the
-    round trip is not known.
-    """
-    _require_round_trip(loop)
-    if loop.damping <= 0.0:
-        raise ParameterError("device.damping = 0, and no hand: a virtual coupling needs damping")
-    damping = COUPLING_RATIO * loop.damping
-    passive = 2.0 * (loop.damping - damping) / loop.tick_s
-    late = 2.0 * (loop.damping + damping) / loop.round_trip_s
-    stiffness = MARGIN * min(passive, late)
-    return check_virtual_coupling(VirtualCouplingParams(stiffness, damping), loop)
-
-
-def check_tdpa(params: TdpaParams, loop: Loop) -> Proposal:
+def check_tdpa(params: TdpaParams, loop: Loop) -> Margins:
     """Return by how much the dampers meet their rules."""
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
     criteria = {
@@ -136,36 +106,9 @@ def check_tdpa(params: TdpaParams, loop: Loop) -> Proposal:
         "delay": loop.damping + params.damping - late,
         "contact": loop.contact_damping - 0.5 * loop.contact_stiffness * loop.period_s,
     }
-    return Proposal(params, criteria)
+    return Margins(criteria)
 
 
-def tdpa(loop: Loop) -> Proposal:
-    """Return the limit of the controller's damper, and the local damping the contact needs.
-
-    The contact itself is not proposed: its criterion may stay unmet. ParameterError where the
-    round trip is not known.
-    """
-    _require_round_trip(loop)
-    late = 0.5 * loop.contact_stiffness * loop.round_trip_s
-    params = TdpaParams(
-        damping=max(late / LATE_MARGIN - loop.damping, 0.0),
-        damping_max=STOP_RATIO * loop.mass / loop.tick_s,
-    )
-    return check_tdpa(params, loop)
-
-
-def check_pspm(params: PspmParams, loop: Loop) -> Proposal:
+def check_pspm(params: PspmParams, loop: Loop) -> Margins:
     """Return by how much the damper outweighs the held spring."""
-    return Proposal(params, {"sampling": params.damping - 0.5 * params.stiffness * loop.tick_s})
-
-
-def pspm(loop: Loop) -> Proposal:
-    """Return a spring as stiff as the contact, unless the damper does not allow it.
-
-    A stiffer one brings the ends closer together but drags more: it is K (T_1 + T_2) that is felt
-    in motion.
-    """
-    damping = PspmParams().damping
-    allowed = MARGIN * 2.0 * damping / loop.tick_s
-    stiffness = min(loop.contact_stiffness or allowed, allowed)
-    return check_pspm(PspmParams(stiffness=stiffness, damping=damping), loop)
+    return Margins({"sampling": params.damping - 0.5 * params.stiffness * loop.tick_s})

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of a controller: both ends, and the properties that other code asks for by name."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.account import Entry
-from pmwvc_core.baselines.tuning import Loop, Proposal
+from pmwvc_core.baselines.tuning import Loop, Margins
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.controller import MasterController
@@ -37,11 +37,11 @@ HELD = Coupling(
 
 @dataclass(frozen=True)
 class Rule:
-    """The tuning rule of a controller."""
+    """The parameters of a controller: the rule they should meet, and the ranges of a search."""
 
     group: str  # field of BaselineParams with the controller's parameters
-    propose: Callable[[Loop], Proposal]  # parameters that meet the criteria, where some do
-    check: Callable[[Any, Loop], Proposal]  # by how much given parameters meet them
+    check: Callable[[Any, Loop], Margins]  # by how much parameters meet the rule
+    ranges: Mapping[str, tuple[float, float]]  # least and largest value searched, by parameter
 
     def __post_init__(self) -> None:
         """Refuse a group that does not exist."""
@@ -72,7 +72,7 @@ class Controller(Record):
         Whether users and object may move on together uniformly without a force, as far as the
         linear model goes.
     rule
-        Tuning rule; None without one.
+        Tuning rule and ranges of the search; None without parameters of its own.
     storage_j
         Energy that the two ends of a user hold at the start by their parameters [J].
     coupling
@@ -99,7 +99,7 @@ class Controller(Record):
         if self.coupling is None and not self.waves:
             raise ParameterError("coupling = None: server.coupling belongs to waves")
 
-    def check(self, baseline: BaselineParams, loop: Loop) -> Proposal | None:
+    def check(self, baseline: BaselineParams, loop: Loop) -> Margins | None:
         """Return by how much parameters meet the tuning rule; None without a rule."""
         if self.rule is None:
             return None

@@ -28,7 +28,11 @@ VIRTUAL_COUPLING = Controller(
     make_server=virtual_coupling.VirtualCouplingServer,
     linear="virtual_coupling",
     coupling=HELD,
-    rule=Rule("virtual_coupling", tuning.virtual_coupling, tuning.check_virtual_coupling),
+    rule=Rule(
+        "virtual_coupling",
+        tuning.check_virtual_coupling,
+        {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)},
+    ),
 )
 TDPA = Controller(
     name="tdpa",
@@ -38,7 +42,16 @@ TDPA = Controller(
     make_master=lambda params, baseline: tdpa.TdpaMaster(baseline.tdpa, tick_s=params.tick_s),
     make_server=tdpa.TdpaServer,
     linear=None,  # without its dissipation nothing of it is left
-    rule=Rule("tdpa", tuning.tdpa, tuning.check_tdpa),
+    rule=Rule(
+        "tdpa",
+        tuning.check_tdpa,
+        {
+            "damping": (0.3, 20.0),
+            "damping_max": (5.0, 100.0),
+            "fade_s": (1e-3, 0.05),
+            "drift_share": (0.01, 0.5),
+        },
+    ),
     coupling=replace(HELD, moves=forward),
     accounts=tdpa.ENTRIES,
 )
@@ -50,7 +63,16 @@ PSPM = Controller(
     make_server=pspm.PspmServer,
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
-    rule=Rule("pspm", tuning.pspm, tuning.check_pspm),
+    rule=Rule(
+        "pspm",
+        tuning.check_pspm,
+        {
+            "stiffness": (50.0, 3000.0),
+            "damping": (0.3, 10.0),
+            "initial_j": (2e-3, 0.2),
+            "cap_j": (2e-3, 0.2),
+        },
+    ),
     storage_j=lambda _, baseline: 2.0 * float(baseline.pspm.initial_j),  # [J] of both tanks
     accounts=pspm.ENTRIES,
 )

@@ -33,7 +33,7 @@ def simulate_one(scenario: Scenario, conditions: Conditions = FROM_SCENARIO) -> 
 def simulate(
     scenarios: Sequence[Scenario],
     *,
-    keep: Callable[[SessionTraces], R] | None = None,
+    keep: Callable[[SessionTraces, Scenario], R] | None = None,
     progress: Callable[[float], None] | None = None,
     conditions: Conditions = FROM_SCENARIO,
 ) -> list[R] | list[SessionTraces]:
@@ -44,7 +44,8 @@ def simulate(
     scenarios
         Run in batches; results come in the same order.
     keep
-        Reduces the traces of each run (to its verdict, for example); all traces by default.
+        Reduces the traces of each run, with its scenario (to its verdict, for example); all traces
+        by default.
     progress
         Called with the ratio done, 0..1.
     conditions
@@ -62,7 +63,7 @@ def simulate(
         batch.run(report)
         for run, position in enumerate(members):
             traces = batch.traces(run)
-            results[position] = traces if keep is None else keep(traces)
+            results[position] = traces if keep is None else keep(traces, scenarios[position])
         done += len(members)
         del batch  # before the next one takes as much memory
     return results

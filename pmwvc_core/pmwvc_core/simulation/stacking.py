@@ -75,9 +75,7 @@ def _structure(owner: Hashable) -> Hashable:
     """Return the values of one parameter group that belong to the structure."""
     declared = leaves("", owner)
     return tuple(
-        value
-        if declared[name].kind is not float or name.rpartition(".")[2] in STRUCTURAL
-        else value is None
+        value if declared[name].kind is not float or name in STRUCTURAL else value is None
         for name, value in flattened("", owner).items()
     )
 
