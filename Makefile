@@ -17,7 +17,7 @@ run: setup  ## a session of two users carrying a cube over 16 ms links
 	@./pmwvc run carry_16ms
 
 live: setup  ## a session to take part in, in the browser
-	@./pmwvc run live --view
+	@./pmwvc run live_alone --view
 
 test: setup  ## all tests (some 10 minutes on two cores)
 	@echo "all tests, live sessions beside the others: some 10 minutes on two cores"

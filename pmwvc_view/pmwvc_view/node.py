@@ -39,6 +39,7 @@ SPECS: Mapping[str, tuple[Spec, Any]] = {
     ),
     "session.name": (Spec(str, description="name of the session"), "session"),
     "session.description": (Spec(str, description="what the session shows"), ""),
+    "session.report": (Spec(str, description="file of its report, once it is over"), ""),
     "session.emulated": (Spec(bool, description="an emulator belongs to the session"), False),
     "session.duration_s": (
         Spec(float, "s", low=0.0, high=LONGEST_S, description="its length, 0: not known"),
@@ -70,6 +71,7 @@ class View:
             about={
                 "name": values["session.name"],
                 "description": values["session.description"],
+                "report": values["session.report"],
                 "duration_s": length_s or LONGEST_S,
             },
             snapshot_s=1.0 / values["snapshot_hz"],

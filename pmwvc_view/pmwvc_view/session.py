@@ -39,6 +39,8 @@ class Session(ABC):
         Why it is over; None while it goes on.
     back
         Whether the same address will serve again once it is over.
+    report
+        Where its report will be, "" where there will be none.
     """
 
     can: frozenset[str] = frozenset()
@@ -49,6 +51,7 @@ class Session(ABC):
         self.generation = 0
         self.ended: str | None = None
         self.back = False
+        self.report = ""
 
     @abstractmethod
     def description(self) -> dict[str, Any]:

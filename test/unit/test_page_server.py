@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server of the page: who may connect, what a page may send, and what it is sent."""
 
+import asyncio
 import http.client
 import json
 import signal
@@ -18,12 +19,13 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from pmwvc_view import controls
 from pmwvc_view.prediction import Predictor
-from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
+from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ, SILENCE_S
 from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
+from pmwvc_view.session import Answer
 from pmwvc_view.simulated.session import SimulatedSession
 from pmwvc_view.web.access import Access, why_refused
 from pmwvc_view.web.client import Allowance
-from pmwvc_view.web.handling import SETTLED
+from pmwvc_view.web.handling import MOST_AT_ONCE, SETTLED
 
 
 @pytest.fixture
@@ -288,9 +290,59 @@ def test_message_that_comes_while_a_session_is_busy_is_handled_before_it_is_busy
 
 def test_session_that_ends_tells_its_pages():
     session = HandmadeSession()
+    session.report = "/sessions/one/report.html"
     with served(session) as server, server.page() as page:
         session.back = True
         session.ended = "over"
         ended = page.await_kind("ended")
+        assert ended.pop("report") == session.report
         assert ended == {"kind": "ended", "text": "over", "back": True}
         assert closed_with(page) == 1001
+
+
+class StandstillSession(HandmadeSession):
+    """The machine stands still when it is asked to pause: nobody sends, nobody listens."""
+
+    async def pause(self, paused):
+        threading.Event().wait(2.0 * SILENCE_S)
+        return Answer(True)
+
+
+def test_hand_is_not_let_go_because_the_machine_stood_still():
+    session = StandstillSession()
+    with served(session, snapshot_s=0.016) as server, server.page() as page:
+        page.ask("take", user="user1")
+        page.send("target", user="user1", position=[0.1])
+        assert page.ask("pause", paused=True)["done"]
+        page.send("target", user="user1", position=[0.2])
+        found = [session.targets.get(timeout=PATIENCE_S) for _ in range(2)]
+        assert found == [("user1", (0.1,)), ("user1", (0.2,))]
+
+
+class SlowSession(HandmadeSession):
+    """Changes last as long as it goes on; only the newest question is answered."""
+
+    can = HandmadeSession.can | {"set", "ask", "restart"}
+
+    async def set(self, path, value):
+        await asyncio.Event().wait()
+
+    async def ask(self, values):
+        return None
+
+    def restart(self, values):
+        return Answer(True, "beginning again")
+
+
+def test_page_that_asks_for_too_much_at_once_is_told_and_hands_go_on():
+    with served(SlowSession()) as server, server.page() as page, server.page() as other:
+        for number in range(30):
+            page.send("set", id=1000 + number, path="link.delay_s", value=0.01)
+        refused = [page.await_kind("answer") for _ in range(30 - MOST_AT_ONCE)]
+        assert not any(answer["done"] for answer in refused)
+        assert "under way" in refused[0]["text"]
+        assert other.ask("take", user="user1")["done"]
+        restarts = [page.ask("restart", values={}) for _ in range(5)]
+        assert [answer["done"] for answer in restarts] == [True] + 4 * [False]
+        dropped = page.ask("ask", values={})
+        assert (dropped["done"], dropped["text"]) == (False, "a newer question came")

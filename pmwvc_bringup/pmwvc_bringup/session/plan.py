@@ -117,7 +117,7 @@ def nodes(
             )
             for user in scenario.users
         ),
-        *([NodePlan("view", parameters=_view(scenario, page))] if page else []),
+        *([NodePlan("view", parameters=_view(scenario, page, folder))] if page else []),
     ]
 
 
@@ -181,7 +181,7 @@ def _netem(scenario: Scenario) -> dict[str, object]:
     return found
 
 
-def _view(scenario: Scenario, page: Page) -> dict[str, object]:
+def _view(scenario: Scenario, page: Page, folder: Path) -> dict[str, object]:
     return {
         "users": [user.name for user in scenario.users],
         "host": page.host,
@@ -190,6 +190,7 @@ def _view(scenario: Scenario, page: Page) -> dict[str, object]:
         "session.emulated": True,
         "session.name": scenario.name,
         "session.description": scenario.description,
+        "session.report": str(folder / "report.html"),
         "session.duration_s": scenario.duration_s,
     }
 

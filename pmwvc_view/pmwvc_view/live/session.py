@@ -51,6 +51,7 @@ class LiveSession(RunningSession):
         super().__init__(live=True, snapshot_s=snapshot_s)
         self._node, self._graph, self._about = node, graph, about
         self._duration_s = duration_s
+        self.report = str(about.get("report", ""))
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)

@@ -13,12 +13,13 @@ import { Session } from "./session.js";
 import { Settings } from "./settings.js";
 import { signalsOf } from "./signals.js";
 import { Socket } from "./socket.js";
-import { notice, Spoken } from "./spoken.js";
+import { ended, notice, Spoken } from "./spoken.js";
 import { Strips } from "./strips.js";
 import { Timeline } from "./timeline.js";
 import { Users } from "./users.js";
 
 const at = (id) => document.getElementById(id);
+const GONE_TRIES = 4; // to connect again, some seconds
 let page = null; // what shows the present session
 
 /** Everything that shows one session; made anew when the session begins again. */
@@ -36,7 +37,7 @@ class Page {
     this.spoken = new Spoken(session);
     this.events = new AbortController();
     const { signal } = this.events;
-    at("help").hidden = !session.can.includes("take");
+    at("help").hidden = at("todo").hidden = !session.can.includes("take");
     if (session.can.includes("take")) {
       pointers(at("scene"), this.scene, this.hand, session, signal);
       keyboard(at("scene"), this.scene, this.hand, session, signal);
@@ -92,6 +93,7 @@ const handlers = {
   open: () => connection("waiting", "connected"),
   session: (declared) => {
     page?.close();
+    ended("");
     page = new Page(declared);
     connection("open", { live: "live", simulated: "simulated, in real time", recorded: "recorded" }[declared.mode]);
   },
@@ -106,9 +108,18 @@ const handlers = {
   values: ({ values }) => page.settings.changed(values),
   text: ({ kind: _, ...text }) => { page.session.text = text; page.spoken.report(); },
   play: (state) => page.timeline.played(state),
-  ended: ({ text }) => notice(text),
+  ended: ({ text, back, report }) => {
+    if (back) { notice(text); return; }
+    socket.end();
+    page?.close();
+    page = null; // its last picture stays
+    ended(`The session is over: ${text}.${report ? ` Its report: ${report}` : ""}`);
+    connection("closed", "over");
+  },
   closed: (_, tries) => {
+    if (socket.over) return;
     page?.hand.lost();
+    if (tries >= GONE_TRIES && page) ended("The session's server does not answer any more: it has ended, or the network is down.");
     connection("closed", tries || page ? "not connected" : "connecting");
     if (tries > 1 && !page) at("verdict").textContent = "No session here: either it is over, or the address lacks its token.";
   },

@@ -3,6 +3,8 @@
 // A recorded session that stands in the page itself, in place of a connection: the same messages,
 // without a server.
 
+import { HISTORY_S } from "./session.js";
+
 const FASTEST = 4;
 const EPSILON_S = 1e-6;
 
@@ -11,7 +13,7 @@ const numbers = (text) => new Float32Array(Uint8Array.from(atob(text), (each) =>
 export class Recording {
   /** `on`: functions by kind of message; `recorded`: what the page holds. */
   constructor(on, { declared, texts, rows, packets }) {
-    Object.assign(this, { on, declared, texts, isOpen: true, time_s: 0, ratio: 1, paused: true, shown: -1 });
+    Object.assign(this, { on, declared, texts, isOpen: true, time_s: declared.start_s, ratio: 1, paused: true, shown: -1 });
     const values = (columns) => columns.reduce((sum, [, count]) => sum + count, 0);
     const { columns, packet } = declared.layout;
     const split = (all, width) => Array.from({ length: all.length / width }, (_, i) => all.subarray(i * width, (i + 1) * width));
@@ -76,7 +78,7 @@ export class Recording {
       this.play(fields.paused);
     } else if (kind === "seek") {
       this.time_s = Math.max(0, Math.min(duration_s, fields.time_s));
-      this.shown = this.at() - 1;
+      this.shown = Math.max(0, this.at() - Math.round(HISTORY_S / this.declared.snapshot_s)) - 1;
     } else if (kind === "speed") {
       this.ratio = Math.min(FASTEST, fields.ratio);
     } else return Promise.resolve({ done: false, text: "not in this session" });

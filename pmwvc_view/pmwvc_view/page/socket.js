@@ -45,9 +45,13 @@ export class Socket {
     }
   }
 
+  /** The session is over: do not come back. */
+  end() { this.over = true; }
+
   closed(event) {
     for (const settle of this.requests.values()) settle({ done: false, text: "not connected" });
     this.requests.clear();
+    if (this.over) return;
     const wait_ms = RETRY_MS[Math.min(this.tries, RETRY_MS.length - 1)];
     this.on.closed(event, this.tries++);
     setTimeout(() => this.open(), wait_ms);

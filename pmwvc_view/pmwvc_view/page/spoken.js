@@ -45,7 +45,14 @@ export class Spoken {
   }
 }
 
-let lasting = "", passing = "", timer = 0;
+let lasting = "", passing = "", over = "", timer = 0;
+
+/** Show from now on that the session is over; "" where it goes on. */
+export function ended(text) {
+  over = text;
+  document.body.toggleAttribute("data-over", Boolean(text));
+  show();
+}
 
 /** Show for a while a sentence that a person has to see: why something was refused. */
 export function notice(text) {
@@ -56,6 +63,7 @@ export function notice(text) {
 }
 
 function show() {
-  at("notice").textContent = passing || lasting;
-  at("notice").hidden = !(passing || lasting);
+  const text = over || passing || lasting;
+  at("notice").textContent = text;
+  at("notice").hidden = !text;
 }

@@ -56,7 +56,8 @@ class RecordedSession(Session):
         self._write_lags(live=live)
         self._clock, self._period_s = clock, snapshot_s
         super().__init__(Predictor(live=live))
-        self._time_s, self._at_s = 0.0, clock()
+        self._start_s = self._first_s()
+        self._time_s, self._at_s = self._start_s, clock()
         self._ratio, self._paused = 1.0, True
         self._shown = -1  # row shown last
         self._seq = 0
@@ -79,6 +80,15 @@ class RecordedSession(Session):
                 kept = np.linalg.norm(away.kept[at], axis=-1) > LEAST_M
                 self._rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
 
+    def _first_s(self) -> float:
+        """Return the time of the first row in which every user's handle has a place [s]."""
+        there = [
+            np.isfinite(self._rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
+            for user in self._traces.users
+            if f"{user.name}.x_m" in self.layout.slices
+        ]
+        return float(self._rows[int(np.logical_and.reduce(there).argmax()), 1])
+
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
         found = description.describe(
@@ -88,7 +98,7 @@ class RecordedSession(Session):
             values=controls.values_of(self._scenario),
             remote=[],
         )
-        return {**found, "events": self._summary["events"]}
+        return {**found, "events": self._summary["events"], "start_s": self._start_s}
 
     def poll(self) -> Sequence[Snapshot]:
         """Return the rows from the last call up to now; where time was moved, the one there."""

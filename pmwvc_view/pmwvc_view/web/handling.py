@@ -11,6 +11,8 @@ from pmwvc_view.session import Answer, Session
 from pmwvc_view.web.client import Client
 
 SETTLED = 64  # acknowledgements: what can wait begins, the page is there
+MOST_AT_ONCE = 8  # changes of one page that are under way
+AGAIN_S = 1.0  # between two beginnings
 
 
 class Handles:
@@ -69,7 +71,8 @@ class Handling:
         self._session, self._tell_users = session, tell_users
         self._handles = Handles(_remote(session))
         self._shown = 0
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: dict[asyncio.Task[None], Client] = {}
+        self._listened_s = self._began_s = 0.0
 
     def begin(self) -> None:
         """Begin anew with the session; handles stay whose they are."""
@@ -86,9 +89,12 @@ class Handling:
             found.append({"name": user["name"], "holder": holder})
         return found
 
-    def open_silent(self, now_s: float) -> None:
-        """Open the hands that got no target for too long [s]."""
-        for user in self._handles.silent(now_s):
+    def listened(self, time_s: float) -> None:
+        """Note that pages were listened to for a time [s]; open the hands that got no target for
+        too long of it.
+        """
+        self._listened_s += time_s
+        for user in self._handles.silent(self._listened_s):
             self._session.target(user, None)
 
     def gone(self, client: Client) -> None:
@@ -127,9 +133,14 @@ class Handling:
                 self._free(request.user)
             self._answer(client, request, Answer(mine, "" if mine else "not held by this page"))
         elif isinstance(request, requests.Set | requests.Ask | requests.Pause):
+            changes = not isinstance(request, requests.Ask)  # of questions the newest counts
+            if changes and list(self._tasks.values()).count(client) >= MOST_AT_ONCE:
+                text = f"{MOST_AT_ONCE} changes of this page are under way"
+                self._answer(client, request, Answer(False, text))
+                return
             task = asyncio.create_task(self._later(client, request))
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
+            self._tasks[task] = client
+            task.add_done_callback(self._tasks.pop)
         else:
             self._answer(client, request, self._at_once(request))
 
@@ -139,12 +150,16 @@ class Handling:
         if request.position is None:
             self._open(request.user)
         else:
-            self._handles.held(request.user, asyncio.get_running_loop().time())
+            self._handles.held(request.user, self._listened_s)
             self._session.target(request.user, request.position)
 
     def _at_once(self, request: requests.Request) -> Answer:
         session = self._session
         if isinstance(request, requests.Restart):
+            now_s = asyncio.get_running_loop().time()
+            if now_s - self._began_s < AGAIN_S:
+                return Answer(False, f"it began less than {AGAIN_S:g} s ago")
+            self._began_s = now_s
             return session.restart(request.values)
         if isinstance(request, requests.Seek):
             return session.seek(request.time_s)
@@ -161,7 +176,9 @@ class Handling:
             self._answer(client, request, await self._session.set(request.path, request.value))
         else:
             found = await self._session.ask(request.values)
-            if found is not None:
+            if found is None:
+                self._answer(client, request, Answer(False, "a newer question came"))
+            else:
                 client.send({"kind": "prediction", "id": request.id, **found})
 
     def _answer(self, client: Client, request: Any, answer: Answer) -> None:

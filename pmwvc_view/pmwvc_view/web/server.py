@@ -34,6 +34,7 @@ class Stop(Protocol):
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
 UNSEEN_S = 0.128  # between two polls while there is no page: a node's traces wait as long
 LISTEN_S = 0.004  # between two polls at least: what pages sent must not wait for a busy session
+LISTENED_S = 0.05  # between two polls at most
 NEWS_EVERY = 4  # polls
 STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
@@ -97,7 +98,10 @@ class PageServer:
             await self._pace(stop)
         finally:
             text = self._session.ended or "the page's server was ended"
-            self._tell({"kind": "ended", "text": text, "back": self._session.back})
+            ended = {"kind": "ended", "text": text, "back": self._session.back}
+            if access.is_loopback(self._host):
+                ended["report"] = self._session.report
+            self._tell(ended)
             self._session.close()
             await asyncio.gather(*(client.close() for client in self._clients.values()))
             server.close()
@@ -106,10 +110,13 @@ class PageServer:
     async def _pace(self, stop: Stop) -> None:
         """Poll the session, once a snapshot."""
         loop, session = asyncio.get_running_loop(), self._session
-        due_s, polls = loop.time(), 0
+        before_s = due_s = loop.time()
+        polls = 0
         while not stop.is_set() and session.ended is None:
             now_s = loop.time()
-            self._handling.open_silent(now_s)
+            # While the server stood still, what pages sent waited.
+            self._handling.listened(min(now_s - before_s, LISTENED_S))
+            before_s = now_s
             snapshots = session.poll()
             if session.generation != self._generation:
                 self._begin()
