@@ -71,11 +71,11 @@ class View:
             about={
                 "name": values["session.name"],
                 "description": values["session.description"],
-                "report": values["session.report"],
                 "duration_s": length_s or LONGEST_S,
             },
             snapshot_s=1.0 / values["snapshot_hz"],
             duration_s=length_s or None,
+            report=values["session.report"],
         )
         host, token = values["host"], values["token"] or new_token()
         self._server = server = PageServer(

@@ -190,7 +190,7 @@ def _view(scenario: Scenario, page: Page, folder: Path) -> dict[str, object]:
         "session.emulated": True,
         "session.name": scenario.name,
         "session.description": scenario.description,
-        "session.report": str(folder / "report.html"),
+        "session.report": str(folder.resolve() / "report.html"),
         "session.duration_s": scenario.duration_s,
     }
 

@@ -36,7 +36,7 @@ class LiveSession(RunningSession):
     """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread.
 
     ``about`` are name, description and length as far as they are known; ``duration_s`` is None
-    where the session goes on until it is ended [s].
+    where the session goes on until it is ended [s]; ``report`` is the file of its report.
     """
 
     def __init__(
@@ -47,11 +47,12 @@ class LiveSession(RunningSession):
         about: Mapping[str, object],
         snapshot_s: float,
         duration_s: float | None,
+        report: str,
     ) -> None:
         super().__init__(live=True, snapshot_s=snapshot_s)
         self._node, self._graph, self._about = node, graph, about
         self._duration_s = duration_s
-        self.report = str(about.get("report", ""))
+        self.report = report
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)
