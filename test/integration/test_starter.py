@@ -63,7 +63,11 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
         (refusal,) = peer.set_parameters(master, {"safety.max_force": 3.0})
         assert "can only be lowered while running (now 2.5 N)" in refusal
         for kind in ("view", "user1 master", "user2 master", "server", "netem", "recorder"):
-            code = nodes[kind].stop()
+            with opened(address) if kind == "view" else contextlib.nullcontext() as socket:
+                code = nodes[kind].stop()
+                if socket:
+                    ended = Page(socket, "").await_kind("ended")
+                    assert ended["report"] == str(tmp_path / "report.html")
             assert (kind, code) == (kind, 0), nodes[kind].output
             assert "Traceback" not in nodes[kind].output
     traces = read_session(tmp_path)
