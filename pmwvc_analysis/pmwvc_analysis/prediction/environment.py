@@ -4,13 +4,12 @@
 
 A wall takes and returns no more than it got if and only if (backward Euler; theory: section 5)
 
-    K T_VE + 2B <= b + G
+    K T_VE + 2B <= c b + G
 
-with G = 0 where it is decoded with the force of the step before, as every wall with K T_VE <= b/2
-is, and G = K T_VE where the port uses the slope that it has learned. Where that does not hold the
-energy of decoding has to come from somewhere: a compensation takes it from the returning waves,
-and the rendered wall yields. Until a slope is learned (the first steps of the first contact) the
-rule is that without G.
+with c = 1 where the port decodes late, 0.85 where it learns (it repays), G = K T_VE where it uses
+the learned slope, else (K T_VE <= b/2) 0. Where that does not hold the energy of decoding has to
+come from somewhere: a compensation takes it from the returning waves, and the rendered wall
+yields. Until a slope is learned (the first steps of the first contact) the rule is that without G.
 
 Equations: docs/theory.md 5.4.
 """
@@ -18,6 +17,7 @@ Equations: docs/theory.md 5.4.
 from typing import NamedTuple
 
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.black_box.port import REPAID
 from pmwvc_core.server.black_box.secant import SOFT
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings.sampled import least_impedance
@@ -25,21 +25,29 @@ from pmwvc_core.wave.impedance import smallest
 
 
 class Rule(NamedTuple):
-    """K T_VE + 2B of a wall, b and G of its port [N s/m]."""
+    """K T_VE + 2B of a wall, and b, c and G of its port [N s/m]."""
 
     needed: float
     b: float
+    share: float
     slope: float
 
     @property
     def met(self) -> bool:
         """Tell whether the wall is not limited once its slope is learned."""
-        return self.needed <= self.b + self.slope
+        return self.needed <= self.share * self.b + self.slope
 
     @property
     def met_unlearned(self) -> bool:
         """Tell whether it is not limited before, either."""
-        return self.needed <= self.b
+        return self.needed <= self.share * self.b
+
+    @property
+    def bound(self) -> str:
+        """State c b + G with its value."""
+        name = f"{self.share:.2g} b" if self.share < 1.0 else "b"
+        plus = " + G" if self.slope else ""
+        return f"{name}{plus} = {self.share * self.b + self.slope:.3g} N s/m"
 
 
 def rule(user: User, scenario: Scenario) -> Rule | None:
@@ -55,8 +63,9 @@ def rule(user: User, scenario: Scenario) -> Rule | None:
         return None
     stiff = float(user.contact.contact_stiffness) * server.period_s
     b = smallest(user.server_impedance)
-    learns = server.learns and stiff > SOFT * b
-    return Rule(least_impedance(server, user.contact), b, stiff if learns else 0.0)
+    share = 1.0 - 0.5 * REPAID if server.learns else 1.0
+    learned = stiff if server.learns and stiff > SOFT * b else 0.0
+    return Rule(least_impedance(server, user.contact), b, share, learned)
 
 
 def decodes_late(scenario: Scenario) -> bool:
@@ -95,14 +104,13 @@ def lines(scenario: Scenario) -> list[str]:
         text = f"{user.name}: K T + 2B = {own.needed:.3g} N s/m"
         if own.met:
             found.append(
-                f"{text}, above b = {own.b:.3g} N s/m: the server port may limit the environment "
-                "until it has learned its slope; from then on it is passive, and repays the "
-                "displacement."
+                f"{text}, above {own._replace(slope=0.0).bound}: the server port may limit the "
+                "environment until it has learned its slope; from then on it is passive, and "
+                "repays the displacement."
             )
         else:
-            plus = f" + G = {own.b + own.slope:.3g}" if own.slope else f" = {own.b:.3g}"
             found.append(
-                f"{text}, above b{plus} N s/m: the server port will limit the environment. The "
+                f"{text}, above {own.bound}: the server port will limit the environment. The "
                 "rendered stiffness is then lower, or the wall is lost."
             )
     if may_limit(scenario) and any(rule(user, scenario) is None for user in scenario.users):

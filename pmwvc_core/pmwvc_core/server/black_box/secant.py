@@ -18,7 +18,7 @@ round while its position stands still). A step into a one-sided contact that is 
 measures less than its slope, as it begins outside: seven times that is taken, so that the next
 step ends inside as well and measures the slope itself.
 
-Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= b/2),
+Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= 0.35 b),
 and a slope that varies costs energy of its own.
 
 An environment in which a user moved without force is taken as one-sided: its force does not change
