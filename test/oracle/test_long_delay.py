@@ -97,6 +97,32 @@ def test_runs_of_a_batch_are_those_alone():
     np.testing.assert_allclose(together, alone, rtol=1e-12)
 
 
+def test_radius_and_count_call_the_same_runs_stable_where_rigid_motions_are_double():
+    """At the edge, where the rounding of a double eigenvalue hides slow growth."""
+    of = scenarios.load(
+        "carry_16ms",
+        settings_texts=[
+            *("controller=direct", "link.delay_s=0.3", "device.damping=0"),
+            *("server.object_damping=0", "server.contact_damping=0.1"),
+        ],
+    )
+
+    def at(stiffness):
+        return long_delay.opened(varied(of, "server.contact_stiffness", stiffness))
+
+    low, high, within = 0.14, 0.17, []
+    while not within:
+        loops = at(np.linspace(low, high, 12)[:, np.newaxis])
+        assert min(loops.at_one) > 1
+        grows = np.array([loci.log_radius() for loci in loops.loci])
+        within = list(np.flatnonzero((grows > 1e-8) & (grows < 0.9 * long_delay.DOUBLE)))
+        edge = int(np.flatnonzero(np.diff(np.sign(grows)))[0])
+        low, high = np.linspace(low, high, 12)[edge : edge + 2]
+        told = list(map(stability.stable, loops.radii()))
+        np.testing.assert_array_equal(told, loops.stable())
+    assert all(told[run] for run in within)
+
+
 @pytest.mark.parametrize("delay_s", [2.0, 5.0, 60.0])
 @pytest.mark.parametrize("name", ["carry_16ms", "three_users", "wall"])
 def test_any_allowed_delay_is_answered(name, delay_s):

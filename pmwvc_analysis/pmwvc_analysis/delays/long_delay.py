@@ -53,14 +53,21 @@ class Opened(NamedTuple):
     motions: int
     states: int
 
+    @property
+    def limits(self) -> list[float]:
+        """ln(radius) of every run beyond which it grows."""
+        return [DOUBLE if ones > 1 else ROUNDING for ones in self.at_one]
+
     def radii(self) -> Array:
-        """Return the spectral radius over the hyperperiod of every run."""
-        return np.exp([loci.log_radius() for loci in self.loci])
+        """Return the spectral radius over the hyperperiod of every run, 1 where that is all that
+        can be told beside rounding.
+        """
+        found = np.array([loci.log_radius() for loci in self.loci])
+        return np.exp(np.where((found > 0.0) & (found <= self.limits), 0.0, found))
 
     def stable(self) -> Flags:
         """Tell of every run whether it is stable."""
-        limits = [DOUBLE if ones > 1 else ROUNDING for ones in self.at_one]
-        pairs = zip(self.loci, limits, strict=True)
+        pairs = zip(self.loci, self.limits, strict=True)
         return np.array([loci.outside(limit) == 0 for loci, limit in pairs])
 
 
