@@ -246,23 +246,29 @@ def carried(*texts):
     return files.load(CARRY, settings_texts=texts, duration_s=12.0)
 
 
-def as_undisturbed(traces, scenario):
-    """Assert that no energy was made, and that distance and grip end as undisturbed."""
+def beside_undisturbed(traces, scenario):
+    """Return the least balance of each user [J], and by how much distance [m] and grip [N] end
+    otherwise than undisturbed.
+    """
     calm = simulated(carried())
-    for entry in user_energies(traces, scenario):
-        assert least_j(entry) >= LEAST_J
+    balances = [least_j(entry) for entry in user_energies(traces, scenario)]
+    apart_m, grip_n = [], []
     for user, other, x_s, x_o in zip(
         traces.users, calm.users, traces.server.x_s, calm.server.x_s, strict=True
     ):
-        apart, usual = (u.x_m[-1, 0] - x[-1, 0] for u, x in ((user, x_s), (other, x_o)))
-        assert apart == pytest.approx(usual, abs=0.5e-3)
-        assert user.f_applied[-1, 0] == pytest.approx(other.f_applied[-1, 0], abs=0.05)
+        found, usual = (u.x_m[-1, 0] - x[-1, 0] for u, x in ((user, x_s), (other, x_o)))
+        apart_m.append(abs(found - usual))
+        grip_n.append(abs(user.f_applied[-1, 0] - other.f_applied[-1, 0]))
+    return min(balances), max(apart_m), max(grip_n)
 
 
 @pytest.mark.parametrize("texts", PATHS.values(), ids=PATHS.keys())
 def test_packets_of_a_slow_path_count_once_in_a_carry(texts):
     scenario = carried(*texts)
-    as_undisturbed(simulated(scenario), scenario)
+    balance_j, apart_m, grip_n = beside_undisturbed(simulated(scenario), scenario)
+    assert balance_j >= LEAST_J
+    assert apart_m < 0.5e-3
+    assert grip_n < 0.05
 
 
 def with_replay(scenario, packets, begin_ns):
@@ -288,7 +294,10 @@ def with_replay(scenario, packets, begin_ns):
 def test_packets_played_back_in_an_outage_move_nobody(packets):
     scenario = carried("user1.link.up.schedule=7 outage; 7.5 base")
     traces = with_replay(scenario, packets, 7_100_000_000 // PERIOD_NS * PERIOD_NS)
-    as_undisturbed(traces, scenario)
+    balance_j, apart_m, grip_n = beside_undisturbed(traces, scenario)
+    assert balance_j >= LEAST_J
+    assert apart_m < 0.5e-3
+    assert grip_n < 0.05
     undisturbed = simulated(scenario)
     for user, other in zip(traces.users, undisturbed.users, strict=True):
         np.testing.assert_array_equal(user.f_applied, other.f_applied)
