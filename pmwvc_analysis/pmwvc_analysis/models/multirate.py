@@ -66,6 +66,7 @@ class MultirateModel:
 
     scenario: Scenario
     live: bool
+    weights: Sequence[int]
     transition: Array
     states: list[str]
     ticks: int
@@ -78,7 +79,9 @@ class MultirateModel:
     notes: list[str]
 
 
-def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
+def build(
+    scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
+) -> MultirateModel:
     """Return the exact model of a scenario, with inputs and outputs.
 
     Parameters
@@ -87,6 +90,8 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
         What to model, with plain numbers.
     live
         Phases of a live session instead of the simulator's.
+    weights
+        How many equal users, that move together, each user stands for.
 
     Raises
     ------
@@ -95,7 +100,7 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = loop_of(scenario, live=live)
+    loop = loop_of(scenario, live=live, weights=weights)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.names) * loop.dof
     if states > LARGEST_STATES:
         raise PmwvcError(
@@ -112,6 +117,7 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     return MultirateModel(
         scenario=scenario,
         live=live,
+        weights=weights,
         transition=linear.rows[0, :, :n],
         states=linear.states,
         ticks=loop.ticks,

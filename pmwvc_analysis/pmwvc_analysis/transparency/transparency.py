@@ -28,6 +28,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.motions.groups import groups_of, together
 from pmwvc_analysis.models.multirate import MultirateModel, build, spectral_radius
 from pmwvc_analysis.transparency.frequency import (
     first_peak_hz,
@@ -43,7 +45,6 @@ from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
-STABLE = 1.0 + 1e-9
 HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
 LEAST_PERIOD_S = 1e-3  # of a server; with a shorter tick the ideal steps at its next multiple
 STEADY = 0.05  # relative change per octave above which there is no limit but free motion
@@ -104,9 +105,12 @@ def transparency(
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
     forces = pressing(scenario, user, axis)
-    model = build(scenario, live=live)
-    radius = spectral_radius(model)
-    if radius > STABLE:
+    groups = groups_of(scenario, [(i == user, *force) for i, force in enumerate(forces.tolist())])
+    pressed, weights = together(scenario, groups)
+    own, first = groups.index([user]), [group[0] for group in groups]
+    model = build(pressed, live=live, weights=weights)
+    radius = float(stability.radii(scenario, live=live)[0])
+    if not stability.stable(radius):
         remedy = "the coupling 'implicit' and more filtering allow more"
         if not has_waves(scenario.controller):
             remedy = "the controller 'pmwvc' allows more"
@@ -114,18 +118,19 @@ def transparency(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
             f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
         )
-    perfect = build(ideal_of(scenario))
-    ideal_stable = spectral_radius(perfect) <= STABLE
-    rendered = _rendered(model, scenario, user, axis, forces, live=live)
+    pressing_forces = forces[first]
+    rendered = _rendered(model, own, axis, pressing_forces)
     balanced = rendered.admittance_dc is not None
     notes = [*model.notes, how(scenario, user, forces, balanced=balanced)]
     notes += scale_notes(scenario, user)
     if balanced:
-        notes += across_notes(model, user, axis, forces, rendered.first_peak_hz)
-    if ideal_stable:
-        alike = pressing(ideal_of(scenario), user, axis)
-        ideal = _rendered(perfect, ideal_of(scenario), user, axis, alike)
-        ideal_values = response(perfect, frequency_hz, user=user, forces=alike, axis=axis)
+        notes += across_notes(model, own, axis, pressing_forces, rendered.first_peak_hz)
+    direct = ideal_of(scenario)
+    if stability.stable(float(stability.radii(direct)[0])):
+        perfect = build(ideal_of(pressed), weights=weights)
+        alike = pressing(direct, user, axis)[first]
+        ideal = _rendered(perfect, own, axis, alike)
+        ideal_values = response(perfect, frequency_hz, user=own, forces=alike, axis=axis)
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
@@ -138,7 +143,7 @@ def transparency(
         user=scenario.users[user].name,
         axis=axis,
         frequency_hz=np.asarray(frequency_hz, dtype=float),
-        admittance=response(model, frequency_hz, user=user, forces=forces, axis=axis),
+        admittance=response(model, frequency_hz, user=own, forces=pressing_forces, axis=axis),
         ideal_admittance=ideal_values,
         rendered=rendered,
         ideal=ideal,
@@ -176,15 +181,7 @@ def untouched(scenario: Scenario) -> Scenario:
     return dataclasses.replace(scenario, users=users)
 
 
-def _rendered(
-    model: MultirateModel,
-    scenario: Scenario,
-    user: int,
-    axis: int,
-    forces: Array,
-    *,
-    live: bool = False,
-) -> Rendered:
+def _rendered(model: MultirateModel, user: int, axis: int, forces: Array) -> Rendered:
     peak = first_peak_hz(model, user=user, forces=forces, axis=axis)
     frequency = low_frequencies(peak)
     omega = 2.0 * np.pi * frequency
@@ -193,8 +190,8 @@ def _rendered(
     if abs(pressed[1] - pressed[0]) <= STEADY * abs(pressed[0]):
         dc = limit_at_rest(pressed.real)
         damping = limit_at_rest((1.0 / pressed).imag / omega)
-    free = build(untouched(scenario), live=live)
-    if spectral_radius(free) <= STABLE:
+    free = build(untouched(model.scenario), live=model.live, weights=model.weights)
+    if stability.stable(spectral_radius(free)):
         moved = response(free, frequency, user=user, axis=axis)
         mass = limit_at_rest(-(1.0 / moved).real / omega**2)
     return Rendered(

@@ -15,13 +15,14 @@ problem by itself, with the eigenvalues in place of the matrices; equal ones are
 """
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of, outside
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
 
 COMPARED_FIELDS = ("master", "baseline", "device", "contact", "link_up", "link_down")
@@ -73,31 +74,45 @@ def _along(scenario: Scenario, impedances: Array) -> Scenario:
     return dataclasses.replace(scenario, users=users)
 
 
-def _by_groups(scenario: Scenario) -> list[Subproblem]:
-    """Return smaller problems by users that are equal."""
-    groups: list[list[User]] = []
+def groups_of(scenario: Scenario, marks: Sequence[object] = ()) -> list[list[int]]:
+    """Return the numbers of users that are equal (and their marks), group by group."""
+    users, marks = scenario.users, marks or [None] * len(scenario.users)
     unknown_cube = scenario.coupling.black_box and scenario.environment.movable
     apart = unknown_cube or outside(scenario)
-    for user in scenario.users:
+    groups: list[list[int]] = []
+    for i, user in enumerate(users):
         for group in groups:
-            if not apart and all(
-                _equal(getattr(user, name), getattr(group[0], name)) for name in COMPARED_FIELDS
+            first = users[group[0]]
+            alike = not apart and marks[i] == marks[group[0]]
+            if alike and all(
+                _equal(getattr(user, name), getattr(first, name)) for name in COMPARED_FIELDS
             ):
-                group.append(user)
+                group.append(i)
                 break
         else:
-            groups.append([user])
+            groups.append([i])
+    return groups
+
+
+def together(scenario: Scenario, groups: Sequence[Sequence[int]]) -> Subproblem:
+    """Return the motion in which the users of a group are one."""
+    users = tuple(scenario.users[group[0]] for group in groups)
     # What is done to nodes names users, of which there are fewer here.
-    scenario = dataclasses.replace(scenario, disturbances="")
-    together = dataclasses.replace(scenario, users=tuple(group[0] for group in groups))
+    fewer = dataclasses.replace(scenario, users=users, disturbances="")
+    return Subproblem(fewer, tuple(map(len, groups)))
+
+
+def _by_groups(scenario: Scenario) -> list[Subproblem]:
+    """Return smaller problems by users that are equal."""
+    groups = groups_of(scenario)
     wall = scenario.server
     if scenario.environment.movable:  # a wall is kept: a slope it reports is part of its law
         wall = dataclasses.replace(wall, environment="wall")
-    found = [Subproblem(together, tuple(len(group) for group in groups))]
+    found = [together(scenario, groups)]
     for group in groups:
         if len(group) > 1:
-            alone = dataclasses.replace(scenario, users=(group[0],), server=wall)
-            found.append(Subproblem(alone, (1,)))
+            alone, _ = together(scenario, [group])
+            found.append(Subproblem(dataclasses.replace(alone, server=wall), (1,)))
     return found
 
 
