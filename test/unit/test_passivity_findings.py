@@ -91,8 +91,8 @@ def test_a_microjoule_and_a_tenth_of_a_joule_read_differently():
         passivity_words.verdict(passivity(each, handmade.scenario(), None), "user1")
         for each in (small, large)
     ]
-    least = [float(re.search(r"balance -([\d.]+) µJ", said[0])[1])]
-    least.append(float(re.search(r"balance -([\d.]+) mJ", said[1])[1]))
+    least = [float(re.search(r"steps -([\d.]+) µJ", said[0])[1])]
+    least.append(float(re.search(r"steps -([\d.]+) mJ", said[1])[1]))
     assert least[0] < 1000.0
     assert least[1] > 10.0
     assert all(" % of" in each for each in said)

@@ -57,14 +57,16 @@ def test_the_verdict_comes_first_in_plain_words():
     calm = "motion faster than the voluntary band, 0.0 mm/s at the end, stays below 1 mm/s."
     verdict = text.index(f"Stable: {calm}")
     assert verdict < text.index("Prediction") < text.index("Figures")
-    assert re.search(r"user1: passive: least balance 0 J, tolerance [\d.]+ µJ\.", text)
+    assert re.search(
+        r"user1: passive: least balance at server steps 0 J, tolerance [\d.]+ µJ\.", text
+    )
 
 
 def test_a_channel_that_gave_out_energy_is_named_with_amount_and_time():
     text = page(handmade.session(gain=1.2), handmade.scenario()).text
     assert re.search(
         r"user1: NOT passive: link from the device to the server, "
-        r"least balance -[\d.]+ mJ at 3\.99 s \([\d.]+ % of [\d.]+ mJ moved\), "
+        r"least balance at server steps -[\d.]+ mJ at 3\.99 s \([\d.]+ % of [\d.]+ mJ moved\), "
         r"tolerance [\d.]+ µJ\.",
         text,
     )

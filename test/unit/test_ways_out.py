@@ -135,8 +135,8 @@ def finding(least_j):
 
 
 def test_a_balance_that_rounding_explains_is_no_amount():
-    assert amount(finding(-0.9999e-6)) == "least balance 0 J, tolerance 1 µJ"
-    assert amount(finding(-3e-6)).startswith("least balance -3 µJ at 1.00 s")
+    assert amount(finding(-0.9999e-6)) == "least balance at server steps 0 J, tolerance 1 µJ"
+    assert amount(finding(-3e-6)).startswith("least balance at server steps -3 µJ at 1.00 s")
 
 
 def test_a_growing_mode_is_not_called_the_slowest():

@@ -43,7 +43,8 @@ def amount(finding: Finding) -> str:
     where rounding, the tolerance, explains all of it.
     """
     rounding = finding.passive and -finding.least_j <= finding.tolerance_j
-    text = f"least balance {quantity(0.0 if rounding else finding.least_j, 'J')}"
+    least = quantity(0.0 if rounding else finding.least_j, "J")
+    text = f"least balance at server steps {least}"
     if finding.passive is False:
         text += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
         text += f" ({_beside_moved(finding)})"
