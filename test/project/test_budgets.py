@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The budgets of lines: each room of the product has one, and it is only ever lowered.
+
+A room is the folders that one subject has. Lines are those of its ``.py`` files, blank ones and
+comments too. Whoever adds a line takes one out; whoever takes some out lowers the number.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LONGEST_FILE = 297  # lines; goal 250
+
+
+class Room(NamedTuple):
+    """The folders and files of a subject below the root, its budget of lines, and the goal."""
+
+    lines: int
+    goal: int
+    places: tuple[str, ...]
+
+
+def inside(package: str, *names: str) -> tuple[str, ...]:
+    return tuple(f"{package}/{package}/{name}" for name in names)
+
+
+ROOMS = {
+    "laws": Room(
+        10_629, 5_500, inside("pmwvc_core", "wave", "master", "server", "baselines", "controllers")
+    ),
+    "links and packets": Room(4_225, 2_500, inside("pmwvc_core", "network", "transport")),
+    "sessions": Room(
+        7_324,
+        4_700,
+        (
+            *inside("pmwvc_core", "params", "plant", "scenario", "frame", "simulation", "*.py"),
+            "pmwvc_core/*.py",
+        ),
+    ),
+    "border to ROS": Room(2_266, 1_500, inside("pmwvc_core", "runtime")),
+    "exact model": Room(
+        6_447,
+        3_500,
+        inside(
+            "pmwvc_analysis",
+            *("models", "maps", "tune", "transparency", "filters", "prediction", "delays"),
+        ),
+    ),
+    "judge": Room(
+        6_061,
+        2_500,
+        inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
+    ),
+    "recordings": Room(
+        5_092,
+        3_000,
+        (
+            *inside("pmwvc_analysis", "recording", "replay", "export", "*.py"),
+            "pmwvc_analysis/*.py",
+        ),
+    ),
+    "figures and reports": Room(
+        3_751, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+    ),
+    "command line": Room(5_138, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_717, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(4_714, 3_000, ("pmwvc_view",)),
+}
+
+
+def files_of(room: Room) -> list[Path]:
+    found: list[Path] = []
+    for place in room.places:
+        found += ROOT.glob(place) if place.endswith(".py") else (ROOT / place).rglob("*.py")
+    return [file for file in found if not {"build", "install"} & set(file.parts)]
+
+
+def lines_of(file: Path) -> int:
+    return len(file.read_text("utf-8").splitlines())
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_a_room_stays_within_its_budget(name):
+    room = ROOMS[name]
+    lines = sum(map(lines_of, files_of(room)))
+    assert lines <= room.lines, f"{name}: {lines} lines, {lines - room.lines} above the budget"
+
+
+def test_every_file_of_the_product_is_in_one_room():
+    counted = sorted(file for room in ROOMS.values() for file in files_of(room))
+    product = sorted(file for top in ROOT.glob("pmwvc_*") for file in top.rglob("*.py"))
+    assert counted == product
+
+
+def test_no_file_is_longer_than_the_longest():
+    long = {file.name: lines_of(file) for room in ROOMS.values() for file in files_of(room)}
+    assert max(long.values()) <= LONGEST_FILE, max(long, key=long.__getitem__)
