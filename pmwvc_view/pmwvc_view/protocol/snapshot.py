@@ -51,7 +51,7 @@ class Layout:
     """
 
     def __init__(self, users: Sequence[str], dof: int) -> None:
-        self.dof = dof
+        self.users, self.dof = list(users), dof
         columns = [Column(name, 1, unit) for name, unit in _SESSION]
         for user in users:
             columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]

@@ -83,10 +83,10 @@ class Handling:
     def holders(self, client: Client) -> list[dict[str, Any]]:
         """Return who holds which handle, as a page is told."""
         found = []
-        for user in self._session.description()["users"]:
-            owner = self._handles.owner(user["name"])
+        for user in self._session.layout.users:  # to describe the session takes long
+            owner = self._handles.owner(user)
             holder = None if owner is None else "you" if owner is client else "other"
-            found.append({"name": user["name"], "holder": holder})
+            found.append({"name": user, "holder": holder})
         return found
 
     def listened(self, time_s: float) -> None:
