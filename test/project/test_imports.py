@@ -41,6 +41,8 @@ CORE = {
     "plugins": {"errors"},
     "state": {"numeric"},
     "traces": {"numeric"},
+    "law": {"errors", "params", "wave"},
+    "compiled": {"law"},
     "wave": {"account", "errors", "numeric", "params", "state"},
     "transport": {"account", "errors", "numeric", "params", "state", "wave"},
     "plant": BASE,

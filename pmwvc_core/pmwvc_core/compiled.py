@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Laws compiled by Numba, for work in bulk; nothing live ever loads this.
+
+A compiled law is made from the source of the law itself. The functions it calls are compiled with
+it: each gets a copy of its globals in which laws are their compiled forms. Families are resolved
+by the type of the first argument, and what builds tuples has one line per element.
+"""
+
+import inspect
+import types
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numba
+from numba.extending import overload
+
+from pmwvc_core.law import vectors
+from pmwvc_core.law.family import Family
+
+# As quick as 3 here, compiled in two thirds of the time.
+numba.config.OPT = type(numba.config.OPT)(1)
+LAWS = ("pmwvc_core.law", "pmwvc_core.plant", "pmwvc_core.simulation")
+
+BUILDING = (
+    vectors.each,
+    vectors.columns,
+    vectors.plus,
+    vectors.minus,
+    vectors.times,
+    vectors.scaled,
+)
+
+
+@cache
+def compiled(law: Callable[..., Any]) -> Any:
+    """Return the compiled form of a law: takes and returns the same, NamedTuples included."""
+    return numba.njit(error_model="numpy")(_copy(law))
+
+
+def _copy(law: Any) -> Any:
+    """Return a law whose globals are compiled."""
+    names = set(law.__code__.co_names)
+    used = {name: law.__globals__[name] for name in names & set(law.__globals__)}
+    globals_ = {**law.__globals__, **{name: _compiled(each) for name, each in used.items()}}
+    copy = types.FunctionType(law.__code__, globals_, law.__name__, law.__defaults__)
+    copy.__module__, copy.__qualname__ = law.__module__, law.__qualname__
+    return copy
+
+
+def _compiled(value: Any) -> Any:
+    """Return what stands for a global of a law in its compiled form."""
+    if isinstance(value, Family):
+        return _family(value)
+    ours = isinstance(value, types.FunctionType) and value.__module__.startswith(LAWS)
+    return compiled(value) if ours and value not in BUILDING else value
+
+
+@cache
+def _family(family: Family) -> Any:
+    """Return a function that is overloaded by the type of its first argument."""
+
+    def stub(first, *others):
+        raise NotImplementedError
+
+    stub.__name__ = family.name
+
+    def choose(first, *others):
+        law = family.members.get(getattr(first, "instance_class", type(None)))
+        if law is None:
+            return None
+        chosen = compiled(law)
+        return lambda first, *others: chosen(first, *others)
+
+    overload(stub)(choose)
+    return stub
+
+
+def _built(text: str, **names: Any) -> Any:
+    """Return the function of a generated text."""
+    found: dict[str, Any] = dict(names)
+    exec(text, found)  # texts of this module only
+    return found["built"]
+
+
+def _tuple(elements: list[str]) -> str:
+    return f"({', '.join(elements)},)"
+
+
+@overload(vectors.each)
+def _each(law, rows, *shared):
+    passed = "".join(f", shared[{k}]" for k in range(len(shared)))
+    elements = [
+        f"law({', '.join(f'rows[{k}][{i}]' for k in range(len(rows)))}{passed})"
+        for i in range(len(rows[0]))
+    ]
+    return _built(f"def built(law, rows, *shared):\n    return {_tuple(elements)}")
+
+
+@overload(vectors.columns)
+def _columns(rows):
+    of_one = range(len(rows[0]))
+    elements = [_tuple([f"rows[{i}][{k}]" for i in range(len(rows))]) for k in of_one]
+    return _built(f"def built(rows):\n    return {_tuple(elements)}")
+
+
+def _elementwise(function: Callable[..., Any], expression: str) -> None:
+    """Compile a function of two arguments, the first of which is a vector."""
+    first, second = inspect.signature(function).parameters
+
+    def build(a):
+        elements = [expression.format(i=i) for i in range(len(a))]
+        return _built(f"def built({first}, {second}):\n    return {_tuple(elements)}")
+
+    head = f"def built({first}, {second}):\n    return build({first})"
+    overload(function)(_built(head, build=build))
+
+
+_elementwise(vectors.plus, "a[{i}] + b[{i}]")
+_elementwise(vectors.minus, "a[{i}] - b[{i}]")
+_elementwise(vectors.times, "a[{i}] * b[{i}]")
+_elementwise(vectors.scaled, "a[{i}] * factor")

@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What one end says to the other, as the laws see it; not its message."""
+
+from typing import NamedTuple
+
+from pmwvc_core.law.vectors import Vector
+
+
+class Packet(NamedTuple):
+    """One sample of a wave with the running sums of all samples before it."""
+
+    number: int  # 1, 2, 3 ...
+    sent_ns: int  # the sender's clock
+    period_s: float  # time that the sample stands for
+    wave: Vector  # [sqrt(W)]; without waves a velocity, a force or a position
+    integral: Vector  # [sqrt(W) s] running sum of wave * period
+    energy_j: float  # running sum: of |wave|^2 period/2, or what was paid for (strict channel)
+    position: Vector  # [m] of the sending end
+    short: bool  # the sender's playout lacks energy
+    waits: bool  # the sender has nothing of the receiver's waves at hand
+    anew: bool  # flips whenever the server places the user's avatar anew
+    extra: Vector  # signals that a controller declares, beside the wave
+    # Found by the receiver:
+    fresh: bool  # begins: the first one, or of a sender that started again
+    lost: int  # numbers between it and the one accepted before
+
+
+class Sent(NamedTuple):
+    """What a port sends at a frame start."""
+
+    wave: Vector
+    position: Vector
+    energy_j: float  # running sum where the port keeps it; below zero: that of the waves sent
+    extra: Vector

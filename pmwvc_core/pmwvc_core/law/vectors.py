@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Vectors as tuples with one float per axis, and laws of one axis applied to each of several.
+
+:mod:`pmwvc_core.compiled` has the compiled form of ``each``, ``columns``, ``plus``, ``minus``,
+``times`` and ``scaled``, which build tuples; everything else is made of these.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+Vector: TypeAlias = tuple[float, ...]
+
+
+def each(law: Callable[..., Any], rows: tuple[tuple[Any, ...], ...], *shared: Any) -> Any:
+    """Return ``(law(rows[0][i], rows[1][i], ..., *shared) for every i)`` as a tuple."""
+    if len(rows[0]) == 1:
+        return (law(*[row[0] for row in rows], *shared),)
+    return tuple(law(*of_one, *shared) for of_one in zip(*rows, strict=True))
+
+
+def columns(rows: tuple[tuple[Any, ...], ...]) -> Any:
+    """Return the columns of a table given by its rows: results of ``each`` by kind."""
+    return tuple(zip(*rows, strict=True))
+
+
+def plus(a: Vector, b: Vector) -> Vector:
+    """Return a + b."""
+    if len(a) == 1:
+        return (a[0] + b[0],)
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return a - b."""
+    if len(a) == 1:
+        return (a[0] - b[0],)
+    return tuple(x - y for x, y in zip(a, b, strict=True))
+
+
+def times(a: Vector, b: Vector) -> Vector:
+    """Return the products of each axis."""
+    if len(a) == 1:
+        return (a[0] * b[0],)
+    return tuple(x * y for x, y in zip(a, b, strict=True))
+
+
+def scaled(a: Vector, factor: float) -> Vector:
+    """Return a times a number."""
+    if len(a) == 1:
+        return (a[0] * factor,)
+    return tuple(x * factor for x in a)
+
+
+def zero(like: Vector) -> Vector:
+    """Return the vector of zeros with as many axes."""
+    return each(_nothing, (like,))
+
+
+def _nothing(x: float) -> float:
+    return 0.0
+
+
+def dot(a: Vector, b: Vector) -> float:
+    """Return the inner product."""
+    total = a[0] * b[0]
+    for i in range(1, len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+def squared(a: Vector) -> float:
+    """Return |a|^2."""
+    return dot(a, a)
+
+
+def length(a: Vector) -> float:
+    """Return |a|."""
+    return abs(a[0]) if len(a) == 1 else math.sqrt(dot(a, a))
+
+
+def shortened(a: Vector, longest: float) -> Vector:
+    """Return a vector of the same direction and at most so long."""
+    size = math.sqrt(dot(a, a))
+    return scaled(a, longest / size) if size > longest else a
+
+
+def within(a: Vector, reach: float) -> bool:
+    """Tell whether every element is nearer to zero than that; what is no number never is."""
+    inside = True
+    for i in range(len(a)):
+        inside = inside and -reach < a[i] < reach
+    return inside
+
+
+def is_zero(a: Vector) -> bool:
+    """Tell whether every element is zero."""
+    nothing = True
+    for i in range(len(a)):
+        nothing = nothing and a[i] == 0.0
+    return nothing
