@@ -2,14 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every controller does at the master's end, in the order of a frame and of a tick.
 
-A member is chosen by the type of its state. ``p`` are the parameters of the port.
+A member is chosen by the type of its state. ``p`` are the parameters of the port. What has come in
+(``arrivals``) belongs to the tick; the strict channel plays its waves out from there.
 """
 
 from pmwvc_core.law.family import Family
 
 port_measure = Family("port_measure")  # (s, x, xd, p) -> s: motion at a frame start
-port_send = Family("port_send")  # (s, frame_s, number, held_j, p) -> (s, Sent)
-port_packet = Family("port_packet")  # (s, packet, p) -> s: the newest packet, once a frame
+# (s, arrivals, frame_s, number, held_j, p) -> (s, arrivals, Sent); held_j: what the brake stores
+port_send = Family("port_send")
+port_packet = Family("port_packet")  # (s, arrivals, packet, p) -> s: the newest, once a frame
 port_answer = Family("port_answer")  # (s, wave, silent, frame_s, p) -> s: its wave, or a silence
-port_tick = Family("port_tick")  # (s, x, xd, p) -> (s, force wanted [N])
+port_tick = Family("port_tick")  # (s, arrivals, x, xd, p) -> (s, arrivals, force wanted [N])
 port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the limits let through
+port_signals = Family("port_signals")  # (s) -> (u_m, u_m_lp, v_m)
