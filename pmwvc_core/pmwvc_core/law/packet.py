@@ -20,6 +20,7 @@ class Packet(NamedTuple):
     short: bool  # the sender's playout lacks energy
     waits: bool  # the sender has nothing of the receiver's waves at hand
     anew: bool  # flips whenever the server places the user's avatar anew
+    leaves: bool  # the last one of its sender
     extra: Vector  # signals that a controller declares, beside the wave
     # Found by the receiver:
     fresh: bool  # begins: the first one, or of a sender that started again
