@@ -13,12 +13,13 @@ from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
 RECORDED_DATA = Path(__file__).parent / "data"
-ORDER = ("project", "unit", "property", "oracle", "browser", "integration")  # quick ones first
+# Quick ones first.
+ORDER = ("project", "law", "unit", "property", "oracle", "browser", "integration")
 LIVE = ("browser", "integration")  # with real nodes or a browser
 if "PYTEST_XDIST_WORKER" in os.environ:
     # On several workers they come first: they wait more than they compute, and last they would
     # keep the other workers waiting.
-    ORDER = (*LIVE, "oracle", "property", "unit", "project")
+    ORDER = (*LIVE, "oracle", "property", "unit", "law", "project")
 
 # Several hundred processes start: each module is compiled once, whatever the machine prefers.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The clock of a playout: how fast it plays the sender's time, and how far beyond what has come.
+
+Let e be the end of the newest segment and p the sender's time played. ``store_s`` is e - p: what
+is in store, or, below zero, -c, the time that is concealed by a predicted wave. Per step h::
+
+    p <- p + rate ratio h           never beyond e + HOLD_S + FADE_S
+    rate  = 1 + shift/CORRECT_S     within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
+    ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
+
+So a wave without packets goes on for ``HOLD_S`` and then fades, since its time slows down; after
+``REPORTED_S`` without a segment the other end is told, and after ``OUTAGE_S`` this one brakes.
+
+The lag follows how late segments come. The first segment of a step, of length dt, shifts p by::
+
+    shift <- shift - c dt/LATE_S    where it comes c too late
+    shift <- shift + a dt/EARLY_S   where a was still in store
+
+which settles where one in five comes late. What comes within ``BURST_S`` after an outage, a
+standstill of this loop, or the beginning, says nothing of lateness; no more than a segment of it
+is kept in store, and later no more than ``LONGEST_S``. The rest is skipped.
+
+Nothing here depends on signals: one clock serves all axes.
+
+Equations: docs/theory.md 17.18.
+"""
+
+from typing import NamedTuple
+
+HOLD_S, FADE_S, RISE_S = 0.024, 0.03, 0.02
+CORRECT_S, CORRECTED = 0.05, 0.3
+LATE_S, EARLY_S = 0.2, 0.8
+REPORTED_S, OUTAGE_S = 0.016, 0.04
+BURST_S = 0.1
+LONGEST_S = 0.3
+ROUNDING_S = 1e-9
+
+
+class Pace(NamedTuple):
+    """The clock [s]."""
+
+    store_s: float  # time in store; below zero: concealed
+    silent_s: float  # without a segment since there was none in store any more
+    shift_s: float  # by which the lag is still to become shorter; below zero longer
+    ratio: float  # of the sender's time that is played
+    burst_s: float  # for which what comes says nothing of lateness
+    segment_s: float  # length of the newest segment
+    first: bool  # none has come since the last step
+
+
+class Played(NamedTuple):
+    """What a step plays [s]: skipped before, and beyond what has come."""
+
+    skipped_s: float
+    beyond_s: float
+
+
+RESTING_PACE = Pace(0.0, 0.0, 0.0, 1.0, BURST_S, 0.0, True)
+
+
+def pace_waits(s: Pace) -> bool:
+    """Tell whether nothing has come for so long that the other end is told."""
+    return s.silent_s > REPORTED_S
+
+
+def pace_brakes(s: Pace) -> bool:
+    """Tell whether the wave has been predicted for so long that this end brakes."""
+    return s.silent_s > OUTAGE_S
+
+
+def pace_arrive(s: Pace, lasted_s: float) -> Pace:
+    """Note a segment that stands for so long [s]."""
+    burst_s, segment_s, shift_s = s.burst_s, s.segment_s, s.shift_s
+    if s.silent_s > OUTAGE_S:
+        burst_s = BURST_S
+    else:
+        segment_s = lasted_s
+    if s.first and burst_s <= 0.0:
+        slow_s = LATE_S if s.store_s < 0.0 else EARLY_S
+        shift_s += s.store_s * min(lasted_s / slow_s, 1.0)
+    return Pace(s.store_s + lasted_s, 0.0, shift_s, s.ratio, burst_s, segment_s, False)
+
+
+def pace_pass_by(s: Pace, lasted_s: float) -> Pace:
+    """Let time go by in which the loop did not run [s]: what is in store is skipped."""
+    store_s = s.store_s - max(min(lasted_s, s.store_s), 0.0)
+    burst_s = BURST_S if lasted_s > OUTAGE_S else s.burst_s
+    return Pace(store_s, s.silent_s, s.shift_s, s.ratio, burst_s, s.segment_s, s.first)
+
+
+def pace_step(s: Pace, h: float) -> tuple[Pace, Played]:
+    """Go on by h [s]."""
+    longest_s = s.segment_s if s.burst_s > 0.0 else LONGEST_S
+    skipped_s = max(s.store_s - h - longest_s, 0.0)
+    store_s = s.store_s - skipped_s
+    in_store_s, left_s = max(store_s, 0.0), store_s + HOLD_S + FADE_S
+    ratio = max(min(left_s / FADE_S, 1.0, s.ratio + h / RISE_S), 0.0)
+    excess = max(min(s.shift_s / CORRECT_S, CORRECTED), -CORRECTED)
+    time_s = min((1.0 + excess) * ratio * h, left_s)
+    store_s -= time_s
+    if abs(store_s) < ROUNDING_S:
+        store_s = 0.0
+    silent_s, beyond_s = s.silent_s, 0.0
+    if store_s < 0.0:
+        silent_s += max(h - in_store_s, 0.0)
+        beyond_s = max(time_s - in_store_s, 0.0)
+    shift_s = s.shift_s - excess * ratio * h
+    burst_s = max(s.burst_s - h, 0.0)
+    s = Pace(store_s, silent_s, shift_s, ratio, burst_s, s.segment_s, True)
+    return s, Played(skipped_s, beyond_s)

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The device as a force loop sees it: a sample that is too old, or none, is no sample.
+
+Without one the loop has the position last seen and no velocity, and the limits let no force
+through: it is unknown how the device moves.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.law.vectors import Vector, zero
+
+LATE_NS = 5_000_000  # a sample older than this is counted
+STALE_NS = 20_000_000  # one older than this is none: the device is silent
+NEVER_NS = -(1 << 62)
+
+
+class Sample(NamedTuple):
+    """What a device says at a tick."""
+
+    x: Vector  # [m]
+    xd: Vector  # [m/s]
+    valid: bool  # position and velocity can be trusted
+    measured_ns: int  # when; NEVER_NS where nothing new came since the last sample
+
+
+class Sensing(NamedTuple):
+    """The last good sample, and how many ticks had an old one, or none."""
+
+    x: Vector  # [m]
+    measured_ns: int
+    late: int
+
+
+def age_ns(s: Sensing, sample: Sample, now_ns: int) -> float:
+    """Return how old a sample is; infinite where it is none."""
+    measured_ns = max(s.measured_ns, sample.measured_ns)
+    old = now_ns - measured_ns
+    return float(old) if sample.valid and old >= 0 else math.inf
+
+
+def sensed(
+    s: Sensing, sample: Sample, now_ns: int
+) -> tuple[Sensing, Vector, Vector, bool]:
+    """Return position and velocity for the loop, and whether the device knows them."""
+    age = age_ns(s, sample, now_ns)
+    measured_ns, late = max(s.measured_ns, sample.measured_ns), s.late + (age > LATE_NS)
+    if age <= STALE_NS:
+        return Sensing(sample.x, measured_ns, late), sample.x, sample.xd, True
+    return Sensing(s.x, measured_ns, late), s.x, zero(s.x), False

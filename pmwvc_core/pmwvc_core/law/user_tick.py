@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The whole tick of a user's force loop, in order.
+
+::
+
+    first tick of a frame   the packet leaves, with the wave of the ticks before; a frame begins
+    every tick              packets that have come; motion -> port -> limits -> force
+    answer tick             the newest wave to the port, once a frame
+
+A caller whose answers come within the same instant starts the frame itself, before the tick; and
+one that changes parameters sends, changes, and begins the frame (``send``, ``begin``).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.arrivals import (
+    arrivals_pass_by,
+    arrivals_silence_s,
+    arrivals_silent,
+    arrivals_timeout_s,
+    arrivals_wait,
+    arrivals_wave,
+    arrive,
+    is_short,
+    waits,
+)
+from pmwvc_core.law.frames import FrameParams, Frames, begin_frame, take_answer
+from pmwvc_core.law.limits import (
+    Limits,
+    LimitsInput,
+    LimitsParams,
+    expect,
+    held_j,
+    limits,
+    limits_restart,
+    ready,
+)
+from pmwvc_core.law.master import (
+    port_answer,
+    port_applied,
+    port_measure,
+    port_packet,
+    port_send,
+    port_signals,
+    port_tick,
+)
+from pmwvc_core.law.packet import Packet
+from pmwvc_core.law.packing import About, Packing, PackingParams, pack
+from pmwvc_core.law.sensing import STALE_NS, Sample, Sensing, age_ns, sensed
+from pmwvc_core.law.vectors import Vector
+
+
+class User(NamedTuple):
+    """A user's force loop."""
+
+    frames: Frames
+    frame_s: float  # length of the present frame
+    packing: Packing
+    arrivals: Any
+    newest: Packet
+    servers: int  # that were ever heard: a server that starts again is another one
+    port: Any
+    limits: Limits
+    sensing: Sensing
+    due: int  # tick after the last one that ran
+    coupled: bool  # an answer came, and the force had been let through in full
+
+
+class UserParams(NamedTuple):
+    """Parameters of the parts of a force loop."""
+
+    frames: FrameParams
+    packing: PackingParams
+    arrivals: Any
+    port: Any
+    limits: LimitsParams
+
+
+class Tick(NamedTuple):
+    """What a tick did: force for the device, force wanted [N], waves [sqrt(W)]."""
+
+    f: Vector
+    f_m: Vector
+    u_m: Vector
+    u_m_lp: Vector
+    v_m: Vector
+
+
+def send(s: User, now_ns: int, sample: Sample, p: UserParams) -> tuple[User, Packet, bool]:
+    """Return the packet of the frame that ends, and whether it is sent."""
+    port, arrivals, number = s.port, s.arrivals, s.packing.number + 1
+    if age_ns(s.sensing, sample, now_ns) <= STALE_NS:
+        port = port_measure(port, sample.x, sample.xd, p.port)
+    held = held_j(s.limits, p.limits)
+    port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held, p.port)
+    about = About(now_ns, is_short(arrivals), waits(arrivals), False, False, s.limits.events)
+    packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
+    s = User(s.frames, s.frame_s, packing, arrivals, s.newest, s.servers, port, s.limits,
+             s.sensing, s.due, s.coupled)  # fmt: skip
+    return s, packet, sends
+
+
+def begin(s: User, tick: int, p: UserParams) -> User:
+    """Begin a frame with a tick."""
+    frames, frame_s = begin_frame(s.frames, tick, p.frames)
+    return User(frames, frame_s, s.packing, s.arrivals, s.newest, s.servers, s.port, s.limits,
+                s.sensing, s.due, s.coupled)  # fmt: skip
+
+
+def user_tick(
+    s: User, tick: int, now_ns: int, sample: Sample, packets: Any, p: UserParams
+) -> tuple[User, Tick, Packet, bool]:
+    """Run one tick; return what it did, and the packet of a frame that started, if one did."""
+    packet, sends = s.newest, False
+    if tick >= s.frames.next_frame:
+        s, packet, sends = send(s, now_ns, sample, p)
+        s = begin(s, tick, p)
+    frames, arrivals, newest, servers = s.frames, s.arrivals, s.newest, s.servers
+    port, limit, coupled = s.port, s.limits, s.coupled
+    for came in packets:
+        arrivals, newest = arrive(arrivals, came, now_ns, p.arrivals), came
+        if came.fresh:
+            servers += 1
+            limit = limits_restart(limit) if servers > 1 else limit
+    frames, answers = take_answer(frames, tick, p.frames)
+    if answers:
+        silent = arrivals_silent(arrivals, now_ns)
+        arrivals, wave = arrivals_wave(arrivals, s.frame_s, p.arrivals)
+        if servers:
+            port = port_packet(port, arrivals, newest, p.port)
+            limit = expect(limit, arrivals_timeout_s(arrivals), p.limits)
+        port = port_answer(port, wave, silent, s.frame_s, p.port)
+        coupled = coupled or ready(limit)
+    if tick > s.due:
+        arrivals = arrivals_pass_by(arrivals, (tick - s.due) * p.frames.tick_s, p.arrivals)
+    sensing, x, xd, known = sensed(s.sensing, sample, now_ns)
+    port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
+    silence_s = arrivals_silence_s(arrivals, now_ns) if servers else math.inf
+    interrupted, unreceived = arrivals_wait(arrivals, now_ns)
+    asked = LimitsInput(f_m, x, xd, silence_s, servers > 0, known, interrupted, unreceived)
+    limit, f = limits(limit, asked, p.limits)
+    port = port_applied(port, f, p.port)
+    u_m, u_m_lp, v_m = port_signals(port)
+    s = User(frames, s.frame_s, s.packing, arrivals, newest, servers, port, limit, sensing,
+             tick + 1, coupled)  # fmt: skip
+    return s, Tick(f, f_m, u_m, u_m_lp, v_m), packet, sends

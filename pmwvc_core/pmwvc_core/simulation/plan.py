@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The plan of a session's network: which packet is sent when, where it goes, what its receiver
+makes of its number.
+
+None of that depends on a signal (without a deadband): so it is worked out before the session, once
+for all sessions with the same network, and what is left is arithmetic. Who sends a wave that no
+receiver takes departs from the plan; such a session is stepped with its packets instead.
+"""
+
+import dataclasses
+import math
+from collections.abc import Hashable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_core.frame.schedule import AT_ONCE, next_on_grid
+from pmwvc_core.network.effects import is_random
+from pmwvc_core.numeric import Integers
+from pmwvc_core.params import LinkParams
+from pmwvc_core.params.user import server_times
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.links import SimulatedLink, stream_of
+from pmwvc_core.transport.packet import Packer
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
+
+SERVER_EPOCH = 1000
+TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+
+
+class Network(NamedTuple):
+    """What decides on the plan of a session."""
+
+    links: tuple[tuple[LinkParams, LinkParams], ...]  # up and down of each user
+    seed: int  # of random links, else 0
+    ticks: int
+    tick_ns: int
+    rate_drops: tuple[int, ...]
+    period_ticks: int
+    timeouts_s: tuple[float, ...]
+    server_timeout_s: float
+    release_s: float
+    dof: int
+
+
+class Planned(NamedTuple):
+    """The packets that one receiver accepts, in order: columns ``(packets,)``."""
+
+    look: Integers  # tick at which it looks
+    index: Integers  # of the packet among those sent, from 0
+    fresh: Integers  # 1: a beginning
+    lost: Integers  # numbers between it and the one before
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """The links after the session, with packets of nothing, and what was accepted, per user."""
+
+    up: list[SimulatedLink]
+    down: list[SimulatedLink]
+    taken_up: list[Planned]
+    taken_down: list[Planned]
+
+
+def network_of(scenario: Scenario) -> Network:
+    """Return what decides on the plan of a scenario."""
+    users, tick_s = scenario.users, scenario.tick_s
+    links = tuple((user.link_up, user.link_down) for user in users)
+    times = server_times(user.safety for user in users)
+    return Network(
+        links,
+        scenario.seed if any(is_random(link) for both in links for link in both) else 0,
+        round(scenario.duration_s / tick_s),
+        round(tick_s * 1e9),
+        tuple(user.master.rate_drop for user in users),
+        scenario.period_ticks,
+        tuple(user.safety.timeout_s for user in users),
+        times.timeout_s,
+        times.release_s,
+        scenario.dof,
+    )
+
+
+@lru_cache(maxsize=8)
+def plan_of(network: Network) -> Plan:
+    """Return the plan of a network."""
+    return _Planner(network).run()
+
+
+class _End:
+    """One direction: a sender with packets of nothing, the link, the receiver."""
+
+    def __init__(self, network: Network, user: int, direction: int, epoch: int) -> None:
+        tick_s = network.tick_ns * 1e-9
+        lengths = network.rate_drops[user], network.period_ticks
+        timeout_s = (network.server_timeout_s, network.timeouts_s[user])[direction]
+        self.inbox = Receiver(
+            network.dof, period_s=lengths[direction] * tick_s, timeout_s=timeout_s
+        )
+        self.link = SimulatedLink(
+            network.links[user][direction],
+            seed=stream_of(network.seed, user, direction),
+            inbox=self.inbox,
+            dof=network.dof,
+            direction=direction,
+        )
+        self.packer = Packer(epoch, period=lengths[direction] * tick_s)
+        self._nothing = 0.0 if network.dof == 1 else np.zeros(network.dof)
+        self._rows: list[tuple[int, int, int, int]] = []
+        self._tick_ns = network.tick_ns
+
+    def send(self, tick: int, peer: Receiver) -> None:
+        now_ns = tick * self._tick_ns
+        zero = self._nothing
+        self.link.send(self.packer.pack(zero, zero, now_ns, 0, peer.echo(now_ns)), now_ns)
+
+    def look(self, tick: int) -> None:
+        """Take in what has come by a tick."""
+        now_ns = tick * self._tick_ns
+        for packet in self.link.collect(now_ns):
+            lost = self.inbox.lost
+            verdict = self.inbox.push(packet, now_ns)
+            if verdict in TAKEN:
+                row = (tick, packet.seq - 1, verdict is not TAKEN[0], self.inbox.lost - lost)
+                self._rows.append(row)
+
+    def due_tick(self) -> float:
+        """Return the tick at which the next packet can be taken in."""
+        due_ns = self.link.link.next_due_ns
+        return math.inf if due_ns is None else -(-due_ns // self._tick_ns)
+
+    @property
+    def planned(self) -> Planned:
+        rows = np.array(self._rows, dtype=np.int64).reshape(len(self._rows), 4)
+        return Planned(*np.ascontiguousarray(rows.T))
+
+
+class _Planner:
+    """The frame protocol without its signals."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        users = range(len(network.links))
+        self._up = [_End(network, user, 0, user + 1) for user in users]
+        self._down = [_End(network, user, 1, SERVER_EPOCH + user) for user in users]
+        self._present = [False for _ in users]
+        self._release_ns = network.release_s * 1e9
+
+    def run(self) -> Plan:
+        network = self._network
+        frames = [0 for _ in self._up]
+        step = next_on_grid(-1, network.period_ticks, AT_ONCE.server_tick(
+            tick_s=network.tick_ns * 1e-9, period_ticks=network.period_ticks))
+        while (tick := min(step, *frames)) < network.ticks:
+            for user, down in enumerate(self._down):
+                while down.due_tick() < tick:
+                    down.look(int(down.due_tick()))
+                if frames[user] == tick:
+                    self._up[user].send(tick, down.inbox)
+                    frames[user] += network.rate_drops[user]
+            if tick == step:
+                self._step(tick)
+                step += network.period_ticks
+            for down in self._down:
+                if down.due_tick() <= tick:
+                    down.look(tick)
+        end_ns = network.ticks * network.tick_ns
+        for end in (*self._up, *self._down):
+            while end in self._down and end.due_tick() < network.ticks:
+                end.look(int(end.due_tick()))
+            end.link.drain(end_ns)
+        return Plan(
+            [end.link for end in self._up],
+            [end.link for end in self._down],
+            [end.planned for end in self._up],
+            [end.planned for end in self._down],
+        )
+
+    def _step(self, tick: int) -> None:
+        """Take packets in at the server and answer those users who are present."""
+        now_ns = tick * self._network.tick_ns
+        for user, (up, down) in enumerate(zip(self._up, self._down, strict=True)):
+            before = len(up.link.arrived)
+            up.look(tick)
+            self._present[user] |= len(up.link.arrived) > before and up.inbox.newest is not None
+            if now_ns - up.inbox.accepted_ns > self._release_ns:
+                self._present[user] = False
+            if self._present[user]:
+                down.send(tick, up.inbox)
+
+
+def is_planned(scenario: Scenario) -> Hashable:
+    """Tell whether the packets of a scenario do not depend on its signals."""
+    ends = [end for user in scenario.users for end in (user.master, user.contact)]
+    return not any(end.deadband.is_on for end in ends) and not scenario.changes
