@@ -25,6 +25,7 @@ LAWS = ("pmwvc_core.law", "pmwvc_core.plant", "pmwvc_core.simulation")
 
 BUILDING = (
     vectors.each,
+    vectors.chain,
     vectors.columns,
     vectors.plus,
     vectors.minus,
@@ -96,6 +97,14 @@ def _each(law, rows, *shared):
         for i in range(len(rows[0]))
     ]
     return _built(f"def built(law, rows, *shared):\n    return {_tuple(elements)}")
+
+
+@overload(vectors.chain)
+def _chain(law, states, u, params):
+    lines = [f"s{i}, u = law(states[{i}], u, params[{i}])" for i in range(len(states))]
+    after = _tuple([f"s{i}" for i in range(len(states))])
+    body = "\n    ".join([*lines, f"return {after}, u"])
+    return _built(f"def built(law, states, u, params):\n    {body}")
 
 
 @overload(vectors.columns)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Vectors as tuples with one float per axis, and laws of one axis applied to each of several.
 
-:mod:`pmwvc_core.compiled` has the compiled form of ``each``, ``columns``, ``plus``, ``minus``,
-``times`` and ``scaled``, which build tuples; everything else is made of these.
+:mod:`pmwvc_core.compiled` has the compiled form of ``each``, ``chain``, ``columns``, ``plus``,
+``minus``, ``times`` and ``scaled``, which build tuples; everything else is made of these.
 """
 
 import math
@@ -18,6 +18,19 @@ def each(law: Callable[..., Any], rows: tuple[tuple[Any, ...], ...], *shared: An
     if len(rows[0]) == 1:
         return (law(*[row[0] for row in rows], *shared),)
     return tuple(law(*of_one, *shared) for of_one in zip(*rows, strict=True))
+
+
+def chain(
+    law: Callable[..., Any], states: tuple[Any, ...], u: float, params: tuple[Any, ...]
+) -> Any:
+    """Return the states and the output of laws one behind the other: each is ``law(state, input,
+    params) -> (state, output)``, and takes the output of the one before.
+    """
+    after = []
+    for state, p in zip(states, params, strict=True):
+        state, u = law(state, u, p)
+        after.append(state)
+    return tuple(after), u
 
 
 def columns(rows: tuple[tuple[Any, ...], ...]) -> Any:
