@@ -201,4 +201,3 @@ def _interrupted(s: PlainArrivals, now_ns: int) -> bool:
 @interrupted.member(StrictArrivals)
 def _interrupted_strict(s: StrictArrivals, now_ns: int) -> bool:
     return is_unreceived(s.silence, now_ns) or pace_brakes(s.playout.pace)
-

@@ -44,7 +44,9 @@ def forgotten(knots: Knots, count: int) -> Knots:
     """Return the knots without the first segments; the rest begins at zero."""
     first = knots[count]
     return [
-        Knot(k.end_s - first.end_s, minus(k.integral, first.integral), k.reserve_j - first.reserve_j)
+        Knot(
+            k.end_s - first.end_s, minus(k.integral, first.integral), k.reserve_j - first.reserve_j
+        )
         for k in knots[count:]
     ]
 

@@ -9,7 +9,7 @@ through: it is unknown how the device moves.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.law.vectors import Vector, each, zero
 
 LATE_NS = 5_000_000  # a sample older than this is counted
 STALE_NS = 20_000_000  # one older than this is none: the device is silent
@@ -40,12 +40,24 @@ def age_ns(s: Sensing, sample: Sample, now_ns: int) -> float:
     return float(old) if sample.valid and old >= 0 else math.inf
 
 
-def sensed(
-    s: Sensing, sample: Sample, now_ns: int
-) -> tuple[Sensing, Vector, Vector, bool]:
+def sensed(s: Sensing, sample: Sample, now_ns: int) -> tuple[Sensing, Vector, Vector, bool]:
     """Return position and velocity for the loop, and whether the device knows them."""
     age = age_ns(s, sample, now_ns)
     measured_ns, late = max(s.measured_ns, sample.measured_ns), s.late + (age > LATE_NS)
     if age <= STALE_NS:
         return Sensing(sample.x, measured_ns, late), sample.x, sample.xd, True
     return Sensing(s.x, measured_ns, late), s.x, zero(s.x), False
+
+
+def known_motion(x: Vector, xd: Vector, last: Vector) -> tuple[Vector, Vector]:
+    """Return position and velocity; what is not finite counts as the last position and as no
+    velocity.
+    """
+    for i in range(len(x)):
+        if not math.isfinite(x[i] + xd[i]):
+            return each(_finite, (x, last)), each(_finite, (xd, zero(xd)))
+    return x, xd
+
+
+def _finite(value: float, otherwise: float) -> float:
+    return value if math.isfinite(value) else otherwise

@@ -152,8 +152,11 @@ class _Planner:
     def run(self) -> Plan:
         network = self._network
         frames = [0 for _ in self._up]
-        step = next_on_grid(-1, network.period_ticks, AT_ONCE.server_tick(
-            tick_s=network.tick_ns * 1e-9, period_ticks=network.period_ticks))
+        step = next_on_grid(
+            -1,
+            network.period_ticks,
+            AT_ONCE.server_tick(tick_s=network.tick_ns * 1e-9, period_ticks=network.period_ticks),
+        )
         while (tick := min(step, *frames)) < network.ticks:
             for user, down in enumerate(self._down):
                 while down.due_tick() < tick:

@@ -34,13 +34,13 @@ def test_counts_of_both_are_the_same(axes, seed):
     for tick in range(4000):
         if tick % 700 > 300:
             xd = [0.99 * v + luck.gauss(0.0, 0.01) for v in xd]
-            x = [a + 0.001 * v for a, v in zip(x, xd)]
+            x = [a + 0.001 * v for a, v in zip(x, xd, strict=True)]
         read = tuple(step * round(a / step) if step else a for a in x)
         if s is None:
             last = read
             s = tuple(map(resting_counts, read))
             old.begin(value(read))
-        v = tuple(xd) if own else tuple((a - b) / 0.001 for a, b in zip(read, last))
+        v = tuple(xd) if own else tuple((a - b) / 0.001 for a, b in zip(read, last, strict=True))
         last = read
         s, out = columns(each(counts, (s, read, v), 0.001))
         same([o.xd for o in out], old.step(value(read), value(v)))

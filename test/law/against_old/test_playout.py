@@ -26,7 +26,9 @@ def same(got, wanted, scale=1.0):
 @pytest.mark.parametrize("seed", range(12))
 def test_every_step_of_both_is_the_same(axes, seed):
     luck = random.Random(seed)
-    params = law.PlayoutParams(0.06 * math.sqrt(12.5), luck.choice([0.1, 0.2]), luck.choice([0.0, 1e-3]))
+    params = law.PlayoutParams(
+        0.06 * math.sqrt(12.5), luck.choice([0.1, 0.2]), luck.choice([0.0, 1e-3])
+    )
     old = Playout(most_repaid=params.most_repaid, rises_s=params.rises_s, store_j=params.store_j)
     nothing = (0.0,) * axes
     s = law.resting_playout(nothing, law.Moved(0.0, 0.0, 0.0, 0.0, 0.0))
