@@ -22,8 +22,8 @@ from pmwvc_core.law.vectors import Vector, scaled, squared
 # (s, v, x, xd, p, impedance) -> (s, v_m): the wave at the port, with the answer to its own u_m
 answered = Family("answered")
 force_velocity = Family("force_velocity")  # (s, xd, p, impedance) -> (s, velocity for the force)
-# (s, u_m, v_m, missing) -> (u_m, v_m, deficit): the longest wave that is paid for with so much more
-# than its own twice the power [W], and what is not paid for then
+# (s, u_m, v_m, missing) -> (u_m, v_m, deficit): the longest wave that is paid for with so much
+# more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened")
 filters_up = Family("filters_up")  # (s, u, p) -> (s, what of the outgoing wave goes on)
 

@@ -38,12 +38,16 @@ Rows = tuple[Vector, ...]
 
 
 class MatrixImpedance(NamedTuple):
-    """A symmetric positive wave impedance B [N s/m], by rows: itself, its inverse, its roots."""
+    """A symmetric positive wave impedance B [N s/m], by rows: itself, its inverse, its roots; its
+    eigenvalues, and the principal axes by columns.
+    """
 
     b: Rows
     inverse: Rows
     root_2b: Rows
     root_2_over_b: Rows
+    values: Vector
+    axes: Rows
 
 
 def applied(matrix: Rows, a: Vector) -> Vector:

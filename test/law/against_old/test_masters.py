@@ -12,7 +12,13 @@ from pmwvc_core.law.arrivals import StrictArrivals, resting_strict
 from pmwvc_core.law.counts import resting_counts
 from pmwvc_core.law.hold import Hold
 from pmwvc_core.law.master import (
-    port_answer, port_applied, port_measure, port_packet, port_send, port_signals, port_tick,
+    port_answer,
+    port_applied,
+    port_measure,
+    port_packet,
+    port_send,
+    port_signals,
+    port_tick,
 )  # fmt: skip
 from pmwvc_core.law.packet import Packet
 from pmwvc_core.law.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
@@ -20,7 +26,11 @@ from pmwvc_core.law.playout import PlayoutParams, add
 from pmwvc_core.law.port_filters import NoFilter
 from pmwvc_core.law.position import NoPosition
 from pmwvc_core.law.strict_master import (
-    Node, StrictEnergies, StrictMaster, StrictMasterParams, Under,
+    Node,
+    StrictEnergies,
+    StrictMaster,
+    StrictMasterParams,
+    Under,
 )  # fmt: skip
 from pmwvc_core.law.wave import impedance
 from pmwvc_core.master import strict_port
@@ -120,7 +130,9 @@ def test_every_tick_of_both_is_the_same(strict, axes, seed):
             old.on_packet(packet)
             s = port_packet(
                 s, a,
-                Packet(number, 0, 0.008, w, w, 0.0, zero, short, False, False, False, (), False, 0),
+                Packet(
+                    number, 0, 0.008, w, w, 0.0, zero, short, False, False, False, (), False, 0
+                ),
                 p,
             )  # fmt: skip
             if silent:
