@@ -40,6 +40,9 @@ figures: setup  ## the dissertation's figures and numbers, computed again (minut
 faults: setup  ## every fault tried, and docs/faults.md written (minutes)
 	@PYTHONPATH=tools $(PY) -m faults
 
+mutants: setup  ## defects put into the product: which of them no test notices (an hour; COUNT, SEED)
+	@nice env PYTHONPATH=tools $(PY) -m mutants
+
 presses: setup  ## ten minutes of presses on stiff walls, and docs/presses.md written (minutes)
 	@$(PY) tools/presses.py
 
@@ -59,4 +62,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run live test lint bench benchmark figures faults presses film course docs lock clean
+.PHONY: help setup run live test lint bench benchmark figures faults mutants presses film course docs lock clean

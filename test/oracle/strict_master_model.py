@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A second model of the master's end of the strict channel and of its limits, written from
+theory.md section 17 (17.4, 17.5, 17.12, 17.19, 17.23) and 10.2: exact sensors, no port filters.
+"""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+from oracle.strict_playout_model import PlayedWave
+from oracle.strict_receiver_model import Friction, Receiver
+
+KEPT_J, SAFE_J = 1e-4, 2e-3
+
+
+class Spring:
+    """17.12: the brake at the device, z <- z + dx, F = k z below the friction."""
+
+    def __init__(self, b, h):
+        self.k, self.friction, self.z, self.x = b / 0.0125, Friction(h, 0.2), 0.0, 0.0
+
+    @property
+    def stored_j(self):
+        return 0.5 * self.k * float(np.sum(self.z * self.z))
+
+    def let_go(self):
+        self.friction.release()
+        self.z = 0.0 * self.z
+
+    def move(self, waits, x, force):
+        moved, self.x = x - self.x, x
+        self.friction.step(waits, force)
+        self.z = self._within(self.z + moved) if self.friction.acts else 0.0 * x
+
+    def _within(self, z):
+        size = self.k * math.sqrt(z @ z)
+        return z * (self.friction.limit / size) if size > self.friction.limit else z
+
+    def pull(self, beside):
+        """The force that keeps |beside + F| <= the friction, or F no larger than before."""
+        force = self.k * self.z
+        room = max(self.friction.limit**2 - beside @ beside, 0.0)
+        along, size = beside @ force, force @ force
+        if 2.0 * along + size > room:
+            part = (math.sqrt(along * along + size * room) - along) / size
+            force = force * min(max(part, 0.0), 1.0)
+        self.z = force / self.k
+        return force
+
+
+class Limits:
+    """10.2: soft start, damping in a silence, largest force and slew, with a brake."""
+
+    def __init__(self, spring, *, h, soft_s, release_s, most_n, slew_n):
+        self.spring, self.h, self.soft_s, self.release_s = spring, h, soft_s, release_s
+        self.most_n, self.slew_n = most_n, slew_n
+        self.f, self.part, self.rest = 0.0, 0.0, 1.0
+        self.ready = self.was_damped = self.rises_again = self.by_silence = False
+
+    def restart(self):
+        self.part, self.rises_again, self.by_silence = 0.0, False, False
+        self.spring.let_go()
+
+    def pass_on(self, f, x, xd, *, coupled, silence_s, silent_after_s, interrupted):
+        self.spring.move(interrupted, x, self.f + 0.0 * x)
+        gone = coupled and silence_s > self.release_s
+        damped = coupled and silence_s > silent_after_s and (interrupted or gone)
+        self._ratios(coupled, damped, damped and gone)
+        if damped:
+            f = self._against(f, xd)
+        if self.spring.friction.acts:
+            f = f + self.spring.pull(f)
+        f = self.part * f
+        size = math.sqrt(f @ f)
+        wanted = f * (self.most_n / size) if size > self.most_n else f
+        change = wanted - self.f
+        size = math.sqrt(change @ change)
+        self.f = self.f + change * (self.slew_n / size) if size > self.slew_n else wanted
+        return self.f
+
+    def _ratios(self, coupled, damped, released):
+        back = self.was_damped and not damped
+        after_silence = self.by_silence and self.ready
+        if back:
+            self.rises_again = after_silence
+        self.rises_again = self.rises_again and coupled
+        if back and not after_silence:
+            self.part *= self.rest
+        soft_s = min(self.soft_s, 0.1) if self.rises_again else self.soft_s
+        if released:
+            self.part = max(self.part - self.h / 0.5, 0.0)
+        else:
+            self.part = min(self.part + self.h / soft_s, 1.0)
+        self.part = self.part if coupled else 0.0
+        self.ready = self.ready or (self.part >= 1.0 and not damped)
+        self.rest = max(self.rest - self.h / 0.02, 0.0) if damped else 1.0
+        self.was_damped = self.by_silence = damped
+
+    def _against(self, f, xd):
+        power, speed = f @ xd, xd @ xd
+        opposing = xd * (power / speed) if power > 0.0 and speed > 0.0 else 0.0 * f
+        return opposing + self.rest * (f - opposing)
+
+
+class MasterModel:
+    """One end, stepped as the frame protocol says: packet, arrivals, answer, tick."""
+
+    def __init__(self, *, dof, b, h, rate_drop, store_j, server_s, timeout_s, limits):
+        longest = (20.0 + 20.0 * b) / math.sqrt(2.0 * b)
+        self.dof, self.b, self.h, self.frame = dof, b, h, rate_drop
+        self.root = math.sqrt(2.0 * b)
+        self.wave = PlayedWave(
+            dof, lent_once_j=store_j, fastest_repaid=0.06 * math.sqrt(b / 2.0), grows_s=0.2
+        )
+        self.inbox = Receiver(
+            dof, self.wave, period_s=server_s, timeout_s=timeout_s, longest_wave=longest
+        )
+        self.spring = Spring(b, h)
+        self.limits = Limits(self.spring, h=h, **limits)
+        self.least_silence_s = self.silent_after_s = max(timeout_s, 3.0 * server_s)
+        self.node_j = self.paid_j = self.unpaid = 0.0
+        self.u = np.zeros(dof)  # integral since the last packet
+        self.total, self.seq, self.next_frame, self.due = np.zeros(dof), 0, 0, math.inf
+        self.tick_before = self.epoch = None
+        self.asked_for = self.short = False
+        self.v = np.zeros(dof)
+        self.f = np.zeros(dof)
+
+    def tick(self, k, now_ns, x, xd, packets):
+        """Return the packet (or None), the force asked for and applied, and the wave v."""
+        packet, answers = None, False
+        if k >= self.next_frame:
+            self._close(x)
+            packet, answers = self._packet(), True
+            self.next_frame = k - k % self.frame + self.frame
+        for each in packets:
+            self.inbox.take(each, now_ns)
+        if answers:
+            self._answer()
+        if k > self.due:
+            self.wave.stand_still((k - self.due) * self.h)
+        self.due = k + 1
+        self._close(x)
+        v = self.wave.play(self.h)
+        if self.node_j < 0.0:
+            self.node_j += self.wave.hand_out(-self.node_j)
+            if self.node_j < -SAFE_J:  # the wave waits until the hand has paid
+                self.wave.out_j -= 0.5 * self.h * float(v @ v)
+                self.wave._owe(v * self.h)
+                v = 0.0 * v
+        asked = self.b * xd - self.root * v
+        if self.asked_for or self.short:
+            asked = asked + min(max(self.unpaid / 0.03, 0.2), 1.0) * self.b * xd
+        known = self.inbox.last is not None
+        silence_s = (now_ns - self.inbox.at_ns) * 1e-9 if known else math.inf
+        self.f = self.limits.pass_on(
+            asked,
+            x,
+            xd,
+            coupled=known,
+            silence_s=silence_s,
+            silent_after_s=self.silent_after_s,
+            interrupted=known and self.inbox.interrupted(now_ns),
+        )
+        self.v, self.tick_before = v, (x, self.f)
+        return packet, asked, self.f, v
+
+    def _close(self, x):
+        """17.4 and 17.5: what the tick before moved and brought."""
+        if self.tick_before is None:
+            return
+        (before, force), self.tick_before = self.tick_before, None
+        dx = x - before
+        self.u = self.u + self.root * dx - self.v * self.h
+        self.node_j += 0.5 * self.h * float(self.v @ self.v) + float(force @ dx)
+
+    def _answer(self):
+        last = self.inbox.last
+        if last is None:
+            return
+        if last.epoch != self.epoch:
+            if self.epoch is not None:
+                self.limits.restart()
+            self.epoch = last.epoch
+        if self.asked_for and not last.short:
+            self.unpaid = 0.0
+        self.asked_for, self.short = bool(last.short), self.wave.lacks
+        self.silent_after_s = max(self.least_silence_s, self.inbox.silence_ns * 1e-9)
+
+    def _packet(self):
+        lasts_s = self.frame * self.h
+        wave, self.u = self.u / lasts_s, np.zeros(self.dof)
+        needs_j = 0.5 * lasts_s * float(wave @ wave)
+        self.node_j += self.wave.surplus(lasts_s, asked_for=self.asked_for)
+        own_j = self.node_j - self.spring.stored_j
+        paid_j = max(min(own_j, needs_j), own_j - KEPT_J, 0.0)
+        if paid_j < needs_j:
+            self.unpaid += (1.0 - math.sqrt(paid_j / needs_j)) * math.sqrt(wave @ wave) * lasts_s
+        self.paid_j += paid_j
+        self.node_j -= paid_j
+        self.total = self.total + wave * lasts_s
+        self.seq += 1
+        return SimpleNamespace(
+            seq=self.seq,
+            wave=wave,
+            integral=self.total,
+            energy=self.paid_j,
+            waiting=self.wave.tells_the_other,
+            short=self.wave.lacks,
+            period=lasts_s,
+        )

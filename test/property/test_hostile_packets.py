@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What both ends of the strict channel believe of a packet: no more than a legal device can have
+sent in the time for which the packet stands, and that exactly.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pmwvc_core.frame.assembly import make_force_loop, make_server_step
+from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.schedule import AT_ONCE
+from pmwvc_core.params import ContactParams, MasterParams, ServerParams, TaskParams
+from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.scenario.scenario import User
+from pmwvc_core.transport.packet import WavePacket
+
+MS = 1_000_000
+B, M, FRAME_S = 25.0, 8, 0.008
+LONGEST = (20.0 + 20.0 * B) / math.sqrt(2.0 * B)  # 20 N at 20 m/s, the largest of all settings
+POWER_W = 0.5 * LONGEST**2
+
+
+class Master:
+    """A force loop that rests, and what it counts of the packets that it is given."""
+
+    def __init__(self):
+        self.loop = make_force_loop(
+            User("user1", master=MasterParams(impedance=B, rate_drop=M, store_j=0.0)),
+            controller="pmwvc",
+            channel="strict",
+            dof=1,
+            server_period_s=FRAME_S,
+            epoch=5,
+            schedule=AT_ONCE,
+        )
+        self.k, self.moved = 0, 0.0
+
+    def run(self, frames, *packets):
+        for number in range(frames * M):
+            given = list(packets) if not number else []
+            *_, row = self.loop.tick(self.k, self.k * MS, DeviceSample(0.0, 0.0), given)
+            self.k += 1
+            self.moved += row[7] * 1e-3
+        return self
+
+    @property
+    def received_j(self):
+        """Energy that counts as received."""
+        return self.loop.report().v_rx
+
+
+class Server:
+    """A server with an avatar that touches nothing: it goes where the waves that count move it."""
+
+    def __init__(self):
+        nothing = ContactParams(contact_stiffness=0.0, contact_damping=0.0)
+        master = MasterParams(impedance=B, rate_drop=M)
+        self.step = make_server_step(
+            [User("user1", side=-1, master=master, contact=nothing)],
+            controller="pmwvc",
+            channel="strict",
+            dof=1,
+            server=ServerParams(period_s=FRAME_S, store_j=0.0),
+            task=TaskParams(),
+            times=ServerTimes(0.03, 60.0, 0.5),
+            epochs=(901,),
+        )
+        self.frame = 0
+
+    def run(self, frames, *packets):
+        for number in range(frames):
+            given = list(packets) if not number else []
+            _, self.row = self.step.tick(self.frame * 8 * MS, [given])
+            self.frame += 1
+        return self
+
+    @property
+    def moved(self):
+        """Integral of the waves given out, by which the avatar went."""
+        return (self.row.ports[0].x_s + 0.03) * math.sqrt(B / 2.0)
+
+
+def packet(seq, *, integral=0.0, energy=0.0, wave=0.0, period=FRAME_S, **fields):
+    sent_ns = fields.pop("sent_ns", seq * 8 * MS)
+    rest = {"position": -0.03, "epoch": 11} | fields
+    return WavePacket(
+        seq=seq,
+        sent_ns=sent_ns,
+        period=period,
+        wave=wave,
+        integral=integral,
+        energy=energy,
+        **rest,
+    )
+
+
+@given(st.integers(0, 40), st.floats(0.0, 3.0))
+def test_the_energy_of_lost_packets_counts_up_to_that_of_the_longest_legal_wave(lost, claimed):
+    """After ``lost`` packets one claims a part of what may be believed, or more."""
+    end = Master().run(1, packet(1)).run(1, packet(2, energy=0.25))
+    assert end.received_j == 0.25
+    legal_j = POWER_W * (lost + 1) * FRAME_S
+    end.run(1, packet(3 + lost, energy=0.25 + claimed * legal_j))
+    assert end.received_j == pytest.approx(0.25 + min(claimed, 1.0) * legal_j, rel=1e-12)
+
+
+@pytest.mark.parametrize("lost", [0, 1, 7])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_jump_of_the_integral_after_lost_packets_moves_no_further_than_a_legal_wave(lost, sign):
+    """It is given out in full: the energy that goes with it counts, too, and is just enough."""
+    lasts_s = (lost + 1) * FRAME_S
+    for end in (Master(), Server()):
+        end.run(1, packet(1)).run(1, packet(2))
+        wild = {"integral": sign * 1e3, "energy": 1e9}
+        end.run(1, packet(3 + lost, **wild))
+        for later in range(4 + lost, 50 + lost):  # nothing more than that comes
+            end.run(1, packet(later, **wild))
+        # the sums that go on from there are believed as far as the longest wave, packet by packet
+        assert abs(end.moved) <= LONGEST * (lasts_s + 46 * FRAME_S) * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("lost", [0, 3])
+def test_wild_sums_of_one_packet_count_as_far_as_legal_and_the_true_ones_bring_them_back(lost):
+    for end in (Master(), Server()):
+        for seq in range(1, 21):
+            end.run(1, packet(seq))
+        end.run(1, packet(21 + lost, integral=1e3, energy=1e9))
+        legal, most = LONGEST * (lost + 1) * FRAME_S, end.moved
+        for later in range(22 + lost, 150 + lost):
+            end.run(1, packet(later, energy=1e9))
+            most = max(most, end.moved)
+        assert most == pytest.approx(legal, rel=1e-2 if lost else 1e-9)
+        assert end.moved == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_sum_of_energy_that_falls_takes_nothing_back_and_pays_nothing_twice():
+    end = Master().run(1, packet(1, energy=5.0)).run(1, packet(2, energy=5.2))
+    assert end.received_j == pytest.approx(0.2, rel=1e-12)
+    for seq, energy in ((3, 4.0), (4, -1e9), (5, 5.1)):
+        end.run(1, packet(seq, energy=energy))
+        assert end.received_j == pytest.approx(0.2, rel=1e-12)
+    end.run(1, packet(6, energy=5.3))
+    assert end.received_j == pytest.approx(0.3, rel=1e-12)
+
+
+def test_energy_of_packets_that_are_repeated_or_late_counts_once():
+    end = Master().run(1, packet(1)).run(1, packet(3, energy=0.2))
+    end.run(1, packet(3, energy=0.2), packet(2, energy=0.1), packet(3, energy=0.2))
+    assert end.received_j == pytest.approx(0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["wave", "integral", "energy", "position"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_packet_with_a_value_that_is_no_number_changes_nothing(name, value):
+    ends = [Master(), Master()]
+    for end in ends:
+        end.run(1, packet(1)).run(1, packet(2, wave=0.1, integral=0.0008, energy=0.01))
+    ends[0].run(1, packet(3, **{name: value}))
+    ends[1].run(1)
+    for end in ends:
+        end.run(20, packet(4, integral=0.002, energy=0.02))
+    assert ends[0].received_j == ends[1].received_j == pytest.approx(0.02)
+    assert ends[0].moved == ends[1].moved != 0.0
+
+
+def test_a_wave_longer_than_any_legal_one_is_refused_and_the_longest_is_not():
+    for longer, counted_j in ((1e-9, 0.0), (-1e-9, 0.01)):
+        end = Master().run(1, packet(1))
+        end.run(1, packet(2, wave=LONGEST * (1.0 + longer), energy=0.01))
+        assert end.received_j == counted_j
+
+
+@pytest.mark.parametrize(
+    ("apart_s", "lasts_s"),
+    [(0.02, 0.02), (0.008, 0.016), (0.0241, 0.0241), (0.1, 0.032), (-1.0, 0.016)],
+)
+def test_lost_packets_of_two_lengths_stand_for_what_the_senders_clock_says_within_bounds(
+    apart_s, lasts_s
+):
+    """Packets of 4 and of 12 ms came; two were lost before one of 8 ms."""
+    end = Master().run(1, packet(1, period=0.004)).run(1, packet(2, period=0.012))
+    last_ns = 16 * MS
+    end.run(10, packet(5, sent_ns=last_ns + round(apart_s * 1e9), energy=1e9))
+    assert end.received_j == pytest.approx(POWER_W * lasts_s, rel=1e-9)
+
+
+def test_numbers_far_ahead_stand_for_no_more_than_the_time_that_passed_and_ten_seconds():
+    end = Master().run(1, packet(1)).run(1, packet(2))
+    end.run(1, packet(40_000, energy=1e9))
+    assert end.received_j == pytest.approx(POWER_W * (10.0 + FRAME_S), rel=1e-12)
+
+
+def test_the_energy_before_the_first_packet_and_before_a_restart_does_not_count():
+    end = Master().run(1, packet(1, energy=3.0)).run(1, packet(2, energy=3.5))
+    end.run(30)  # silent, so that another sender may follow
+    answer = {"epoch": 12, "echo_seq": 1}
+    end.run(1, packet(1, energy=7.0, echo_sent_ns=end.k * MS, **answer))
+    assert end.received_j == 0.5
+    end.run(1, packet(2, energy=7.25, **answer))
+    assert end.received_j == pytest.approx(0.75, rel=1e-12)
+    np.testing.assert_allclose(end.moved, 0.0)
