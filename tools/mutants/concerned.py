@@ -9,8 +9,12 @@ from pathlib import Path
 FOLDERS = ("unit", "property", "oracle")  # without processes or a browser
 FARTHEST = 4  # imports from a test to the file
 # Whole ends against independent models: they come behind the tests that name the file.
-ENDS = ("test_strict_master_model", "test_strict_server_model", "test_hostile_packets")
-ENDS += ("test_settled_changes", "test_whole_sessions")
+ENDS = (
+    "test_strict_master_model",
+    "test_strict_server_model",
+    "test_hostile_packets",
+    "test_settled_changes",
+)
 
 
 def concerned_tests(root: Path, changed: Path) -> list[str]:
