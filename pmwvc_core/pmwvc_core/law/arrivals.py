@@ -49,6 +49,7 @@ class ArrivalsParams(NamedTuple):
     timeout_s: float
     longest: float
     once: bool
+    plays_on: bool  # in a silence: the strict channel
     playout: PlayoutParams
 
 

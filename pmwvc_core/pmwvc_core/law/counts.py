@@ -53,7 +53,7 @@ class Counts(NamedTuple):
     seen: float  # measured last [m]
     still_s: float  # since the last count
     slow_s: float  # since a jump of several counts
-    count: float  # smallest step seen [m]
+    step_m: float  # smallest step seen
     rough: bool  # the velocity is the jump of the counts
 
 
@@ -74,19 +74,19 @@ def resting_counts(x: float) -> Counts:
 
 def may_count(s: Counts) -> bool:
     """Tell whether positions may be those of counts."""
-    return s.count >= LEAST_M
+    return s.step_m >= LEAST_M
 
 
 def rough_count(s: Counts) -> float:
     """Return the count where the velocity is the jump of the counts; else zero [m]."""
-    return s.count if s.rough else 0.0
+    return s.step_m if s.rough else 0.0
 
 
 def counts(s: Counts, x: float, xd: float, h: float) -> tuple[Counts, Step]:
     """Take what was measured after a tick of length h [s]."""
     before, jump = s.x, x - s.seen
     step = abs(jump)
-    count = min(step, s.count) if step > 0.0 else s.count
+    count = min(step, s.step_m) if step > 0.0 else s.step_m
     moves = step > 0.0
     still_s = 0.0 if moves else s.still_s + h
     if count < LEAST_M or count >= UNKNOWN_M:

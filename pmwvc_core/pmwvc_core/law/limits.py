@@ -83,7 +83,7 @@ class Interventions(NamedTuple):
     not finite, and of every stretch of ticks with too large a force or change.
     """
 
-    count: int
+    events: int
     disturbed: bool  # in the tick before
     limited: bool
 
@@ -246,4 +246,4 @@ def _limited(before: Vector, f: Vector, p: LimitsParams) -> tuple[Vector, bool]:
 
 def _counted(s: Interventions, disturbed: bool, limited: bool) -> Interventions:
     begins = (disturbed and not s.disturbed) + (limited and not s.limited)
-    return Interventions(s.count + begins, disturbed, limited)
+    return Interventions(s.events + begins, disturbed, limited)

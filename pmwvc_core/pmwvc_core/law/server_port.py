@@ -51,6 +51,16 @@ from pmwvc_core.law.wave import wave_v
 SLIDE_M_S = 0.1
 
 
+class Sums(NamedTuple):
+    """Energies since the start [J]: of the waves u_s and v_s, and the sum for the packets where it
+    is kept here; below zero: that of their waves.
+    """
+
+    u_j: float
+    v_j: float
+    account_j: float
+
+
 class UserPort(NamedTuple):
     """One user's end: avatar, brake, and what the last step did."""
 
@@ -59,15 +69,15 @@ class UserPort(NamedTuple):
     offset: Vector  # [m] avatar minus device, without force
     x_s: Vector  # [m]
     v_s: Vector  # [sqrt(W)]
-    energy_u_s: float  # [J] since the start
-    energy_v_s: float
+    sums: Sums
+    extra: Vector  # signals that a controller declares
 
 
 class Environment(NamedTuple):
     """All users around one object."""
 
     ports: tuple[UserPort, ...]
-    body: Body
+    body: Any  # a Body, or a black box
     dissipated_j: float  # heat of contacts and ground, springs let go
 
 
@@ -79,8 +89,7 @@ class EnvironmentParams(NamedTuple):
     brakes: bool
 
 
-# (s, waves, waiting, p) -> s: one step with a wave per user [sqrt(W)], and whether none of its
-# waves come
+# (p, s, came) -> s: one step with what each user brings, :class:`.server_step.Came`
 environment_step = Family("environment_step")
 
 
@@ -94,7 +103,7 @@ def joined(s: UserPort, position: Vector, body: Body) -> tuple[UserPort, float]:
     x_s = plus(body.x, offset_of(contact))
     avatar = Avatar(True, a.impedance, nothing, nothing, nothing, contact, nothing)
     offset = minus(x_s, position)
-    return UserPort(avatar, s.brake, offset, x_s, nothing, s.energy_u_s, s.energy_v_s), dropped_j
+    return UserPort(avatar, s.brake, offset, x_s, nothing, s.sums, s.extra), dropped_j
 
 
 def left(s: UserPort) -> tuple[UserPort, float]:
@@ -105,8 +114,15 @@ def left(s: UserPort) -> tuple[UserPort, float]:
     contact, dropped_j = detached(a.contact)
     avatar = Avatar(False, a.impedance, nothing, nothing, nothing, contact, nothing)
     brake = released_brake(s.brake)
-    port = UserPort(avatar, brake, s.offset, s.x_s, nothing, s.energy_u_s, s.energy_v_s)
+    port = UserPort(avatar, brake, s.offset, s.x_s, nothing, s.sums, s.extra)
     return port, dropped_j
+
+
+def passed_through(s: UserPort, energy_j: float) -> UserPort:
+    """Count energy that came and goes back beside the waves [J]."""
+    e = s.sums
+    sums = Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j)
+    return UserPort(s.avatar, s.brake, s.offset, s.x_s, s.v_s, sums, s.extra)
 
 
 def changed_port(
@@ -116,7 +132,7 @@ def changed_port(
     a = s.avatar
     contact, lost_j = changed_contact(a.contact, stiffness, damping)
     avatar = Avatar(a.present, impedance, a.u, a.xd, a.f, contact, a.kept)
-    port = UserPort(avatar, s.brake, s.offset, s.x_s, s.v_s, s.energy_u_s, s.energy_v_s)
+    port = UserPort(avatar, s.brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
     return port, lost_j
 
 
@@ -129,14 +145,12 @@ def potential_j(s: Environment) -> float:
     return total
 
 
-@environment_step.member(Environment)
-def _step(
-    s: Environment, waves: tuple[Vector, ...], waiting: tuple[bool, ...], p: EnvironmentParams
-) -> Environment:
+@environment_step.member(EnvironmentParams)
+def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
     half_s = 0.5 * p.body.period_s
-    taken, ratios = columns(each(_take, (s.ports, waves, waiting), p))
+    taken, ratios = columns(each(_take, (s.ports, came), p))
     avatars, body, lost_j = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
-    ports, dropped = columns(each(_give, (taken, avatars, waves, ratios), body, half_s))
+    ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, half_s))
     for i in range(len(dropped)):
         lost_j += dropped[i]
     return Environment(ports, body, s.dissipated_j + lost_j)
@@ -146,28 +160,28 @@ def _avatar(s: UserPort) -> Avatar:
     return s.avatar
 
 
-def _take(s: UserPort, wave: Vector, waits: bool, p: EnvironmentParams) -> tuple[UserPort, float]:
+def _take(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, float]:
     """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
     a, brake, ratio = s.avatar, s.brake, 1.0
     if not a.present:
         return s, ratio
-    impedance, u = a.impedance, wave
+    impedance, u = a.impedance, came.wave
     if p.brakes:
-        brake, ratio = brake_ratio(brake, impedance, wave, a.f, waits, p.body.period_s)
+        brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
         if ratio > 1.0:
-            impedance, u = braked(impedance, wave, ratio)
+            impedance, u = braked(impedance, u, ratio)
     avatar = Avatar(a.present, impedance, u, a.xd, a.f, a.contact, a.kept)
-    port = UserPort(avatar, brake, s.offset, s.x_s, s.v_s, s.energy_u_s, s.energy_v_s)
+    port = UserPort(avatar, brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
     return port, ratio
 
 
 def _give(
-    s: UserPort, a: Avatar, wave: Vector, ratio: float, body: Body, half_s: float
+    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, half_s: float
 ) -> tuple[UserPort, float]:
     """Give the wave that the step returned to the user, through the brake."""
     if not a.present:
         return s, 0.0
-    offset, contact, dropped_j, brake = s.offset, a.contact, 0.0, s.brake
+    offset, contact, dropped_j, brake, wave = s.offset, a.contact, 0.0, s.brake, came.wave
     impedance, v_s = a.impedance, wave_v(a.impedance, a.u, a.f)
     if ratio > 1.0:
         brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, half_s)
@@ -177,7 +191,6 @@ def _give(
         contact, dropped_j = slid(contact, moved)
         offset = plus(offset, moved)
     avatar = Avatar(a.present, impedance, wave, a.xd, a.f, contact, a.kept)
-    came_j, went_j = half_s * squared(wave), half_s * squared(v_s)
-    x_s = plus(body.x, offset_of(contact))
-    port = UserPort(avatar, brake, offset, x_s, v_s, s.energy_u_s + came_j, s.energy_v_s + went_j)
-    return port, dropped_j
+    e, x_s = s.sums, plus(body.x, offset_of(contact))
+    sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
+    return UserPort(avatar, brake, offset, x_s, v_s, sums, s.extra), dropped_j

@@ -12,20 +12,9 @@ A caller whose answers come within the same instant starts the frame itself, bef
 one that changes parameters sends, changes, and begins the frame (``send``, ``begin``).
 """
 
-import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.arrivals import (
-    arrivals_pass_by,
-    arrivals_silence_s,
-    arrivals_silent,
-    arrivals_timeout_s,
-    arrivals_wait,
-    arrivals_wave,
-    arrive,
-    is_short,
-    waits,
-)
+from pmwvc_core.law.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
 from pmwvc_core.law.frames import FrameParams, Frames, begin_frame, take_answer
 from pmwvc_core.law.limits import (
     Limits,
@@ -35,7 +24,6 @@ from pmwvc_core.law.limits import (
     held_j,
     limits,
     limits_restart,
-    ready,
 )
 from pmwvc_core.law.master import (
     port_answer,
@@ -43,12 +31,12 @@ from pmwvc_core.law.master import (
     port_measure,
     port_packet,
     port_send,
-    port_signals,
     port_tick,
 )
 from pmwvc_core.law.packet import Packet
 from pmwvc_core.law.packing import About, Packing, PackingParams, pack
 from pmwvc_core.law.sensing import STALE_NS, Sample, Sensing, age_ns, sensed
+from pmwvc_core.law.silence import is_silent, is_unreceived, silence_s
 from pmwvc_core.law.vectors import Vector
 
 
@@ -60,12 +48,12 @@ class User(NamedTuple):
     packing: Packing
     arrivals: Any
     newest: Packet
-    servers: int  # that were ever heard: a server that starts again is another one
+    servers: int  # that were ever heard: one that starts again is another one
     port: Any
     limits: Limits
     sensing: Sensing
     due: int  # tick after the last one that ran
-    coupled: bool  # an answer came, and the force had been let through in full
+    coupled: bool  # an answer came when the force had been let through in full
 
 
 class UserParams(NamedTuple):
@@ -79,13 +67,10 @@ class UserParams(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """What a tick did: force for the device, force wanted [N], waves [sqrt(W)]."""
+    """Motion as the loop had it, force wanted and force for the device [N]."""
 
-    f: Vector
     f_m: Vector
-    u_m: Vector
-    u_m_lp: Vector
-    v_m: Vector
+    f: Vector
 
 
 def send(s: User, now_ns: int, sample: Sample, p: UserParams) -> tuple[User, Packet, bool]:
@@ -95,7 +80,8 @@ def send(s: User, now_ns: int, sample: Sample, p: UserParams) -> tuple[User, Pac
         port = port_measure(port, sample.x, sample.xd, p.port)
     held = held_j(s.limits, p.limits)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held, p.port)
-    about = About(now_ns, is_short(arrivals), waits(arrivals), False, False, s.limits.events)
+    limited = s.limits.interventions.events
+    about = About(now_ns, lacks(arrivals), waits(arrivals), False, False, limited)
     packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
     s = User(s.frames, s.frame_s, packing, arrivals, s.newest, s.servers, port, s.limits,
              s.sensing, s.due, s.coupled)  # fmt: skip
@@ -110,39 +96,37 @@ def begin(s: User, tick: int, p: UserParams) -> User:
 
 
 def user_tick(
-    s: User, tick: int, now_ns: int, sample: Sample, packets: Any, p: UserParams
-) -> tuple[User, Tick, Packet, bool]:
-    """Run one tick; return what it did, and the packet of a frame that started, if one did."""
-    packet, sends = s.newest, False
-    if tick >= s.frames.next_frame:
-        s, packet, sends = send(s, now_ns, sample, p)
-        s = begin(s, tick, p)
+    s: User, tick: int, now_ns: int, sample: Sample, packets: list[Packet], p: UserParams
+) -> tuple[User, Tick]:
+    """Run one tick of a frame that has begun."""
     frames, arrivals, newest, servers = s.frames, s.arrivals, s.newest, s.servers
     port, limit, coupled = s.port, s.limits, s.coupled
-    for came in packets:
-        arrivals, newest = arrive(arrivals, came, now_ns, p.arrivals), came
-        if came.fresh:
+    for packet in packets:
+        arrivals, newest = arrive(arrivals, packet, now_ns, p.arrivals), packet
+        if packet.fresh:
+            limit = limits_restart(limit) if servers > 0 else limit
             servers += 1
-            limit = limits_restart(limit) if servers > 1 else limit
     frames, answers = take_answer(frames, tick, p.frames)
     if answers:
-        silent = arrivals_silent(arrivals, now_ns)
-        arrivals, wave = arrivals_wave(arrivals, s.frame_s, p.arrivals)
-        if servers:
+        silent = is_silent(arrivals.silence, now_ns)
+        if servers > 0:
             port = port_packet(port, arrivals, newest, p.port)
-            limit = expect(limit, arrivals_timeout_s(arrivals), p.limits)
+            limit = expect(limit, arrivals.silence.limit_ns * 1e-9, p.limits)
+        arrivals, wave = answer_of(arrivals, s.frame_s, p.arrivals)
         port = port_answer(port, wave, silent, s.frame_s, p.port)
-        coupled = coupled or ready(limit)
+        coupled = coupled or limit.fading.ready
     if tick > s.due:
-        arrivals = arrivals_pass_by(arrivals, (tick - s.due) * p.frames.tick_s, p.arrivals)
+        arrivals = missed(arrivals, (tick - s.due) * p.frames.tick_s)
     sensing, x, xd, known = sensed(s.sensing, sample, now_ns)
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
-    silence_s = arrivals_silence_s(arrivals, now_ns) if servers else math.inf
-    interrupted, unreceived = arrivals_wait(arrivals, now_ns)
-    asked = LimitsInput(f_m, x, xd, silence_s, servers > 0, known, interrupted, unreceived)
+    silent_s, unreceived = silence_s(arrivals.silence, now_ns), False
+    brakes = False
+    if servers > 0:
+        unreceived = is_unreceived(arrivals.silence, now_ns)
+        brakes = interrupted(arrivals, now_ns)
+    asked = LimitsInput(f_m, x, xd, silent_s, servers > 0, known, brakes, unreceived)
     limit, f = limits(limit, asked, p.limits)
     port = port_applied(port, f, p.port)
-    u_m, u_m_lp, v_m = port_signals(port)
     s = User(frames, s.frame_s, s.packing, arrivals, newest, servers, port, limit, sensing,
              tick + 1, coupled)  # fmt: skip
-    return s, Tick(f, f_m, u_m, u_m_lp, v_m), packet, sends
+    return s, Tick(f_m, f)

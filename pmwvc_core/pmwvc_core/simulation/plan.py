@@ -18,11 +18,12 @@ import numpy as np
 
 from pmwvc_core.frame.schedule import AT_ONCE, next_on_grid
 from pmwvc_core.network.effects import is_random
+from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.links import SimulatedLink, stream_of
+from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
@@ -50,7 +51,7 @@ class Planned(NamedTuple):
     """The packets that one receiver accepts, in order: columns ``(packets,)``."""
 
     look: Integers  # tick at which it looks
-    index: Integers  # of the packet among those sent, from 0
+    which: Integers  # of the packet among those sent, from 0
     fresh: Integers  # 1: a beginning
     lost: Integers  # numbers between it and the one before
 

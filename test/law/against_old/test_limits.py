@@ -96,7 +96,7 @@ def test_every_tick_of_both_is_the_same(brakes, axes, seed):
         assert s.cause == int(np.ravel(old._cause())[0]), tick
         causes.add(s.cause)
         assert s.fading.ready == bool(np.all(old.ready))
-        assert s.interventions.count == int(np.ravel(old.events)[0])
+        assert s.interventions.events == int(np.ravel(old.events)[0])
         if brakes:
             same(held_j(s, p), brake.stored_j)
     print(sorted(causes))

@@ -17,6 +17,7 @@ from pmwvc_core.law.sampled import OneFrameLate, OneStepDelay, Unwrapped, weight
 from pmwvc_core.law.server_port import (
     Environment,
     EnvironmentParams,
+    Sums,
     UserPort,
     changed_port,
     environment_step,
@@ -24,6 +25,7 @@ from pmwvc_core.law.server_port import (
     left,
     potential_j,
 )
+from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.wave import impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.factory import make_ports
@@ -58,7 +60,9 @@ def port(contact, b, side, size, axes):
         for k in range(axes)
     )
     avatar = Avatar(False, impedance(b), zero, zero, zero, Contact(law, grips, springs), zero)
-    return UserPort(avatar, AvatarBrake(resting_brake(zero), 0.0), zero, zero, zero, 0.0, 0.0)
+    return UserPort(
+        avatar, AvatarBrake(resting_brake(zero), 0.0), zero, zero, zero, Sums(0.0, 0.0, -1.0), ()
+    )
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
@@ -146,7 +150,8 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
         for i in range(2):
             old.interrupt(i, waits[i])
         back = old.step([value(u) for u in waves])
-        s = environment_step(s, waves, tuple(waits), p)
+        came = tuple(Came(u, zero, w) for u, w in zip(waves, waits, strict=True))
+        s = environment_step(p, s, came)
         for i in range(2):
             one, before = s.ports[i], old.ports[i]
             if not one.avatar.present:
@@ -170,6 +175,6 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
         same(kinetic_j(s.body, p.body), old.kinetic)
         same(potential_j(s), old.potential)
     for one, before in zip(s.ports, old.ports, strict=True):
-        same(one.energy_u_s, before.energy_u_s)
-        same(one.energy_v_s, before.energy_v_s)
+        same(one.sums.u_j, before.energy_u_s)
+        same(one.sums.v_j, before.energy_v_s)
     print(seen)

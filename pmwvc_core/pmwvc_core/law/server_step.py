@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The whole step of the server, in order.
+
+::
+
+    what has come     packets of every user: a first one, or one of a new life, joins the user; a
+                      last one, or a long silence, takes the user out
+    the environment   one wave of each user in, avatars and object one step on, waves out
+    the answers       to those who are present
+    the target        where the object is to be brought, once all have been together
+
+A user who is silent is rendered a matched damper (braked on the strict channel, also while it does
+not hear the server).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.arrivals import (
+    anew,
+    arrive,
+    interrupted,
+    lacks,
+    missed,
+    sparing,
+    waits,
+    wave_of,
+)
+from pmwvc_core.law.body import Body
+from pmwvc_core.law.packet import Packet, Sent
+from pmwvc_core.law.packing import About, Packing, PackingParams, pack, pay
+from pmwvc_core.law.server_port import (
+    Environment,
+    UserPort,
+    environment_step,
+    joined,
+    left,
+    passed_through,
+)
+from pmwvc_core.law.silence import is_silent, is_unreceived, silence_s
+from pmwvc_core.law.vectors import Vector, columns, each, minus, zero
+
+ABSENT, JOINING, COUPLED, DAMPING = 0, 1, 2, 3
+
+
+class Guest(NamedTuple):
+    """A user as the server has it."""
+
+    presence: int
+    anew: bool  # flips whenever the avatar is placed anew
+    arrivals: Any
+    packing: Packing
+
+
+class GuestParams(NamedTuple):
+    """Parameters of what comes from a user and goes to it."""
+
+    arrivals: Any
+    packing: PackingParams
+
+
+class Server(NamedTuple):
+    """All users, the environment between them, and the time of the task [s]: infinite until all
+    have been together, then from minus a soft start on.
+    """
+
+    guests: tuple[Guest, ...]
+    environment: Environment
+    task_s: float
+
+
+class ServerStepParams(NamedTuple):
+    """Parameters of the parts; when a silent user leaves, and the soft start of the task [s]."""
+
+    guests: tuple[GuestParams, ...]
+    environment: Any
+    period_s: float
+    release_s: float
+    soft_start_s: float
+
+
+class Answer(NamedTuple):
+    """What goes back to a user, if it is sent."""
+
+    packet: Packet
+    sends: bool
+
+
+class Came(NamedTuple):
+    """What a user brings to a step."""
+
+    wave: Vector  # [sqrt(W)]
+    position: Vector  # [m] of its device
+    brakes: bool  # none of its waves come
+
+
+def server_step(
+    s: Server,
+    now_ns: int,
+    packets: tuple[list[Packet], ...],
+    missed_s: float,
+    p: ServerStepParams,
+) -> tuple[Server, tuple[Answer, ...]]:
+    """Take in what has come since the last step, advance the environment by its period, answer."""
+    before = s.environment
+    guests, ports, came, lost = columns(
+        each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
+    )
+    dissipated_j = before.dissipated_j
+    for i in range(len(lost)):
+        dissipated_j += lost[i]
+    after = environment_step(p.environment, Environment(ports, before.body, dissipated_j), came)
+    guests, ports, answers = columns(
+        each(_gone, (guests, after.ports, p.guests), now_ns, p.period_s)
+    )
+    together = True
+    for i in range(len(guests)):
+        together = together and guests[i].presence == COUPLED
+    task_s = s.task_s
+    if task_s < math.inf:
+        task_s += p.period_s
+    elif together:
+        task_s = -p.soft_start_s
+    return Server(guests, Environment(ports, after.body, after.dissipated_j), task_s), answers
+
+
+def _come(
+    s: Guest, port: UserPort, packets: list[Packet], q: GuestParams, now_ns: int, missed_s: float,
+    body: Body, p: ServerStepParams,
+) -> tuple[Guest, UserPort, Came, float]:  # fmt: skip
+    """Take a user's packets in; return what it brings to the step, and the energy dropped [J]."""
+    presence, flips, arrivals, lost_j = s.presence, s.anew, s.arrivals, 0.0
+    there = presence != ABSENT
+    for packet in packets:
+        arrivals = arrive(arrivals, packet, now_ns, q.arrivals)
+        if packet.leaves:
+            port, dropped_j = left(port)
+            presence, lost_j = ABSENT, lost_j + dropped_j
+        elif packet.fresh or presence == ABSENT:
+            port, dropped_j = joined(port, packet.position, body)
+            arrivals, flips = anew(arrivals), not flips
+            presence, lost_j = JOINING, lost_j + dropped_j
+    if missed_s > 0.0 and there:
+        arrivals = missed(arrivals, missed_s)
+    arrivals, wave = wave_of(arrivals, p.period_s, q.arrivals)
+    silent, brakes = is_silent(arrivals.silence, now_ns), False
+    if silent and not q.arrivals.plays_on:
+        wave = zero(wave)
+    if presence != ABSENT:
+        if silence_s(arrivals.silence, now_ns) > p.release_s:
+            port, dropped_j = left(port)
+            presence, lost_j = ABSENT, lost_j + dropped_j
+        else:
+            unreceived = is_unreceived(arrivals.silence, now_ns)
+            presence, brakes = COUPLED, interrupted(arrivals, now_ns)
+            if silent or unreceived:
+                presence = DAMPING
+    came = Came(wave, arrivals.position, brakes)
+    return Guest(presence, flips, arrivals, s.packing), port, came, lost_j
+
+
+def _gone(
+    s: Guest, port: UserPort, q: GuestParams, now_ns: int, period_s: float
+) -> tuple[Guest, UserPort, Answer]:
+    """Answer a user; energy that it lacks and its wave does not need here goes back to it."""
+    arrivals, packing = s.arrivals, s.packing
+    if s.presence == ABSENT:
+        return s, port, Answer(_nothing(s, port), False)
+    arrivals, passed_j = sparing(arrivals, period_s, q.arrivals)
+    if passed_j > 0.0:
+        packing, port = pay(packing, passed_j), passed_through(port, passed_j)
+    sent = Sent(port.v_s, minus(port.x_s, port.offset), port.sums.account_j, port.extra)
+    about = About(now_ns, lacks(arrivals), waits(arrivals), s.anew, False, 0)
+    packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
+    return Guest(s.presence, s.anew, arrivals, packing), port, Answer(packet, sends)
+
+
+def _nothing(s: Guest, port: UserPort) -> Packet:
+    """Return a packet that is not sent."""
+    rest = zero(port.x_s)
+    return Packet(
+        0, 0, 0.0, rest, rest, 0.0, rest, False, False, False, False, port.extra, False, 0
+    )
