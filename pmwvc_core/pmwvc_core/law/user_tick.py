@@ -111,7 +111,7 @@ def user_tick(
         silent = is_silent(arrivals.silence, now_ns)
         if servers > 0:
             port = port_packet(port, arrivals, newest, p.port)
-            limit = expect(limit, arrivals.silence.limit_ns * 1e-9, p.limits)
+            limit = expect(limit, arrivals.silence.limit_ns / 1e9, p.limits)
         arrivals, wave = answer_of(arrivals, s.frame_s, p.arrivals)
         port = port_answer(port, wave, silent, s.frame_s, p.port)
         coupled = coupled or limit.fading.ready

@@ -1,0 +1,263 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The laws of both ends made from parameters: what they start from, and what they go by."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing
+from pmwvc_core.frame.receivers import REPAID_M_S
+from pmwvc_core.law.anti_aliasing import filter_params, resting_filter
+from pmwvc_core.law.arrivals import ArrivalsParams, resting_plain, resting_strict
+from pmwvc_core.law.avatar import Avatar
+from pmwvc_core.law.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
+from pmwvc_core.law.avatar_brake import AvatarBrake
+from pmwvc_core.law.body import Body, BodyLaw, body_law, wall_law
+from pmwvc_core.law.brake_force import resting_brake
+from pmwvc_core.law.contacts import Contact, ContactLaw, Spring
+from pmwvc_core.law.counts import resting_counts
+from pmwvc_core.law.frames import FrameParams, Frames
+from pmwvc_core.law.hand_brake import RETURN_S as DEVICE_LETS_GO_S
+from pmwvc_core.law.hand_brake import brake_stiffness
+from pmwvc_core.law.hold import Hold
+from pmwvc_core.law.implicit import Implicit
+from pmwvc_core.law.limits import LARGEST, REACH, limits_params, resting_limits
+from pmwvc_core.law.packet import Packet
+from pmwvc_core.law.packing import packing_params, resting_packing
+from pmwvc_core.law.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
+from pmwvc_core.law.playout import PlayoutParams
+from pmwvc_core.law.port_filters import NoFilter
+from pmwvc_core.law.position import NoPosition
+from pmwvc_core.law.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.law.sensing import NEVER_NS, Sensing
+from pmwvc_core.law.server_port import Environment, EnvironmentParams, Sums, UserPort
+from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
+from pmwvc_core.law.strict_master import (
+    Node,
+    StrictEnergies,
+    StrictMaster,
+    StrictMasterParams,
+    Under,
+)
+from pmwvc_core.law.user_tick import User, UserParams
+from pmwvc_core.law.vectors import Vector
+from pmwvc_core.law.wave import MatrixImpedance, impedance
+from pmwvc_core.params import ContactParams, MasterParams, ServerParams
+from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.scenario import scenario as scenarios
+from pmwvc_core.wave import impedance as impedances
+from pmwvc_core.wave.limits import largest_wave, wave_of_speed
+
+NEVER = 1 << 62  # ticks
+
+
+def made_impedance(b: Any) -> Any:
+    """Return a wave impedance for the laws."""
+    if not isinstance(b, impedances.MatrixImpedance):
+        return impedance(float(b))
+    twice, over = (2.0 * b).root(), (2.0 / b).root()
+    rows = [matrix.matrix for matrix in (b, b.inverse(), twice, over)]
+    return MatrixImpedance(*map(_rows, rows), tuple(b.values.tolist()), _rows(b.axes))
+
+
+def _rows(matrix: Any) -> tuple[Vector, ...]:
+    return tuple(tuple(row) for row in np.asarray(matrix).tolist())
+
+
+def arrivals_params(
+    controller: str, channel: str, b: Any, *, timeout_s: float, lets_go_s: float, store_j: float
+) -> ArrivalsParams:
+    """Return the rules of a receiver of a port of this impedance [N s/m], whose brake lets go in
+    so much time after an outage [s], and whose playout begins with so much energy [J].
+    """
+    strict, waves = is_strict(controller, channel), has_waves(controller)
+    repaid = float(wave_of_speed(b, REPAID_M_S))
+    return ArrivalsParams(
+        timeout_s,
+        float(largest_wave(b, waves=waves)),
+        is_zeroing(controller, channel),
+        strict,
+        PlayoutParams(repaid, lets_go_s, store_j),
+    )
+
+
+def user_params(
+    user: "scenarios.User",
+    *,
+    controller: str,
+    channel: str,
+    packet_s: float,
+    answer_tick: int,
+    workspace_m: float | None = None,
+) -> UserParams:
+    """Return the parameters of a user's force loop."""
+    master, b = user.master, user.impedance
+    strict = is_strict(controller, channel)
+    arrivals = arrivals_params(
+        controller,
+        channel,
+        b,
+        timeout_s=user.safety.timeout_s,
+        lets_go_s=DEVICE_LETS_GO_S,
+        store_j=master.store_j,
+    )
+    stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
+    reach = LARGEST if workspace_m is None else REACH * workspace_m
+    return UserParams(
+        FrameParams(master.rate_drop, answer_tick, master.tick_s),
+        packing_params(master.deadband),
+        arrivals,
+        _master_params(master, b, arrivals, strict=strict),
+        limits_params(user.safety, master.tick_s, packet_s, reach, stiffness),
+    )
+
+
+def _master_params(
+    master: MasterParams, b: Any, arrivals: ArrivalsParams, *, strict: bool
+) -> StrictMasterParams | PlainMasterParams:
+    none, nowhere = NoFilter(0), NoPosition(0)
+    if strict:
+        return StrictMasterParams(
+            made_impedance(b), master.tick_s, none, nowhere, False, arrivals.playout
+        )
+    chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    ticks = master.rate_drop if master.ramps else 1
+    return PlainMasterParams(
+        made_impedance(b), master.tick_s, master.frame_s, ticks, chosen, none, nowhere
+    )
+
+
+def resting_user(user: "scenarios.User", p: UserParams, axes: int, packet_s: float) -> User:
+    """Return a user's force loop at rest."""
+    nothing, master = (0.0,) * axes, user.master
+    timeout_s = user.safety.timeout_s
+    strict = p.arrivals.plays_on
+    resting = resting_strict if strict else resting_plain
+    return User(
+        Frames(0, 0),
+        master.frame_s,
+        resting_packing(axes),
+        resting(nothing, timeout_s, packet_s),
+        no_packet(axes),
+        0,
+        _resting_master(master, p, axes, strict=strict),
+        resting_limits(nothing, p.limits),
+        Sensing(nothing, NEVER_NS, 0),
+        NEVER,
+        False,
+    )
+
+
+def no_packet(axes: int) -> Packet:
+    """Return what stands for the newest packet before the first."""
+    rest = (0.0,) * axes
+    flags = (False, False, False, False)
+    return Packet(0, 0, 0.0, rest, rest, 0.0, rest, *flags, (), False, 0)
+
+
+def _resting_master(
+    master: MasterParams, p: UserParams, axes: int, *, strict: bool
+) -> StrictMaster | PlainMaster:
+    rest, none, nowhere = (0.0,) * axes, NoFilter(0), NoPosition(0)
+    waves = rest, rest, rest
+    if strict:
+        return StrictMaster(
+            Node(0.0, 0.0, 0.0, 0.0),
+            none,
+            nowhere,
+            waves,
+            rest,
+            rest,
+            (resting_counts(0.0),) * axes,
+            rest,
+            Under(rest, rest, True, False),
+            0.0,
+            (False, False),
+            StrictEnergies(0.0, 0.0, 0.0),
+        )
+    energies = PlainEnergies(0.0, 0.0, 0.0, 0.0, 0.0)
+    hold, filter_ = (
+        Hold(rest, rest, rest, 0),
+        resting_filter(master.filter, axes, p.port.filter),
+    )
+    return PlainMaster(hold, filter_, none, nowhere, waves, rest, rest, rest, energies)
+
+
+def object_law(server: ServerParams) -> BodyLaw:
+    """Return the law of the object between the users."""
+    if server.environment == "wall":
+        return wall_law(server.period_s)
+    return body_law(server.object_mass, server.object_damping, server.period_s)
+
+
+def coupling_of(server: ServerParams) -> Any:
+    """Return what closes the algebraic loop."""
+    if server.coupling == "implicit":
+        return Implicit(0)
+    if server.coupling == "one_frame_late":
+        return OneFrameLate(0)
+    kind = Unwrapped if server.coupling == "unwrapped" else OneStepDelay
+    return kind(*weights(server.integrator, server.period_s))
+
+
+def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
+    """Return the contact of an avatar that has not joined."""
+    face, grips = 0.5 * side * size, contact.grips
+    law = ContactLaw(
+        contact.contact_stiffness, contact.contact_damping, -float(side), face, contact.gap_m
+    )
+    first = Spring(0.0, face, True, False) if grips else Spring(0.0, 0.0, False, False)
+    across = Spring(0.0, 0.0, False, False)
+    return Contact(law, grips, (first,) + (across,) * (axes - 1))
+
+
+def server_params(
+    users: Sequence["scenarios.User"],
+    *,
+    controller: str,
+    channel: str,
+    server: ServerParams,
+    times: ServerTimes,
+) -> ServerStepParams:
+    """Return the parameters of the server's step."""
+    guests = tuple(
+        GuestParams(
+            arrivals_params(
+                controller,
+                channel,
+                user.server_impedance,
+                timeout_s=times.timeout_s,
+                lets_go_s=AVATAR_LETS_GO_S,
+                store_j=server.store_j,
+            ),
+            packing_params(user.contact.deadband),
+        )
+        for user in users
+    )
+    environment = EnvironmentParams(
+        coupling_of(server), object_law(server), is_strict(controller, channel)
+    )
+    return ServerStepParams(
+        guests, environment, server.period_s, times.release_s, times.soft_start_s
+    )
+
+
+def resting_server(
+    users: Sequence["scenarios.User"], p: ServerStepParams, server: ServerParams, axes: int
+) -> Server:
+    """Return the server with no user present."""
+    rest = (0.0,) * axes
+    ports, guests = [], []
+    for user, guest in zip(users, p.guests, strict=True):
+        contact = contact_of(user.contact, side=user.side, size=server.object_size_m, axes=axes)
+        b = made_impedance(user.server_impedance)
+        avatar = Avatar(False, b, rest, rest, rest, contact, rest)
+        brake = AvatarBrake(resting_brake(rest), 0.0)
+        ports.append(UserPort(avatar, brake, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))
+        resting = resting_strict if guest.arrivals.plays_on else resting_plain
+        arrivals = resting(rest, guest.arrivals.timeout_s, user.master.frame_s)
+        guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes)))
+    environment = Environment(tuple(ports), Body(rest, rest), 0.0)
+    return Server(tuple(guests), environment, float("inf"))
