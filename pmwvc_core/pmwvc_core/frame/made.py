@@ -58,8 +58,14 @@ def made_impedance(b: Any) -> Any:
     if not isinstance(b, impedances.MatrixImpedance):
         return impedance(float(b))
     twice, over = (2.0 * b).root(), (2.0 / b).root()
-    rows = [matrix.matrix for matrix in (b, b.inverse(), twice, over)]
-    return MatrixImpedance(*map(_rows, rows), tuple(b.values.tolist()), _rows(b.axes))
+    return MatrixImpedance(
+        _rows(b.matrix),
+        _rows(b.inverse().matrix),
+        _rows(twice.matrix),
+        _rows(over.matrix),
+        tuple(b.values.tolist()),
+        _rows(b.axes),
+    )
 
 
 def _rows(matrix: Any) -> tuple[Vector, ...]:
