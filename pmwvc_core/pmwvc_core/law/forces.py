@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What pushes the device, chosen by the type of its state; here given forces, whatever the device
+does: a constant one (or none), a sine, a chirp, a recorded one.
+
+A given force is an ideal source: nothing limits the energy it can deliver, so it suits experiments
+(App. B Fig. 5 uses 1 N from each side) rather than the picture of a person; for that see ``hand``.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.vectors import Vector, each, scaled, zero
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import OperatorParams
+
+# A hand begins with its first ``hand_force``.
+hand_force = Family("hand_force")  # (s, x, xd, p) -> (s, f_h [N] over the tick that starts now)
+hand_hold = Family("hand_hold")  # (s, x, p) -> (s, f_h [N]) while there is nothing to do yet
+
+
+class ConstantForce(NamedTuple):
+    """The same force along axis 0 all the time."""
+
+    ticks: int
+
+
+class Sine(NamedTuple):
+    """A sine along axis 0, phase zero at the start."""
+
+    ticks: int
+
+
+class Chirp(NamedTuple):
+    """A sine along axis 0 whose frequency rises linearly, sweep after sweep, in one phase:
+    phi(t) = 2 pi [n (f0 + f1) S/2 + f0 t + (f1 - f0) t^2/(2 S)], t since the start of sweep n.
+    """
+
+    ticks: int
+
+
+class RecordedForce(NamedTuple):
+    """A recorded force, one row per tick.
+
+    It does not react: where the replayed device meets another force than the recorded one did,
+    nothing brings it back to where the hand would have held it.
+    """
+
+    ticks: int
+
+
+class ForceParams(NamedTuple):
+    """Force along axis 0, and how it changes."""
+
+    force: Vector  # [N] amplitude
+    tick_s: float
+    first_hz: float
+    last_hz: float
+    sweep_s: float
+
+
+class RecordedParams(NamedTuple):
+    """A recording of forces."""
+
+    rows: Array  # (ticks, axes) [N]
+    axes: tuple[int, ...]  # numbers of the axes: 0, 1 ...
+    repeat: bool  # else there is no force after its end
+    early: bool  # its time passes from the first tick, coupled or not
+
+
+def force_params(params: OperatorParams, tick_s: float, axes: int) -> ForceParams:
+    """Return the parameters of a force in so many axes."""
+    force = (params.force, *(0.0,) * (axes - 1))
+    return ForceParams(force, tick_s, params.frequency_hz, params.frequency_end_hz, params.sweep_s)
+
+
+def recorded_params(recording: Array, axes: int, repeat: bool, early: bool) -> RecordedParams:
+    """Return the parameters of a recorded force, ``(ticks, 1 or axes)`` [N]."""
+    return RecordedParams(rows_of(recording, axes), tuple(range(axes)), repeat, early)
+
+
+def rows_of(recording: Array, axes: int) -> Array:
+    """Return the rows of a recording along all axes; a single column goes to axis 0."""
+    rows = np.zeros((len(recording), axes))
+    rows[:, : recording.shape[1]] = recording
+    return rows
+
+
+def row(rows: Array, number: int, axes: tuple[int, ...]) -> Vector:
+    """Return a row of a table as a vector."""
+    found: Vector = each(_element, (axes,), rows, number)
+    return found
+
+
+def _element(axis: int, rows: Array, number: int) -> float:
+    return float(rows[number, axis])
+
+
+@hand_force.member(ConstantForce)
+def _constant(
+    s: ConstantForce, x: Vector, xd: Vector, p: ForceParams
+) -> tuple[ConstantForce, Vector]:
+    return s, p.force
+
+
+@hand_force.member(Sine)
+def _sine(s: Sine, x: Vector, xd: Vector, p: ForceParams) -> tuple[Sine, Vector]:
+    phase = 2.0 * math.pi * p.first_hz * p.tick_s * s.ticks
+    return Sine(s.ticks + 1), scaled(p.force, math.sin(phase))
+
+
+@hand_force.member(Chirp)
+def _chirp(s: Chirp, x: Vector, xd: Vector, p: ForceParams) -> tuple[Chirp, Vector]:
+    sweep, time_s = divmod(s.ticks * p.tick_s, p.sweep_s)
+    cycles = sweep * (p.first_hz + p.last_hz) * p.sweep_s / 2.0 + time_s * (
+        p.first_hz + (p.last_hz - p.first_hz) * time_s / (2.0 * p.sweep_s)
+    )
+    return Chirp(s.ticks + 1), scaled(p.force, math.sin(2.0 * math.pi * cycles))
+
+
+@hand_force.member(RecordedForce)
+def _recorded(
+    s: RecordedForce, x: Vector, xd: Vector, p: RecordedParams
+) -> tuple[RecordedForce, Vector]:
+    number, after = s.ticks, RecordedForce(s.ticks + 1)
+    if p.repeat:
+        number = number % len(p.rows)
+    return after, row(p.rows, number, p.axes) if number < len(p.rows) else zero(x)
+
+
+@hand_hold.member(RecordedForce)
+def _recorded_before(
+    s: RecordedForce, x: Vector, p: RecordedParams
+) -> tuple[RecordedForce, Vector]:
+    return _recorded(s, x, x, p) if p.early else (s, zero(x))
+
+
+@hand_hold.member(ConstantForce)
+@hand_hold.member(Sine)
+@hand_hold.member(Chirp)
+def nothing_yet(s: Any, x: Vector, p: Any) -> tuple[Any, Vector]:
+    """Return no force; time does not pass."""
+    return s, zero(x)

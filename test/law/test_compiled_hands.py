@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Device, hands and task give the same numbers compiled."""
+
+import numpy as np
+import pytest
+
+from pmwvc_core.compiled import compiled
+from pmwvc_core.law.device import device_step, resting_device, simulated_params
+from pmwvc_core.law.forces import RecordedForce, hand_force, hand_hold, recorded_params
+from pmwvc_core.law.hand import RecordedHand, recorded_motion
+from pmwvc_core.law.motion import damper_heat
+from pmwvc_core.law.remote_hand import remote_params, resting_remote
+from pmwvc_core.law.targets import TableHand, TableParams
+from pmwvc_core.law.task import ShownParams, ShownTarget, shown_target, task_of
+from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_core.plant.hands import Place, make_hand
+
+H = 0.001
+TICKS = 2000
+
+
+def pushed(device, dp, hand, hp, f_m):
+    x, xd, heat_j = device.x, device.xd, 0.0
+    for tick in range(TICKS):
+        if tick < 100:
+            hand, f_h = hand_hold(hand, x, hp)
+        else:
+            hand, f_h = hand_force(hand, x, xd, hp)
+        device, x, xd = device_step(device, f_h, f_m, dp)
+        heat_j += damper_heat(dp.mass, dp.damping, dp.tick_s, xd, f_h)
+    return device, hand, heat_j
+
+
+def shown(s, p):
+    s, at = shown_target(s, False, p)
+    for _ in range(TICKS):
+        s, at = shown_target(s, True, p)
+    return s, at
+
+
+pushed.__module__ = shown.__module__ = "pmwvc_core.law.driver"
+
+
+def leaves(value):
+    if isinstance(value, tuple):
+        return [leaf for each in value for leaf in leaves(each)]
+    return [float(value)]
+
+
+@pytest.mark.parametrize("axes", [1, 3])
+def test_all_hands(axes):
+    task = TaskParams("carry", 0.2, 0.4, 0.9, 0.06, 0.02, 0.3, 0.1)
+    at = Place(-1, 0.02, -0.03, H, axes)
+    plain = simulated_params(DeviceParams(damping=0.4, workspace_m=1.0), H)
+    rough = DeviceParams(friction=0.3, workspace_m=0.05, encoder_step_m=1e-5, velocity="euler")
+    rows = 0.02 * np.cumsum(np.random.default_rng(1).normal(size=(1500, axes)), axis=0)
+    table = TableParams(
+        remote_params(OperatorParams(), H),
+        30 * np.arange(50),
+        rows[::30],
+        tuple(range(axes)),
+        True,
+    )
+    hands = [
+        make_hand(OperatorParams(kind=kind), task, at)
+        for kind in ("constant", "sinusoid", "chirp", "hand", "remote")
+    ]
+    hands += [
+        (RecordedForce(0), recorded_params(rows, axes, True, True)),
+        (RecordedHand(0), recorded_motion(OperatorParams(), rows, at.start, H)),
+        (TableHand(resting_remote(at.start), 0, 0), table),
+    ]
+    ends = set()
+    for dp in (plain, simulated_params(rough, H)):
+        for hand, hp in hands:
+            given = (resting_device(at.start, dp), dp, hand, hp, (0.1,) * axes)
+            wanted = leaves(pushed(*given))
+            assert np.allclose(leaves(compiled(pushed)(*given)), wanted, rtol=1e-12, atol=1e-12)
+            ends.add(wanted[0])
+    assert len(ends) > 10  # no two hands do the same
+
+
+def test_the_shown_target():
+    p = ShownParams(task_of(TaskParams("carry", move_s=0.5), 3), 0.008, 0.5)
+    s, at = compiled(shown)(ShownTarget(False, 0.0), p)
+    assert np.allclose(leaves((s, at)), leaves(shown(ShownTarget(False, 0.0), p)), rtol=1e-12)
+    assert at[0] > 0.0
