@@ -8,15 +8,16 @@ A given force is an ideal source: nothing limits the energy it can deliver, so i
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, each, scaled, zero
-from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams
 
+Array: TypeAlias = NDArray[np.float64]
 # A hand begins with its first ``hand_force``.
 hand_force = Family("hand_force")  # (s, x, xd, p) -> (s, f_h [N] over the tick that starts now)
 hand_hold = Family("hand_hold")  # (s, x, p) -> (s, f_h [N]) while there is nothing to do yet

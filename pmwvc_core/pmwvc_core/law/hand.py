@@ -30,10 +30,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.forces import hand_force, hand_hold, nothing_yet, row, rows_of
+from pmwvc_core.law.forces import Array, hand_force, hand_hold, nothing_yet, row, rows_of
 from pmwvc_core.law.task import Task, closing, offset
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
-from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams
 
 LIGHTEST_DEVICE = 0.05  # [kg]

@@ -46,7 +46,7 @@ TAKE_S = 0.03
 FARTHEST_M = 10.0  # targets beyond are taken to be there
 
 
-class Heard(NamedTuple):
+class NewestTarget(NamedTuple):
     """The newest target."""
 
     wanted: Vector  # [m]
@@ -66,7 +66,7 @@ class RemoteHand(NamedTuple):
     """A hand and who drives it."""
 
     arm: Reach
-    heard: Heard
+    newest: NewestTarget
     holding: bool  # whether somebody holds the handle
     grip: float  # g
     pull: float  # a
@@ -103,26 +103,28 @@ def remote_params(params: OperatorParams, tick_s: float) -> RemoteParams:
 def resting_remote(start: Vector) -> RemoteHand:
     """Return a hand that nobody drives, with its handle there [m]."""
     rest = zero(start)
-    return RemoteHand(Reach(start, rest, start), Heard(rest, False, 0), False, 0.0, 0.0, 0.0)
+    return RemoteHand(
+        Reach(start, rest, start), NewestTarget(rest, False, 0), False, 0.0, 0.0, 0.0
+    )
 
 
 def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
     """Take a target of this tick [m], before the hand moves; one that is not finite lets go."""
     usable = within(target, math.inf)
     holding = s.holding and usable
-    return RemoteHand(s.arm, Heard(target, usable, -1), holding, s.grip, s.pull, s.effort_j)
+    return RemoteHand(s.arm, NewestTarget(target, usable, -1), holding, s.grip, s.pull, s.effort_j)
 
 
 @hand_hold.member(RemoteHand)
 def remote_hold(s: RemoteHand, x: Vector, p: RemoteParams) -> tuple[RemoteHand, Vector]:
     """Return no force while the user is not coupled; targets grow old."""
-    heard = _aged(s.heard, p)
-    return RemoteHand(s.arm, heard, s.holding, s.grip, s.pull, s.effort_j), zero(x)
+    newest = _aged(s.newest, p)
+    return RemoteHand(s.arm, newest, s.holding, s.grip, s.pull, s.effort_j), zero(x)
 
 
-def _aged(s: Heard, p: RemoteParams) -> Heard:
+def _aged(s: NewestTarget, p: RemoteParams) -> NewestTarget:
     age = s.age + 1
-    return Heard(s.wanted, s.usable and age <= p.silent_ticks, age)
+    return NewestTarget(s.wanted, s.usable and age <= p.silent_ticks, age)
 
 
 @hand_force.member(RemoteHand)
@@ -130,25 +132,25 @@ def remote_force(
     s: RemoteHand, x: Vector, xd: Vector, p: RemoteParams
 ) -> tuple[RemoteHand, Vector]:
     """Move the arm; return the force on the handle [N]."""
-    heard = _aged(s.heard, p)
-    s = _changed_grip(s, heard, x, xd, p)
+    newest = _aged(s.newest, p)
+    s = _changed_grip(s, newest, x, xd, p)
     arm = s.arm
     if s.grip == 0.0 and s.pull == 0.0:
         arm = Reach(x, zero(x), x)
-        s = RemoteHand(arm, heard, s.holding, s.grip, s.pull, s.effort_j)
+        s = RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j)
         return s, scaled(xd, -p.brake)
     pull = scaled(grip_force(minus(arm.y, x), minus(arm.yd, xd), p.grip), s.grip)
     arm, work_j = _moved_arm(s, pull, p)
     f_h = minus(pull, scaled(xd, (1.0 - s.grip) * p.brake))
-    return RemoteHand(arm, heard, s.holding, s.grip, s.pull, s.effort_j + work_j), f_h
+    return RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j + work_j), f_h
 
 
 def _changed_grip(
-    s: RemoteHand, heard: Heard, x: Vector, xd: Vector, p: RemoteParams
+    s: RemoteHand, newest: NewestTarget, x: Vector, xd: Vector, p: RemoteParams
 ) -> RemoteHand:
     """Close or open the hand by a tick's part."""
-    holding, grip, pull, arm = s.holding and heard.usable, s.grip, s.pull, s.arm
-    if heard.usable and grip == 0.0 and pull == 0.0:
+    holding, grip, pull, arm = s.holding and newest.usable, s.grip, s.pull, s.arm
+    if newest.usable and grip == 0.0 and pull == 0.0:
         holding, pull = True, 1.0
     if holding:
         grip = min(1.0, grip + p.rise)
@@ -160,7 +162,7 @@ def _changed_grip(
     if grip != s.grip:
         power = p.grip.rate * squared(minus(arm.yd, xd)) - p.brake * squared(xd)
         effort_j += 0.25 * p.tick_s * (s.grip - grip) * power
-    return RemoteHand(arm, heard, holding, grip, pull, effort_j)
+    return RemoteHand(arm, newest, holding, grip, pull, effort_j)
 
 
 def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> tuple[Reach, float]:
@@ -169,7 +171,7 @@ def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> tuple[Reach, flo
     """
     arm, target = s.arm, s.arm.target
     if s.holding:
-        wanted = each(_near, (s.heard.wanted,))
+        wanted = each(_near, (s.newest.wanted,))
         ahead = plus(target, shortened(minus(wanted, target), p.step_m))
         target = plus(arm.y, shortened(minus(ahead, arm.y), p.reach_m))
     stiffness = s.pull * p.stiffness

@@ -9,7 +9,10 @@ face of the object, and ``squeeze / stiffness`` inside it once the hands have cl
 
 from typing import NamedTuple
 
-from pmwvc_core.law.forces import hand_force, hand_hold, nothing_yet, row
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.law.forces import Array, hand_force, hand_hold, nothing_yet, row
 from pmwvc_core.law.remote_hand import (
     RemoteHand,
     RemoteParams,
@@ -19,7 +22,6 @@ from pmwvc_core.law.remote_hand import (
 )
 from pmwvc_core.law.task import Task, closing, offset
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
-from pmwvc_core.numeric import Array, Integers
 
 POINTER_S = 0.016
 
@@ -39,7 +41,7 @@ class TableParams(NamedTuple):
     """
 
     hand: RemoteParams
-    ticks: Integers  # at which the rows come
+    ticks: NDArray[np.int64]  # at which the rows come
     rows: Array  # (rows, axes) [m]
     axes: tuple[int, ...]  # numbers of the axes: 0, 1 ...
     early: bool
