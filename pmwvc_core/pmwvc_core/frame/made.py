@@ -10,7 +10,7 @@ import numpy as np
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing
 from pmwvc_core.frame.receivers import REPAID_M_S
 from pmwvc_core.law.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.arrivals import ArrivalsParams, resting_plain, resting_strict
+from pmwvc_core.law.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.avatar import Avatar
 from pmwvc_core.law.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
 from pmwvc_core.law.avatar_brake import AvatarBrake
@@ -140,12 +140,11 @@ def resting_user(user: "scenarios.User", p: UserParams, axes: int, packet_s: flo
     nothing, master = (0.0,) * axes, user.master
     timeout_s = user.safety.timeout_s
     strict = p.arrivals.plays_on
-    resting = resting_strict if strict else resting_plain
     return User(
         Frames(0, 0),
         master.frame_s,
         resting_packing(axes),
-        resting(nothing, timeout_s, packet_s),
+        start_of(strict, timeout_s, packet_s),
         no_packet(axes),
         0,
         _resting_master(master, p, axes, strict=strict),
@@ -262,8 +261,8 @@ def resting_server(
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         brake = AvatarBrake(resting_brake(rest), 0.0)
         ports.append(UserPort(avatar, brake, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))
-        resting = resting_strict if guest.arrivals.plays_on else resting_plain
-        arrivals = resting(rest, guest.arrivals.timeout_s, user.master.frame_s)
+        rules = guest.arrivals
+        arrivals = start_of(rules.plays_on, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes)))
     environment = Environment(tuple(ports), Body(rest, rest), 0.0)
     return Server(tuple(guests), environment, float("inf"))

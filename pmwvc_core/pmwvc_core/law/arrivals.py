@@ -72,6 +72,20 @@ class StrictArrivals(NamedTuple):
     wanted: bool  # the other end lacks energy
 
 
+class PlainStart(NamedTuple):
+    """Plain arrivals before the first packet."""
+
+    silence: Silence
+
+
+class StrictStart(NamedTuple):
+    """Strict arrivals before the first packet, which come every so often [s]."""
+
+    silence: Silence
+    period_s: float
+
+
+arrivals_of = Family("arrivals_of")  # (start, nothing) -> s: nothing is the vector of zeros
 arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
 wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
 answer_of = Family("answer_of")  # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
@@ -83,16 +97,22 @@ lacks = Family("lacks")  # (s) -> energy is short
 interrupted = Family("interrupted")  # (s, now_ns) -> this end brakes
 
 
-def resting_plain(nothing: Vector, timeout_s: float, period_s: float) -> PlainArrivals:
-    """Return plain arrivals before the first packet, which come every so often [s]."""
-    return PlainArrivals(resting_silence(timeout_s, period_s), nothing, nothing, False)
+@arrivals_of.member(PlainStart)
+def _plain(start: PlainStart, nothing: Vector) -> PlainArrivals:
+    return PlainArrivals(start.silence, nothing, nothing, False)
 
 
-def resting_strict(nothing: Vector, timeout_s: float, period_s: float) -> StrictArrivals:
-    """Return strict arrivals before the first packet, which come every so often [s]."""
+@arrivals_of.member(StrictStart)
+def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
     playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
-    silence, counting = resting_silence(timeout_s, period_s), resting_counting(nothing, period_s)
-    return StrictArrivals(silence, playout, counting, nothing, False)
+    counting = resting_counting(nothing, start.period_s)
+    return StrictArrivals(start.silence, playout, counting, nothing, False)
+
+
+def start_of(strict: bool, timeout_s: float, period_s: float) -> PlainStart | StrictStart:
+    """Return arrivals before the first packet."""
+    silence = resting_silence(timeout_s, period_s)
+    return StrictStart(silence, period_s) if strict else PlainStart(silence)
 
 
 @arrive.member(PlainArrivals)

@@ -28,6 +28,7 @@ from pmwvc_core.law.hold import Hold, hold, load
 from pmwvc_core.law.master import (
     port_answer,
     port_applied,
+    port_energies,
     port_measure,
     port_packet,
     port_send,
@@ -166,3 +167,9 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
 @port_signals.member(PlainMaster)
 def _signals(s: PlainMaster) -> tuple[Vector, Vector, Vector]:
     return s.waves
+
+
+@port_energies.member(PlainMaster)
+def _energies(s: PlainMaster, arrivals: Any) -> Vector:
+    e = s.energies
+    return e.u_m, e.u_tx, e.v_rx, e.v_m

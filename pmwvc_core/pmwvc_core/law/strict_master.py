@@ -42,6 +42,7 @@ from pmwvc_core.law.counts import Counts, counts, may_count, resting_counts, rou
 from pmwvc_core.law.master import (
     port_answer,
     port_applied,
+    port_energies,
     port_measure,
     port_packet,
     port_send,
@@ -52,6 +53,7 @@ from pmwvc_core.law.packet import Packet, Sent
 from pmwvc_core.law.playout import (
     Playout,
     PlayoutParams,
+    free_j,
     is_short,
     play,
     release,
@@ -299,3 +301,12 @@ def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
 @port_signals.member(StrictMaster)
 def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
     return s.waves
+
+
+@port_energies.member(StrictMaster)
+def _energies(s: StrictMaster, a: StrictArrivals) -> Vector:
+    e, m = s.energies, a.playout.moved
+    return (
+        e.u_m, e.u_tx, m.received_j, e.v_m, s.node.node_j, m.given_j, m.released_j,
+        free_j(a.playout), m.discarded_j,
+    )  # fmt: skip

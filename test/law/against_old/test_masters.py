@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pmwvc_core.law.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.arrivals import StrictArrivals, resting_strict
+from pmwvc_core.law.arrivals import StrictArrivals, arrivals_of, start_of
 from pmwvc_core.law.counts import resting_counts
 from pmwvc_core.law.hold import Hold
 from pmwvc_core.law.master import (
@@ -92,7 +92,7 @@ def test_every_tick_of_both_is_the_same(strict, axes, seed):
         old = WaveMaster(params)
     s, p = masters(strict, axes, params, play)
     zero = (0.0,) * axes
-    a = resting_strict(zero, 0.05, 0.008)
+    a = arrivals_of(start_of(True, 0.05, 0.008), zero)
     step = luck.choice([0.0, 2e-5])
     x, xd, f = [0.0] * axes, [0.0] * axes, zero
     seen = set()
