@@ -7,6 +7,7 @@ it: each gets a copy of its globals in which laws are their compiled forms. Fami
 by the type of the first argument, and what builds tuples has one line per element.
 """
 
+import dis
 import inspect
 import types
 from collections.abc import Callable
@@ -42,7 +43,7 @@ def compiled(law: Callable[..., Any]) -> Any:
 
 def _copy(law: Any) -> Any:
     """Return a law whose globals are compiled."""
-    names = set(law.__code__.co_names)
+    names = {each.argval for each in dis.get_instructions(law) if each.opname == "LOAD_GLOBAL"}
     used = {name: law.__globals__[name] for name in names & set(law.__globals__)}
     globals_ = {**law.__globals__, **{name: _compiled(each) for name, each in used.items()}}
     copy = types.FunctionType(law.__code__, globals_, law.__name__, law.__defaults__)

@@ -2,22 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sessions in bulk: compiled by Numba, one after the other, each from the laws of its scenario."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_core.compiled import compiled
 from pmwvc_core.frame.made import resting_server, resting_user, server_params, user_params
 from pmwvc_core.law.device import resting_device, simulated_params
-from pmwvc_core.law.user_tick import UserParams
-from pmwvc_core.numeric import Array
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.hands import Place, make_hand
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk_loop import Clock, End, EndParams, Line, Steps, Wire, session
-from pmwvc_core.simulation.plan import Plan, Planned, network_of, plan_of
+from pmwvc_core.simulation.bulk_loop import OF_PACKET, Book, Clock, End, EndParams, session
+from pmwvc_core.simulation.plan import Network, Plan, network_of, plan_of
 
-SIGNALS, ENERGIES = 8, 4  # of a tick; beside its energies of a block
+SIGNALS = 8  # of a tick
+OF_BLOCK = 4 + 9  # cause, interventions, work; energies of a port at most
 
 
 class Run(NamedTuple):
@@ -25,83 +24,68 @@ class Run(NamedTuple):
 
     scenario: Scenario
     plan: Plan
-    lines: tuple[Line, ...]
-    steps: Steps
+    book: Book
     whole: bool
 
 
 def run(scenario: Scenario) -> Run:
     """Run a session."""
-    plan = plan_of(network_of(scenario))
-    ends, params, lines = [], [], []
-    for i, user in enumerate(scenario.users):
-        p = user_params(
-            user,
-            controller=scenario.controller,
-            channel=scenario.channel,
-            packet_s=scenario.server.period_s,
-            answer_tick=0,
-        )
-        end, of_end = _end(scenario, i, p)
-        ends.append(end)
-        params.append(of_end)
-        blocks = -(-network_of(scenario).ticks // user.master.rate_drop)
-        lines.append(
-            Line(
-                _wire(plan.taken_up[i], len(plan.up[i].sent), scenario.dof, _longest(scenario, i)),
-                _wire(
-                    plan.taken_down[i], len(plan.down[i].sent), scenario.dof, p.arrivals.longest
-                ),
-                np.zeros((SIGNALS, network_of(scenario).ticks, scenario.dof)),
-                np.zeros((blocks, ENERGIES + 9)),
-            )
-        )
-    times = server_times(user.safety for user in scenario.users)
+    network = network_of(scenario)
+    plan = plan_of(network)
+    book = _book(network, plan)
+    made = [_end(scenario, number) for number in range(len(scenario.users))]
     p = server_params(
         scenario.users,
         controller=scenario.controller,
         channel=scenario.channel,
         server=scenario.server,
-        times=times,
+        times=server_times(user.safety for user in scenario.users),
     )
     server = resting_server(scenario.users, p, scenario.server, scenario.dof)
-    ticks, users = network_of(scenario).ticks, len(scenario.users)
-    count = -(-ticks // scenario.period_ticks)
-    steps = Steps(
-        np.zeros((2 + 5 * users, count, scenario.dof)),
-        np.zeros((count, 4 + 4 * users)),
-        np.zeros((count, users), dtype=np.int64),
-    )
+    ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
     clock = Clock(
-        ticks, round(scenario.tick_s * 1e9), scenario.period_ticks, tuple(range(scenario.dof))
+        network.ticks,
+        network.tick_ns,
+        network.rate_drops,
+        network.period_ticks,
+        tuple(range(len(users))),
+        tuple(range(scenario.dof)),
     )
-    whole = compiled(session)(tuple(ends), server, tuple(lines), steps, tuple(params), p, clock)
-    return Run(scenario, plan, tuple(lines), steps, bool(whole))
+    whole = compiled(session)(ends, server, users, p, clock, book)
+    return Run(scenario, plan, book, bool(whole))
 
 
-def _longest(scenario: Scenario, user: int) -> float:
-    times = server_times(each.safety for each in scenario.users)
-    p = server_params(
-        scenario.users,
+def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
+    user, axes, tick_s = scenario.users[number], scenario.dof, scenario.tick_s
+    packet_s = scenario.server.period_s
+    p = user_params(
+        user,
         controller=scenario.controller,
         channel=scenario.channel,
-        server=scenario.server,
-        times=times,
+        packet_s=packet_s,
+        answer_tick=0,
     )
-    return p.guests[user].arrivals.longest
-
-
-def _end(scenario: Scenario, number: int, p: UserParams) -> tuple[End, EndParams]:
-    user, axes, tick_s = scenario.users[number], scenario.dof, scenario.tick_s
     half = scenario.server.object_size_m / 2
     at = Place(user.side, half, user.side * (half + user.contact.gap_m), tick_s, axes)
     device = simulated_params(user.device, tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    loop = resting_user(user, p, axes, scenario.server.period_s)
-    start = End(loop, resting_device(at.start, device), hand, False, 0, 0, 0)
+    loop = resting_user(user, p, axes, packet_s)
+    start = End(loop, resting_device(at.start, device), hand, False, 0, 0)
     return start, EndParams(p, device, of_hand)
 
 
-def _wire(planned: Planned, packets: int, axes: int, longest: float) -> Wire:
-    values: Array = np.zeros((packets, 3 * axes + 3))
-    return Wire(values, np.zeros((packets, 3), dtype=np.int64), *planned, longest)
+def _book(network: Network, plan: Plan) -> Book:
+    users, ticks, axes = len(network.rate_drops), network.ticks, network.dof
+    sent = max(len(link.sent) for link in (*plan.up, *plan.down))
+    blocks = max(-(-ticks // rate_drop) for rate_drop in network.rate_drops)
+    steps = -(-ticks // network.period_ticks)
+    return Book(
+        plan.taken_up,
+        plan.taken_down,
+        np.zeros((2 * users, sent, 3 * axes + OF_PACKET)),
+        np.zeros((users, SIGNALS, ticks, axes)),
+        np.zeros((users, blocks, OF_BLOCK)),
+        np.zeros((2 + 5 * users, steps, axes)),
+        np.zeros((steps, 4 + 4 * users)),
+        np.zeros((steps, users), dtype=np.int64),
+    )

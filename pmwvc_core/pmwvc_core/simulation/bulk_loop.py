@@ -4,9 +4,11 @@
 plan of the network says of their packets (:mod:`.plan`).
 
 Per tick: frames that start send their packets; the server steps where it is its turn; every user's
-loop and device run. Whatever is to be known of the session is written into arrays.
+loop and device run. Whatever is to be known of the session is written into arrays. An array is
+handed on by itself, never within a tuple: to take one out of a tuple costs more than a law.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.arrivals import arrivals_of
@@ -18,44 +20,22 @@ from pmwvc_core.law.master import port_energies, port_signals
 from pmwvc_core.law.packet import Packet
 from pmwvc_core.law.sensing import Sample
 from pmwvc_core.law.server_port import potential_j
-from pmwvc_core.law.server_step import Answer, Guest, Server, server_step
-from pmwvc_core.law.user_tick import Tick, User, begin, send, user_tick
+from pmwvc_core.law.server_step import Answer, Guest, GuestParams, Server, server_step
+from pmwvc_core.law.user_tick import User, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each, squared
 from pmwvc_core.numeric import Array, Integers
 
-WAVE, INTEGRAL, POSITION = 0, 1, 2  # vectors of a packet, one behind the other
-
-
-class Wire(NamedTuple):
-    """One direction of a user's link: packets sent, and those accepted."""
-
-    values: Array  # (packets, 3 axes + 3): wave, integral, position, energy, period, time
-    flags: Integers  # (packets, 3): short, waits, anew
-    look: Integers  # (accepted,) tick at which it is taken in,
-    which: Integers  # and which one it is, from 0
-    fresh: Integers
-    lost: Integers
-    longest: float  # wave that its receiver takes [sqrt(W)]
-
-
-class Line(NamedTuple):
-    """The links of a user, and what its loop leaves behind."""
-
-    up: Wire
-    down: Wire
-    signals: Array  # (8, ticks, axes)
-    blocks: Array  # (blocks, energies and cause)
+OF_PACKET = 6  # columns behind wave, integral and position: energy, period, time, three flags
 
 
 class End(NamedTuple):
-    """A user with device and hand; how far its packets and blocks are."""
+    """A user with device and hand; how many packets it has sent, and blocks it has written."""
 
     user: User
     device: Any
     hand: Any
     acts: bool
     sent: int
-    taken: int
     blocks: int
 
 
@@ -67,54 +47,104 @@ class EndParams(NamedTuple):
     hand: Any
 
 
-class Steps(NamedTuple):
-    """What the steps of the server leave behind."""
-
-    signals: Array  # (2 + 5 users, steps, axes)
-    energies: Array  # (steps, 4 + 4 users)
-    presence: Integers  # (steps, users)
-
-
 class Clock(NamedTuple):
-    """Ticks of the session, their length, and the server's steps in them."""
+    """Ticks of the session, their length, frames and the server's steps in ticks; numbers of the
+    users and of the axes: 0, 1 ...
+    """
 
     ticks: int
     tick_ns: int
+    rate_drops: tuple[int, ...]
     period_ticks: int
-    axes: tuple[int, ...]  # numbers of the axes: 0, 1 ...
+    users: tuple[int, ...]
+    axes: tuple[int, ...]
+
+
+class Book(NamedTuple):
+    """What a session reads and writes.
+
+    Attributes
+    ----------
+    up, down
+        Packets accepted, ``(accepted, 5)`` in the order of time: tick, user, which of those sent
+        from 0, whether it is a beginning, how many were lost before it.
+    packets
+        Sent, by link ``(2 users, packets, 3 axes + OF_PACKET)``: up and down of each user.
+    signals
+        ``(users, 8, ticks, axes)``.
+    blocks
+        ``(users, blocks, 4 + energies)``: cause, interventions, work, energies of the port.
+    steps, energies, presence
+        Of the server: ``(2 + 5 users, steps, axes)``, ``(steps, 4 + 4 users)``, ``(steps,
+        users)``.
+    """
+
+    up: Integers
+    down: Integers
+    packets: Array
+    signals: Array
+    blocks: Array
+    steps: Array
+    energies: Array
+    presence: Integers
 
 
 def session(
-    ends: tuple[End, ...], server: Server, lines: tuple[Line, ...], steps: Steps,
-    users: tuple[EndParams, ...], p: Any, clock: Clock,
+    ends: tuple[End, ...], server: Server, users: tuple[EndParams, ...], p: Any, clock: Clock,
+    book: Book,
 ) -> bool:  # fmt: skip
     """Run a session; tell whether all went by the plan."""
+    up, down, packets, signals = book.up, book.down, book.packets, book.signals
+    blocks, steps, energies, presence = book.blocks, book.steps, book.energies, book.presence
     nothing = each(_zero, (clock.axes,))
     ends = each(_opened_end, (ends,), nothing)
-    server = Server(
-        each(_opened_guest, (server.guests,), nothing), server.environment, server.task_s
-    )
-    taken, posted = each(_none, (lines,)), each(_none, (lines,))
-    no_packets = [ends[0].user.newest]
-    no_packets.pop()
-    step, next_step = 0, 0
+    guests = each(_opened_guest, (server.guests,), nothing)
+    server = Server(guests, server.environment, server.task_s)
+    posted = each(_none, (clock.users,))
+    empty = [ends[0].user.newest]
+    empty.pop()
+    none = each(_empty, (clock.users,), empty)
+    step, next_step, taken_up, taken_down = 0, 0, 0, 0
     for tick in range(clock.ticks):
-        now_ns = tick * clock.tick_ns
-        ends = each(_sent, (ends, users, lines), tick, now_ns)
+        now_ns, last = tick * clock.tick_ns, tick + 1 == clock.ticks
+        if begins(tick, clock):
+            ends = each(_sent, (ends, users, clock.users), tick, now_ns, packets)
         if tick == next_step:
-            packets, taken, fit = columns(
-                each(_arrived, (_ups(lines), taken), tick, clock, no_packets)
+            since, taken_up = taken_up, after(up, taken_up, tick)
+            longest = each(_longest_up, (p.guests,))
+            came, fit = columns(
+                each(_taken, (clock.users, longest), 0, up, since, taken_up, packets, empty, clock)
             )
             if not all_of(fit):
                 return False
-            server, answers = server_step(server, now_ns, packets, 0.0, p)
-            posted = each(_posted, (_downs(lines), answers, posted))
-            _note_step(steps, step, server, p)
+            server, answers = server_step(server, now_ns, came, 0.0, p)
+            posted = each(_posted, (answers, posted, clock.users), packets)
+            _note_step(server, step, p, steps, energies, presence)
             step, next_step = step + 1, next_step + clock.period_ticks
-        ends, fit = columns(each(_ran, (ends, users, lines), tick, now_ns, clock, no_packets))
-        if not all_of(fit):
-            return False
+        arrived = none
+        if taken_down < len(down) and down[taken_down, 0] <= tick:
+            since, taken_down = taken_down, after(down, taken_down, tick)
+            longest = each(_longest_down, (users,))
+            arrived, fit = columns(
+                each(
+                    _taken, (clock.users, longest), 1, down, since, taken_down, packets, empty,
+                    clock,
+                )
+            )  # fmt: skip
+            if not all_of(fit):
+                return False
+        ends = each(_ran, (ends, users, arrived, clock.users), tick, now_ns, signals)
+        if last or begins(tick + 1, clock):
+            ends = each(_noted, (ends, clock.users), tick, last, blocks)
     return True
+
+
+def begins(tick: int, clock: Clock) -> bool:
+    """Tell whether a frame of any user begins with a tick."""
+    found = False
+    for i in range(len(clock.rate_drops)):
+        found = found or tick % clock.rate_drops[i] == 0
+    return found
 
 
 def all_of(flags: tuple[bool, ...]) -> bool:
@@ -125,166 +155,163 @@ def all_of(flags: tuple[bool, ...]) -> bool:
     return every
 
 
+def after(rows: Integers, row: int, tick: int) -> int:
+    """Return the first row behind those up to a tick."""
+    while row < len(rows) and rows[row, 0] <= tick:
+        row += 1
+    return row
+
+
 def _zero(axis: int) -> float:
     return 0.0
 
 
-def _none(line: Line) -> int:
+def _none(user: int) -> int:
     return 0
 
 
-def _up(line: Line) -> Wire:
-    return line.up
+def _empty(user: int, empty: list[Packet]) -> list[Packet]:
+    return empty
 
 
-def _down(line: Line) -> Wire:
-    return line.down
+def _longest_up(p: GuestParams) -> float:
+    return p.arrivals.longest  # type: ignore[no-any-return]
 
 
-def _ups(lines: tuple[Line, ...]) -> Any:
-    return each(_up, (lines,))
-
-
-def _downs(lines: tuple[Line, ...]) -> Any:
-    return each(_down, (lines,))
+def _longest_down(p: EndParams) -> float:
+    return p.user.arrivals.longest  # type: ignore[no-any-return]
 
 
 def _opened_end(s: End, nothing: Vector) -> End:
     u = s.user
     user = User(u.frames, u.frame_s, u.packing, arrivals_of(u.arrivals, nothing), u.newest,
                 u.servers, u.port, u.limits, u.sensing, u.due, u.coupled)  # fmt: skip
-    return End(user, s.device, s.hand, s.acts, s.sent, s.taken, s.blocks)
+    return End(user, s.device, s.hand, s.acts, s.sent, s.blocks)
 
 
 def _opened_guest(s: Guest, nothing: Vector) -> Guest:
     return Guest(s.presence, s.anew, arrivals_of(s.arrivals, nothing), s.packing)
 
 
-def _read(s: Any, now_ns: int) -> Sample:
-    return Sample(s.read_x, s.read_xd, True, now_ns)
-
-
-def _sent(s: End, p: EndParams, line: Line, tick: int, now_ns: int) -> End:
+def _sent(s: End, p: EndParams, number: int, tick: int, now_ns: int, packets: Array) -> End:
     """Start a frame, if it is time."""
     if tick < s.user.frames.next_frame:
         return s
-    user, packet, _ = send(s.user, now_ns, _read(s.device, now_ns), p.user)
-    _write_packet(line.up, s.sent, packet)
-    return End(begin(user, tick, p.user), s.device, s.hand, s.acts, s.sent + 1, s.taken, s.blocks)
+    sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns)
+    user, packet, _ = send(s.user, now_ns, sample, p.user)
+    _write(packet, 2 * number, s.sent, packets)
+    return End(begin(user, tick, p.user), s.device, s.hand, s.acts, s.sent + 1, s.blocks)
 
 
-def _posted(wire: Wire, answer: Answer, posted: int) -> int:
+def _posted(answer: Answer, posted: int, number: int, packets: Array) -> int:
     if not answer.sends:
         return posted
-    _write_packet(wire, posted, answer.packet)
+    _write(answer.packet, 2 * number + 1, posted, packets)
     return posted + 1
 
 
-def _write_packet(wire: Wire, row: int, packet: Packet) -> None:
+def _write(packet: Packet, link: int, row: int, packets: Array) -> None:
     n = len(packet.wave)
     for i in range(n):
-        wire.values[row, i] = packet.wave[i]
-        wire.values[row, n + i] = packet.integral[i]
-        wire.values[row, 2 * n + i] = packet.position[i]
-    wire.values[row, 3 * n] = packet.energy_j
-    wire.values[row, 3 * n + 1] = packet.period_s
-    wire.values[row, 3 * n + 2] = packet.sent_ns
-    wire.flags[row, 0] = packet.short
-    wire.flags[row, 1] = packet.waits
-    wire.flags[row, 2] = packet.anew
+        packets[link, row, i] = packet.wave[i]
+        packets[link, row, n + i] = packet.integral[i]
+        packets[link, row, 2 * n + i] = packet.position[i]
+    packets[link, row, 3 * n] = packet.energy_j
+    packets[link, row, 3 * n + 1] = packet.period_s
+    packets[link, row, 3 * n + 2] = packet.sent_ns
+    packets[link, row, 3 * n + 3] = packet.short
+    packets[link, row, 3 * n + 4] = packet.waits
+    packets[link, row, 3 * n + 5] = packet.anew
 
 
-def _element(axis: int, values: Array, row: int, first: int) -> float:
-    return float(values[row, first + axis])
+def _taken(
+    number: int, longest: float, way: int, rows: Integers, since: int, until: int, packets: Array,
+    empty: list[Packet], clock: Clock,
+) -> tuple[list[Packet], bool]:  # fmt: skip
+    """Return a user's packets among the rows accepted now, and whether all are fit."""
+    taken, fit, n, link = empty.copy(), True, len(clock.axes), 2 * number + way
+    for row in range(since, until):
+        if rows[row, 1] == number:
+            k = rows[row, 2]
+            wave = each(_element, (clock.axes,), packets, link, k, 0)
+            integral = each(_element, (clock.axes,), packets, link, k, n)
+            position = each(_element, (clock.axes,), packets, link, k, 2 * n)
+            fit = fit and squared(wave) <= longest**2  # not so where it is no number
+            taken.append(Packet(
+                k + 1, int(packets[link, k, 3 * n + 2]), packets[link, k, 3 * n + 1], wave,
+                integral, packets[link, k, 3 * n], position, packets[link, k, 3 * n + 3] != 0.0,
+                packets[link, k, 3 * n + 4] != 0.0, packets[link, k, 3 * n + 5] != 0.0, False, (),
+                rows[row, 3] != 0, rows[row, 4],
+            ))  # fmt: skip
+    return taken, fit
 
 
-def _arrived(
-    wire: Wire, taken: int, tick: int, clock: Clock, no_packets: list[Packet]
-) -> tuple[list[Packet], int, bool]:
-    """Return the packets that are taken in with a tick, and whether all are fit."""
-    if taken >= len(wire.look) or wire.look[taken] > tick:
-        return no_packets, taken, True
-    packets, fit, n = no_packets.copy(), True, len(clock.axes)
-    while taken < len(wire.look) and wire.look[taken] <= tick:
-        row = wire.which[taken]
-        wave = each(_element, (clock.axes,), wire.values, row, WAVE * n)
-        integral = each(_element, (clock.axes,), wire.values, row, INTEGRAL * n)
-        position = each(_element, (clock.axes,), wire.values, row, POSITION * n)
-        energy_j, period_s = wire.values[row, 3 * n], wire.values[row, 3 * n + 1]
-        sent_ns = int(wire.values[row, 3 * n + 2])
-        fit = fit and squared(wave) <= wire.longest**2  # not so where it is no number
-        packets.append(Packet(
-            row + 1, sent_ns, period_s, wave, integral, energy_j, position,
-            wire.flags[row, 0] != 0, wire.flags[row, 1] != 0, wire.flags[row, 2] != 0, False, (),
-            wire.fresh[taken] != 0, wire.lost[taken],
-        ))  # fmt: skip
-        taken += 1
-    return packets, taken, fit
+def _element(axis: int, packets: Array, link: int, row: int, first: int) -> float:
+    return float(packets[link, row, first + axis])
 
 
 def _ran(
-    s: End, p: EndParams, line: Line, tick: int, now_ns: int, clock: Clock,
-    no_packets: list[Packet],
-) -> tuple[End, bool]:  # fmt: skip
+    s: End, p: EndParams, packets: list[Packet], number: int, tick: int, now_ns: int,
+    signals: Array,
+) -> End:  # fmt: skip
     """Run a tick of a user's loop and device."""
     device, acts = s.device, s.acts or s.user.limits.fading.ready
     if acts:  # the hand is in touch with the device itself, not with its encoder
         hand, f_h = hand_force(s.hand, device.x, device.xd, p.hand)
     else:
         hand, f_h = hand_hold(s.hand, device.x, p.hand)
-    packets, taken, fit = _arrived(line.down, s.taken, tick, clock, no_packets)
-    sample = _read(device, now_ns)
+    sample = Sample(device.read_x, device.read_xd, True, now_ns)
     user, out = user_tick(s.user, tick, now_ns, sample, packets, p.user)
-    _note_tick(line.signals, tick, sample, f_h, out, port_signals(user.port))
-    device, _, _ = device_step(device, f_h, out.f, p.device)
-    blocks = s.blocks
-    if tick + 1 >= min(user.frames.next_frame, clock.ticks):
-        _note_block(line.blocks, blocks, user, device)
-        blocks += 1
-    return End(user, device, hand, acts, s.sent, taken, blocks), fit
-
-
-def _note_tick(rows: Array, tick: int, sample: Sample, f_h: Vector, out: Tick, waves: Any) -> None:
+    u_m, u_m_lp, v_m = port_signals(user.port)
     for i in range(len(f_h)):
-        rows[0, tick, i] = sample.x[i]
-        rows[1, tick, i] = sample.xd[i]
-        rows[2, tick, i] = f_h[i]
-        rows[3, tick, i] = out.f_m[i]
-        rows[4, tick, i] = out.f[i]
-        rows[5, tick, i] = waves[0][i]
-        rows[6, tick, i] = waves[1][i]
-        rows[7, tick, i] = waves[2][i]
+        signals[number, 0, tick, i] = sample.x[i]
+        signals[number, 1, tick, i] = sample.xd[i]
+        signals[number, 2, tick, i] = f_h[i]
+        signals[number, 3, tick, i] = out.f_m[i]
+        signals[number, 4, tick, i] = out.f[i]
+        signals[number, 5, tick, i] = u_m[i]
+        signals[number, 6, tick, i] = u_m_lp[i]
+        signals[number, 7, tick, i] = v_m[i]
+    device, _, _ = device_step(device, f_h, out.f, p.device)
+    return End(user, device, hand, acts, s.sent, s.blocks)
 
 
-def _note_block(rows: Array, block: int, user: User, device: Any) -> None:
-    rows[block, 0] = user.limits.cause
-    rows[block, 1] = user.limits.interventions.events
-    rows[block, 2] = device.against_j
-    rows[block, 3] = device.by_hand_j
+def _noted(s: End, number: int, tick: int, last: bool, blocks: Array) -> End:
+    """Note a frame that is over."""
+    if not last and tick + 1 < s.user.frames.next_frame:
+        return s
+    user, k = s.user, s.blocks
+    blocks[number, k, 0] = user.limits.cause
+    blocks[number, k, 1] = user.limits.interventions.events
+    blocks[number, k, 2] = s.device.against_j
+    blocks[number, k, 3] = s.device.by_hand_j
     energies = port_energies(user.port, user.arrivals)
     for i in range(len(energies)):
-        rows[block, 4 + i] = energies[i]
+        blocks[number, k, 4 + i] = energies[i]
+    return End(user, s.device, s.hand, s.acts, s.sent, k + 1)
 
 
-def _note_step(steps: Steps, row: int, server: Server, p: Any) -> None:
-    at, e = server.environment, steps.energies
-    e[row, 0] = kinetic_j(at.body, p.environment.body)
-    e[row, 1] = potential_j(at)
-    e[row, 2] = at.dissipated_j
-    e[row, 3] = server.task_s
+def _note_step(
+    server: Server, row: int, p: Any, steps: Array, energies: Array, presence: Integers
+) -> None:
+    at = server.environment
+    energies[row, 0] = kinetic_j(at.body, p.environment.body)
+    energies[row, 1] = potential_j(at)
+    energies[row, 2] = at.dissipated_j
+    energies[row, 3] = max(server.task_s, 0.0) if server.task_s < math.inf else 0.0
     for i in range(len(at.body.x)):
-        steps.signals[0, row, i] = at.body.x[i]
-        steps.signals[1, row, i] = at.body.xd[i]
+        steps[0, row, i] = at.body.x[i]
+        steps[1, row, i] = at.body.xd[i]
     for k in range(len(at.ports)):
         port = at.ports[k]
-        steps.presence[row, k] = server.guests[k].presence
-        e[row, 4 + 4 * k] = port.sums.u_j
-        e[row, 5 + 4 * k] = port.sums.v_j
-        e[row, 6 + 4 * k] = port.avatar.present and touching(port.avatar.contact)
-        e[row, 7 + 4 * k] = port.brake.heat_j
+        presence[row, k] = server.guests[k].presence
+        energies[row, 4 + 4 * k] = port.sums.u_j
+        energies[row, 5 + 4 * k] = port.sums.v_j
+        energies[row, 6 + 4 * k] = port.avatar.present and touching(port.avatar.contact)
+        energies[row, 7 + 4 * k] = port.brake.heat_j
         for i in range(len(port.x_s)):
-            steps.signals[2 + 5 * k, row, i] = port.x_s[i]
-            steps.signals[3 + 5 * k, row, i] = port.avatar.xd[i]
-            steps.signals[4 + 5 * k, row, i] = port.avatar.f[i]
-            steps.signals[5 + 5 * k, row, i] = port.avatar.u[i]
-            steps.signals[6 + 5 * k, row, i] = port.v_s[i]
+            steps[2 + 5 * k, row, i] = port.x_s[i]
+            steps[3 + 5 * k, row, i] = port.avatar.xd[i]
+            steps[4 + 5 * k, row, i] = port.avatar.f[i]
+            steps[5 + 5 * k, row, i] = port.avatar.u[i]
+            steps[6 + 5 * k, row, i] = port.v_s[i]

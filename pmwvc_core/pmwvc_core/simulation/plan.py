@@ -47,23 +47,23 @@ class Network(NamedTuple):
     dof: int
 
 
-class Planned(NamedTuple):
-    """The packets that one receiver accepts, in order: columns ``(packets,)``."""
-
-    look: Integers  # tick at which it looks
-    which: Integers  # of the packet among those sent, from 0
-    fresh: Integers  # 1: a beginning
-    lost: Integers  # numbers between it and the one before
-
-
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """The links after the session, with packets of nothing, and what was accepted, per user."""
+    """The links after the session, with packets of nothing, and what was accepted at their ends.
+
+    Attributes
+    ----------
+    up, down
+        Links of every user.
+    taken_up, taken_down
+        Packets accepted, ``(accepted, 5)`` in the order of time: tick, user, which of those sent
+        from 0, whether it is a beginning, how many were lost before it.
+    """
 
     up: list[SimulatedLink]
     down: list[SimulatedLink]
-    taken_up: list[Planned]
-    taken_down: list[Planned]
+    taken_up: Integers
+    taken_down: Integers
 
 
 def network_of(scenario: Scenario) -> Network:
@@ -110,7 +110,8 @@ class _End:
         )
         self.packer = Packer(epoch, period=lengths[direction] * tick_s)
         self._nothing = 0.0 if network.dof == 1 else np.zeros(network.dof)
-        self._rows: list[tuple[int, int, int, int]] = []
+        self.rows: list[tuple[int, int, int, int, int]] = []
+        self._user = user
         self._tick_ns = network.tick_ns
 
     def send(self, tick: int, peer: Receiver) -> None:
@@ -125,18 +126,18 @@ class _End:
             lost = self.inbox.lost
             verdict = self.inbox.push(packet, now_ns)
             if verdict in TAKEN:
-                row = (tick, packet.seq - 1, verdict is not TAKEN[0], self.inbox.lost - lost)
-                self._rows.append(row)
+                begins, missing = verdict is not TAKEN[0], self.inbox.lost - lost
+                self.rows.append((tick, self._user, packet.seq - 1, begins, missing))
 
     def due_tick(self) -> float:
         """Return the tick at which the next packet can be taken in."""
         due_ns = self.link.link.next_due_ns
         return math.inf if due_ns is None else -(-due_ns // self._tick_ns)
 
-    @property
-    def planned(self) -> Planned:
-        rows = np.array(self._rows, dtype=np.int64).reshape(len(self._rows), 4)
-        return Planned(*np.ascontiguousarray(rows.T))
+
+def _in_order(ends: list[_End]) -> Integers:
+    rows = sorted((row for end in ends for row in end.rows), key=lambda row: row[0])
+    return np.array(rows, dtype=np.int64).reshape(len(rows), 5)
 
 
 class _Planner:
@@ -179,8 +180,8 @@ class _Planner:
         return Plan(
             [end.link for end in self._up],
             [end.link for end in self._down],
-            [end.planned for end in self._up],
-            [end.planned for end in self._down],
+            _in_order(self._up),
+            _in_order(self._down),
         )
 
     def _step(self, tick: int) -> None:
