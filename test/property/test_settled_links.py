@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every parameter of a link that may change in flight: its packets then have the fate that they
+have on a link that had the new value from the beginning. The control is the link without it.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pmwvc_bringup import scenarios
+from pmwvc_core.params import LinkParams, specs
+from pmwvc_core.simulation.session import simulate_one
+
+TRACE = Path(__file__).parents[1] / "data" / "cicv5g_urban_n78.txt"
+CHANGE_S = 1.0
+BLANKS = {"schedule", "effects", "jitter_quantiles"}  # no change can name them
+FILES = {"trace_file", "trace_column"}  # read as the scale of the trace is
+GE, MARKOV = "ge_p=0.1 ge_r=0.3", "markov_p13=0.1 markov_p31=0.3 markov_p32=0.3"
+CELLS, SLOTS = "rate_limit_bps=300000 rate_cell_bytes=48", "slot_min_s=0.002 slot_max_s=0.02"
+OUTAGES = "handover_s=1 handover_outage=1"
+FULL = "rate_limit_bps=140000"
+# Parameter: new value, and what else is set.
+ROWS = {
+    "delay_s": (0.03, ""),
+    "jitter": ("normal", "jitter_s=0.004"),
+    "jitter_s": (0.005, ""),
+    "jitter_shape": (4.0, "jitter=gamma jitter_s=0.004"),
+    "jitter_correlation": (0.7, "jitter=normal jitter_s=0.004"),
+    "trace_scale": (0.002, f"jitter=trace trace_file={TRACE} trace_scale=0.001"),
+    "loss": (0.2, ""),
+    "loss_correlation": (0.6, "loss=0.2"),
+    "ge_p": (0.1, "ge_r=0.3"),
+    "ge_r": (0.2, "ge_p=0.1"),
+    "ge_bad": (0.5, GE),
+    "ge_good": (0.1, GE),
+    "markov_p13": (0.1, "markov_p31=0.3"),
+    "markov_p31": (0.3, "markov_p13=0.1"),
+    "markov_p32": (0.3, "markov_p13=0.1 markov_p31=0.3"),
+    "markov_p23": (0.4, MARKOV),
+    "markov_p14": (0.1, ""),
+    "duplicate": (0.2, ""),
+    "duplicate_correlation": (0.6, "duplicate=0.2"),
+    "corrupt": (0.2, ""),
+    "corrupt_correlation": (0.6, "corrupt=0.2"),
+    "reorder": (0.2, "keep_order=false"),
+    "reorder_gap": (3, "reorder=0.4 keep_order=false"),
+    "reorder_correlation": (0.6, "reorder=0.3 keep_order=false"),
+    "rate_limit_bps": (250_000.0, ""),
+    "rate_overhead_bytes": (42, "rate_limit_bps=250000"),
+    "rate_cell_bytes": (48, "rate_limit_bps=300000"),
+    "rate_cell_overhead_bytes": (5, CELLS),
+    "queue_packets": (3, FULL),
+    "queue_bytes": (500, FULL),
+    "slot_min_s": (0.018, SLOTS),
+    "slot_max_s": (0.04, SLOTS),
+    "slot_packets": (1, "slot_min_s=0.003 slot_max_s=0.01 jitter_s=0.01"),
+    "slot_bytes": (200, "slot_min_s=0.003 slot_max_s=0.01 jitter_s=0.01"),
+    "handover_s": (1.0, "handover_step_s=0.02"),
+    "handover_step_s": (0.02, "handover_s=1"),
+    "handover_outage": (0.5, f"{OUTAGES} handover_outage_min_s=0.1 handover_outage_max_s=0.2"),
+    "handover_outage_min_s": (0.15, f"{OUTAGES} handover_outage_max_s=0.2"),
+    "handover_outage_max_s": (0.3, f"{OUTAGES} handover_outage_max_s=0.1"),
+    "handover_loss": (0.5, "handover_s=1 handover_loss_s=0.1"),
+    "handover_loss_s": (0.1, "handover_s=1 handover_loss=0.5"),
+    "keep_order": ("false", "jitter=normal jitter_s=0.008"),
+    "mode": ("netem", "jitter=normal jitter_s=0.004 keep_order=false"),
+}
+# For so long what was before is seen.
+REMEMBERED_S = {"jitter_correlation": 1.0, "queue_packets": 2.0, "queue_bytes": 2.0}
+REMEMBERED_S |= dict.fromkeys(("ge_p", "ge_r", "markov_p13", "markov_p23"), 1.0)
+IN_THE_MEAN = ("queue_packets", "queue_bytes", "slot_min_s", "slot_max_s", "slot_packets")
+IN_THE_MEAN += ("slot_bytes",)  # a queue keeps its phase
+
+
+def fates(name, *settings):
+    """Return outcome, cause and delay [s] of each packet of a user from the change on."""
+    texts = ["channel=plain", "operator.kind=none", *settings]
+    traces = simulate_one(scenarios.load("wall", settings_texts=texts, duration_s=5.0))
+    found = traces.fates["user1/up"]
+    after = found.time_in_ns >= (CHANGE_S + REMEMBERED_S.get(name, 0.0)) * 1e9
+    came = found.time_due_ns > 0
+    delay_s = np.where(came, (found.time_due_ns - found.time_in_ns) * 1e-9, 0.0)
+    return np.stack([found.fate, found.cause, delay_s])[:, after]
+
+
+def apart(one, other):
+    """Return by how much packets differ."""
+    return float(np.abs(one - other).max()) if one.shape == other.shape else np.inf
+
+
+def means(packets):
+    """Return the share that did not come, mean and scatter of the delay [0.1 s]."""
+    missing, delay_s = packets[0] > 0, packets[2]
+    return np.array([missing.mean(), 10.0 * delay_s.mean(), 10.0 * delay_s.std()])
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_packets_after_a_change_fare_as_on_a_link_that_began_with_it(name):
+    value, others = ROWS[name]
+    others = [f"link.{each}" for each in others.split()]
+    changed = fates(name, *others, f"changes={CHANGE_S} link.{name}={value}")
+    fresh, old = fates(name, *others, f"link.{name}={value}"), fates(name, *others)
+    if name in IN_THE_MEAN:
+        changed, fresh, old = map(means, (changed, fresh, old))
+        assert apart(changed, fresh) <= 0.2 * apart(changed, old)
+        assert apart(changed, old) > 0.02
+    else:
+        assert apart(changed, fresh) <= 1e-6
+        assert apart(changed, old) > 1e-4
+
+
+def test_no_parameter_is_left_out():
+    assert {*ROWS, *BLANKS, *FILES} == set(specs(LinkParams))
