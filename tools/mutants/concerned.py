@@ -8,11 +8,11 @@ from pathlib import Path
 
 FOLDERS = ("unit", "property", "oracle")  # without processes or a browser
 FARTHEST = 4  # imports from a test to the file
-# Whole ends against independent models: they come behind the tests that name the file.
+# Whole ends and sessions, the quickest first: they come behind the unit tests of a file.
 ENDS = (
+    "test_hostile_packets",
     "test_strict_master_model",
     "test_strict_server_model",
-    "test_hostile_packets",
     "test_settled_changes",
 )
 
@@ -22,7 +22,10 @@ def concerned_tests(root: Path, changed: Path) -> list[str]:
     tests = [path for each in FOLDERS for path in sorted(root.glob(f"test/{each}/**/test_*.py"))]
     away = {test: _away(root, test, changed) for test in tests}
     tests = [test for test in tests if away[test] <= FARTHEST]
-    tests.sort(key=lambda test: (away[test] > 1, test.stem not in ENDS, away[test]))
+    ends = [test for name in ENDS for test in tests if test.stem == name]
+    tests.sort(key=lambda test: away[test])
+    near = [test for test in tests if away[test] <= 1 and test.parts[-2] == FOLDERS[0]]
+    tests = list(dict.fromkeys(near + ends + tests))
     return [str(test.relative_to(root)) for test in tests]
 
 
