@@ -54,12 +54,19 @@ class ArrivalsParams(NamedTuple):
 
 
 class PlainArrivals(NamedTuple):
-    """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m]."""
+    """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m].
+
+    A running sum of energy makes loss, duplicates and reordering harmless: the newest packet
+    contains all earlier ones. What an earlier life of the peer sent, or was sent before its first
+    packet came, does not count: it is lost, never gained.
+    """
 
     silence: Silence
     wave: Vector
     position: Vector
     fresh: bool  # not given out yet
+    sum_j: float  # of the newest packet
+    received_j: float  # by how much the sums have grown
 
 
 class StrictArrivals(NamedTuple):
@@ -94,12 +101,13 @@ anew = Family("anew")  # (s) -> s: the peer placed its position by the newest pa
 missed = Family("missed")  # (s, lasted_s) -> s: time went by without steps
 waits = Family("waits")  # (s) -> nothing is at hand, so the other end is told
 lacks = Family("lacks")  # (s) -> energy is short
+received_j = Family("received_j")  # (s) -> energy brought by the sums of packets, without waves
 interrupted = Family("interrupted")  # (s, now_ns) -> this end brakes
 
 
 @arrivals_of.member(PlainStart)
 def _plain(start: PlainStart, nothing: Vector) -> PlainArrivals:
-    return PlainArrivals(start.silence, nothing, nothing, False)
+    return PlainArrivals(start.silence, nothing, nothing, False, 0.0, 0.0)
 
 
 @arrivals_of.member(StrictStart)
@@ -117,7 +125,10 @@ def start_of(strict: bool, timeout_s: float, period_s: float) -> PlainStart | St
 
 @arrive.member(PlainArrivals)
 def _arrive(s: PlainArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) -> PlainArrivals:
-    return PlainArrivals(heard(s.silence, now_ns, False), packet.wave, packet.position, True)
+    sum_j = packet.energy_j if packet.fresh else max(packet.energy_j, s.sum_j)
+    gained_j = 0.0 if packet.fresh else sum_j - s.sum_j
+    silence, in_all_j = heard(s.silence, now_ns, False), s.received_j + gained_j
+    return PlainArrivals(silence, packet.wave, packet.position, True, sum_j, in_all_j)
 
 
 @arrive.member(StrictArrivals)
@@ -139,7 +150,8 @@ def _arrive_strict(
 @wave_of.member(PlainArrivals)
 def _wave(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
     wave = s.wave if s.fresh or not p.once else zero(s.wave)
-    return PlainArrivals(s.silence, s.wave, s.position, False), wave
+    after = PlainArrivals(s.silence, s.wave, s.position, False, s.sum_j, s.received_j)
+    return after, wave
 
 
 @wave_of.member(StrictArrivals)
@@ -222,3 +234,13 @@ def _interrupted(s: PlainArrivals, now_ns: int) -> bool:
 @interrupted.member(StrictArrivals)
 def _interrupted_strict(s: StrictArrivals, now_ns: int) -> bool:
     return is_unreceived(s.silence, now_ns) or pace_brakes(s.playout.pace)
+
+
+@received_j.member(PlainArrivals)
+def _received(s: PlainArrivals) -> float:
+    return s.received_j
+
+
+@received_j.member(StrictArrivals)
+def _received_strict(s: StrictArrivals) -> float:
+    return 0.0

@@ -57,7 +57,12 @@ def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
     )  # fmt: skip
 
 
-def released_brake(s: AvatarBrake) -> AvatarBrake:
+# (s) -> s: the user left; also of what a controller without waves keeps of an avatar
+released_brake = Family("released_brake")
+
+
+@released_brake.member(AvatarBrake)
+def _released(s: AvatarBrake) -> AvatarBrake:
     """Let go at once; what became heat stays counted."""
     return AvatarBrake(resting_brake(s.largest.mean), s.heat_j)
 

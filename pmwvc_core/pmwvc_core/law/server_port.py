@@ -22,7 +22,7 @@ Equations: docs/theory.md 17.20.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.avatar import Avatar, couple
-from pmwvc_core.law.avatar_brake import AvatarBrake, brake_ratio, braked, released_brake, unbraked
+from pmwvc_core.law.avatar_brake import brake_ratio, braked, released_brake, unbraked
 from pmwvc_core.law.body import Body, BodyLaw
 from pmwvc_core.law.contacts import (
     attached,
@@ -65,7 +65,7 @@ class UserPort(NamedTuple):
     """One user's end: avatar, brake, and what the last step did."""
 
     avatar: Avatar
-    brake: AvatarBrake
+    brake: Any  # AvatarBrake, or what a controller without waves keeps of the avatar
     offset: Vector  # [m] avatar minus device, without force
     x_s: Vector  # [m]
     v_s: Vector  # [sqrt(W)]

@@ -23,6 +23,7 @@ from pmwvc_core.law.arrivals import (
     interrupted,
     lacks,
     missed,
+    received_j,
     sparing,
     waits,
     wave_of,
@@ -93,6 +94,7 @@ class Came(NamedTuple):
     wave: Vector  # [sqrt(W)]
     position: Vector  # [m] of its device
     brakes: bool  # none of its waves come
+    received_j: float  # by the sums of its packets, without waves
 
 
 def server_step(
@@ -156,7 +158,7 @@ def _come(
             presence, brakes = COUPLED, interrupted(arrivals, now_ns)
             if silent or unreceived:
                 presence = DAMPING
-    came = Came(wave, arrivals.position, brakes)
+    came = Came(wave, arrivals.position, brakes, received_j(arrivals))
     return Guest(presence, flips, arrivals, s.packing), port, came, lost_j
 
 

@@ -150,7 +150,7 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
         for i in range(2):
             old.interrupt(i, waits[i])
         back = old.step([value(u) for u in waves])
-        came = tuple(Came(u, zero, w) for u, w in zip(waves, waits, strict=True))
+        came = tuple(Came(u, zero, w, 0.0) for u, w in zip(waves, waits, strict=True))
         s = environment_step(p, s, came)
         for i in range(2):
             one, before = s.ports[i], old.ports[i]
