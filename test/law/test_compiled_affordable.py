@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled, the limits and what they are made of are what they are as they stand."""
+"""Compiled, what energy covers is what it is as it stands."""
 
 import numpy as np
 import pytest
