@@ -21,6 +21,7 @@ impedance couples the axes, see :mod:`.coupled_axes`.
 Equations: docs/theory.md 4.4, 4.5.
 """
 
+import math
 from typing import NamedTuple
 
 from pmwvc_core.law.avatar import Avatar, couple
@@ -31,6 +32,7 @@ from pmwvc_core.law.contacts import (
     Spring,
     advanced_contact,
     spring_answer,
+    spring_meets,
     touching,
 )
 from pmwvc_core.law.vectors import columns, each
@@ -53,7 +55,7 @@ class Row(NamedTuple):
     present: bool
     spring: Spring
     drive: float  # [m/s] velocity without the contact
-    b: float  # [N s/m]
+    b: float  # [N s/m]; infinite where the avatar moves as it is told
     held: bool
     law: ContactLaw
 
@@ -64,7 +66,7 @@ def implicit(
 ) -> tuple[tuple[Avatar, ...], Body, float]:
     """Go one step on."""
     rows = columns(each(_rows, (avatars,)))
-    velocity, answers = columns(each(_solved, (rows, body.xd), law))
+    velocity, answers = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
     moved, heats = columns(each(_advanced, (avatars, columns(answers)), law.period_s))
     for i in range(len(heats)):
@@ -84,7 +86,9 @@ def _row(
     return Row(present, spring, drive, b, held, law)
 
 
-def _solved(rows: tuple[Row, ...], xd: float, law: BodyLaw) -> tuple[float, tuple[Answer, ...]]:
+def solved_axis(
+    rows: tuple[Row, ...], xd: float, law: BodyLaw
+) -> tuple[float, tuple[Answer, ...]]:
     """Return the object's mean velocity along an axis [m/s] and the answers of all contacts."""
     velocity = low = high = xd
     answers = each(_answer, (rows,), velocity, law.period_s)
@@ -117,6 +121,8 @@ def _solved(rows: tuple[Row, ...], xd: float, law: BodyLaw) -> tuple[float, tupl
 def _answer(row: Row, velocity: float, h: float) -> Answer:
     if not row.present:
         return Answer(0.0, 0.0, 0.0)
+    if row.b == math.inf:
+        return spring_meets(row.spring, row.drive - velocity, h, row.held, row.law)
     return spring_answer(row.spring, row.drive - velocity, row.b, h, row.held, row.law)
 
 

@@ -148,7 +148,7 @@ def potential_j(s: Environment) -> float:
 @environment_step.member(EnvironmentParams)
 def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
     half_s = 0.5 * p.body.period_s
-    taken, ratios = columns(each(_take, (s.ports, came), p))
+    taken, ratios = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, half_s))
     for i in range(len(dropped)):
@@ -160,7 +160,7 @@ def _avatar(s: UserPort) -> Avatar:
     return s.avatar
 
 
-def _take(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, float]:
+def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, float]:
     """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
     a, brake, ratio = s.avatar, s.brake, 1.0
     if not a.present:

@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Compensations of the energy of late decoding (App. C section 5), chosen by the type of their
+state. Each takes the waves of all users in a step, and returns those to be sent.
+
+as published (Eq. 14, 15), for comparison only: it injects energy
+    dE(n) = dE(n-1) + T [F(n) F(n-1) - F(n)^2]/b        of each user, from the start [J]
+    v     = sgn(v) sqrt(v^2 - 2 dE(n))                  where dE(n) < 0
+    dE is never above zero for long, so the wave is made longer, by energy (J) taken for power (W),
+    at every step for all that ever happened. Several axes: the wave keeps its direction.
+
+corrected in its sign: it keeps credit and only shortens waves
+    deficit(n) = deficit(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
+    pay(n)  = min(max(deficit, 0), sum |v|^2/2),   each v in proportion to its length
+    so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit. Where the deficit is not above zero the
+    port has taken no less than the environment; where it is, nothing is returned and the balance
+    only grows. Hence it never falls below zero where sum F xd never does. For several users that
+    holds of all together only, so the deficit is one. Credit (a deficit below zero) is what a
+    falling force gives back; it pays for the next rise and never makes a wave longer. An
+    environment that is active itself is not held back.
+
+port ledger: all users together get back no more than they gave, and a declared allowance
+    tank += h sum |u_i|^2/2,   cost = h sum |v_i|^2/2
+    v_i  *= sqrt(tank/cost)    where cost > tank, all by the same factor
+    tank -= h sum |v_i|^2/2,   tank = min(tank, cap)
+    One tank for all, as energy may enter at one user and leave at another. Whatever the
+    environment does: given back <= received + allowance, at every step. Where the tank does not
+    reach, up to ``allowance_w`` is added at any time, up to ``allowance_j`` in all. Cap: what can
+    still come out, or ``cap_j`` where the environment does not report its stored energy, so that
+    energy saved for minutes is not released at once. A spring with K h <= b, or a damper with
+    2 B <= b, can give back no more than that and never meets the limit.
+
+Equations: docs/theory.md 5.6, 5.7, 5.8.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
+from pmwvc_core.params import ServerParams
+
+# (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
+# environment and decoding, below zero where the environment does not report it
+compensated = Family("compensated")
+
+
+class PortWave(NamedTuple):
+    """The signals of one user's port in a step; zeros where nobody is there."""
+
+    u: Vector  # [sqrt(W)] received
+    v: Vector  # [sqrt(W)] to be returned
+    late_w: float  # F . (xd as it should have been - xd as decoded), mostly < 0
+
+
+class CompensationParams(NamedTuple):
+    """Time step, allowance and cap."""
+
+    period_s: float
+    grant_j: float  # most that is taken from the allowance in a step
+    allowance_j: float
+    cap_j: float
+
+
+class Untreated(NamedTuple):
+    """Send what came out."""
+
+    none: int
+
+
+class AsPublished(NamedTuple):
+    """Energy of late decoding of each user [J]."""
+
+    late_j: Vector
+
+
+class Corrected(NamedTuple):
+    """What later waves still have to pay [W]; below zero: credit."""
+
+    deficit_w: float
+
+
+class JointLedger(NamedTuple):
+    """One tank for all users [J]."""
+
+    tank_j: float  # may still be given back
+    granted_j: float  # taken from the allowance
+    capped_j: float  # received, but not kept
+
+
+Waves = tuple[Vector, ...]
+
+
+def compensation_params(params: ServerParams) -> CompensationParams:
+    """Return the parameters of any compensation."""
+    h = params.period_s
+    return CompensationParams(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
+
+
+@compensated.member(Untreated)
+def _untreated(
+    s: Untreated, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+) -> tuple[Untreated, Waves]:
+    return s, each(_shortened, (waves,), 1.0)
+
+
+@compensated.member(AsPublished)
+def _published(
+    s: AsPublished, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+) -> tuple[AsPublished, Waves]:
+    late_j, longer = columns(each(_longer, (s.late_j, waves), p.period_s))
+    return AsPublished(late_j), longer
+
+
+def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
+    late_j += h * wave.late_w
+    old, ratio = squared(wave.v), 0.0
+    if old > 0.0:
+        ratio = math.sqrt((old - 2.0 * min(late_j, 0.0)) / old)
+    return late_j, scaled(wave.v, ratio)
+
+
+@compensated.member(Corrected)
+def _corrected(
+    s: Corrected, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+) -> tuple[Corrected, Waves]:
+    deficit_w, have_w = s.deficit_w, 0.0
+    for i in range(len(waves)):
+        deficit_w -= waves[i].late_w
+        have_w += 0.5 * squared(waves[i].v)
+    pay_w = min(max(deficit_w, 0.0), have_w)
+    ratio = math.sqrt((have_w - pay_w) / have_w) if have_w > 0.0 else 1.0
+    return Corrected(deficit_w - pay_w), each(_shortened, (waves,), ratio)
+
+
+@compensated.member(JointLedger)
+def _ledger(
+    s: JointLedger, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+) -> tuple[JointLedger, Waves]:
+    have_j, cost_j = s.tank_j, 0.0
+    for i in range(len(waves)):
+        have_j += 0.5 * p.period_s * squared(waves[i].u)
+        cost_j += 0.5 * p.period_s * squared(waves[i].v)
+    grant_j = min(max(cost_j - have_j, 0.0), min(p.grant_j, p.allowance_j - s.granted_j))
+    have_j += grant_j
+    ratio, left_j = 1.0, have_j - cost_j
+    if cost_j > have_j:
+        ratio, left_j = math.sqrt(have_j / cost_j), 0.0
+    tank_j = min(left_j, stored_j if stored_j >= 0.0 else p.cap_j)
+    s = JointLedger(tank_j, s.granted_j + grant_j, s.capped_j + (left_j - tank_j))
+    return s, each(_shortened, (waves,), ratio)
+
+
+def _shortened(wave: PortWave, ratio: float) -> Vector:
+    return scaled(wave.v, ratio)
