@@ -9,13 +9,16 @@ by the type of the first argument, and what builds tuples has one line per eleme
 
 import dis
 import inspect
-import types
 from collections.abc import Callable
 from functools import cache
+from types import FunctionType
 from typing import Any
 
 import numba
-from numba.extending import overload
+from numba import types
+from numba.core.imputils import lower_constant
+from numba.core.registry import CPUDispatcher
+from numba.extending import models, overload, register_model
 
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
@@ -35,10 +38,37 @@ BUILDING = (
 )
 
 
+class LawType(types.Dispatcher):
+    """The type of a compiled law, which is all that is handed on where a law is an argument: the
+    address of one would keep what is compiled from being kept on disk.
+    """
+
+
+register_model(LawType)(models.OpaqueModel)
+
+
+@lower_constant(LawType)
+def _no_address(context, builder, kind, law):
+    return context.get_dummy_value()
+
+
+class CompiledLaw(CPUDispatcher):
+    """A compiled law."""
+
+    @property
+    def _numba_type_(self):
+        return LawType(self)
+
+
 @cache
-def compiled(law: Callable[..., Any]) -> Any:
-    """Return the compiled form of a law: takes and returns the same, NamedTuples included."""
-    return numba.njit(error_model="numpy")(_copy(law))
+def compiled(law: Callable[..., Any], *, kept: bool = False) -> Any:
+    """Return the compiled form of a law: takes and returns the same, NamedTuples included.
+
+    ``kept`` keeps it on disk for later processes, in a folder by the hash of all laws.
+    """
+    made = numba.njit(error_model="numpy", cache=kept)(_copy(law))
+    made.__class__ = CompiledLaw
+    return made
 
 
 def _copy(law: Any) -> Any:
@@ -46,7 +76,7 @@ def _copy(law: Any) -> Any:
     names = {each.argval for each in dis.get_instructions(law) if each.opname == "LOAD_GLOBAL"}
     used = {name: law.__globals__[name] for name in names & set(law.__globals__)}
     globals_ = {**law.__globals__, **{name: _compiled(each) for name, each in used.items()}}
-    copy = types.FunctionType(law.__code__, globals_, law.__name__, law.__defaults__)
+    copy = FunctionType(law.__code__, globals_, law.__name__, law.__defaults__)
     copy.__module__, copy.__qualname__ = law.__module__, law.__qualname__
     return copy
 
@@ -55,7 +85,7 @@ def _compiled(value: Any) -> Any:
     """Return what stands for a global of a law in its compiled form."""
     if isinstance(value, Family):
         return _family(value)
-    ours = isinstance(value, types.FunctionType) and value.__module__.startswith(LAWS)
+    ours = isinstance(value, FunctionType) and value.__module__.startswith(LAWS)
     return compiled(value) if ours and value not in BUILDING else value
 
 

@@ -90,7 +90,11 @@ def _runs(texts: list[str]) -> list[tuple[int, str]]:
 
 def recorded(name: str, stride: int = STRIDE) -> Record:
     """Simulate a session and return what is kept of it."""
-    traces = simulate_one(parse_scenario(MAPPINGS[name]))
+    return record_of(simulate_one(parse_scenario(MAPPINGS[name])), stride)
+
+
+def record_of(traces: Any, stride: int = STRIDE) -> Record:
+    """Return what is kept of traces."""
     signals, texts = {}, {}
     for path, value in _parts(traces, ""):
         if isinstance(value, np.ndarray) and value.ndim:

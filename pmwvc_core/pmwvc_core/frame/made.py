@@ -51,6 +51,20 @@ from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
+COUPLINGS = ("implicit", "unwrapped", "one_step_delay", "one_frame_late")
+
+
+def are_made(scenario: "scenarios.Scenario") -> bool:
+    """Tell whether there are laws for all that a scenario consists of."""
+    masters = [user.master for user in scenario.users]
+    return (
+        has_waves(scenario.controller)
+        and scenario.server.coupling in COUPLINGS
+        and scenario.server.environment in ("cube", "wall")
+        and not any(m.bank.is_on or m.velocity_filter.is_on or m.position.is_on for m in masters)
+        and not any(user.master.impedance_matrix for user in scenario.users)
+        and not any(user.contact.impedance_matrix for user in scenario.users)
+    )
 
 
 def made_impedance(b: Any) -> Any:

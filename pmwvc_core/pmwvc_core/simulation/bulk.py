@@ -2,18 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sessions in bulk: compiled by Numba, one after the other, each from the laws of its scenario."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.compiled import compiled
-from pmwvc_core.frame.made import resting_server, resting_user, server_params, user_params
+from pmwvc_core.frame.made import (
+    are_made,
+    resting_server,
+    resting_user,
+    server_params,
+    user_params,
+)
 from pmwvc_core.law.device import resting_device, simulated_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.hands import Place, make_hand
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk_loop import OF_PACKET, Book, Clock, End, EndParams, session
-from pmwvc_core.simulation.plan import Network, Plan, network_of, plan_of
+from pmwvc_core.simulation.plan import Network, Plan, is_planned, network_of, plan_of
 
 SIGNALS = 8  # of a tick
 OF_BLOCK = 4 + 9  # cause, interventions, work; energies of a port at most
@@ -28,8 +34,13 @@ class Run(NamedTuple):
     whole: bool
 
 
-def run(scenario: Scenario) -> Run:
-    """Run a session."""
+def can_run(scenario: Scenario) -> bool:
+    """Tell whether a session has a plan, and laws for all it consists of."""
+    return is_planned(scenario) and are_made(scenario)
+
+
+def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
+    """Run a session, compiled where the loop given is."""
     network = network_of(scenario)
     plan = plan_of(network)
     book = _book(network, plan)
@@ -51,7 +62,7 @@ def run(scenario: Scenario) -> Run:
         tuple(range(len(users))),
         tuple(range(scenario.dof)),
     )
-    whole = compiled(session)(ends, server, users, p, clock, book)
+    whole = session(ends, server, users, p, clock, book)
     return Run(scenario, plan, book, bool(whole))
 
 

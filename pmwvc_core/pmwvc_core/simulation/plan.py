@@ -10,7 +10,6 @@ receiver takes departs from the plan; such a session is stepped with its packets
 
 import dataclasses
 import math
-from collections.abc import Hashable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -197,7 +196,7 @@ class _Planner:
                 down.send(tick, up.inbox)
 
 
-def is_planned(scenario: Scenario) -> Hashable:
+def is_planned(scenario: Scenario) -> bool:
     """Tell whether the packets of a scenario do not depend on its signals."""
     ends = [end for user in scenario.users for end in (user.master, user.contact)]
     return not any(end.deadband.is_on for end in ends) and not scenario.changes
