@@ -11,9 +11,9 @@ FARTHEST = 4  # imports from a test to the file
 # Whole ends and sessions, the quickest first: they come behind the unit tests of a file.
 ENDS = (
     "test_hostile_packets",
+    "test_settled_changes",
     "test_strict_master_model",
     "test_strict_server_model",
-    "test_settled_changes",
 )
 
 
