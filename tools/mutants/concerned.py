@@ -6,7 +6,7 @@ import ast
 import functools
 from pathlib import Path
 
-FOLDERS = ("unit", "property", "oracle")  # without processes or a browser
+FOLDERS = ("unit", "law", "property", "oracle")  # without processes or a browser
 FARTHEST = 4  # imports from a test to the file
 # Whole ends and sessions, the quickest first: they come behind the unit tests of a file.
 ENDS = (
