@@ -117,7 +117,7 @@ def _built(text: str, **names: Any) -> Any:
 
 
 def _tuple(elements: list[str]) -> str:
-    return f"({', '.join(elements)},)"
+    return f"({', '.join(elements)},)" if elements else "()"
 
 
 @overload(vectors.each)

@@ -18,6 +18,7 @@ from pmwvc_core.law.body import Body, BodyLaw, body_law, wall_law
 from pmwvc_core.law.brake_force import resting_brake
 from pmwvc_core.law.contacts import Contact, ContactLaw, Spring
 from pmwvc_core.law.counts import resting_counts
+from pmwvc_core.law.filter_bank import bank_of, resting_bank
 from pmwvc_core.law.frames import FrameParams, Frames
 from pmwvc_core.law.hand_brake import RETURN_S as DEVICE_LETS_GO_S
 from pmwvc_core.law.hand_brake import brake_stiffness
@@ -28,7 +29,7 @@ from pmwvc_core.law.packet import Packet
 from pmwvc_core.law.packing import packing_params, resting_packing
 from pmwvc_core.law.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
 from pmwvc_core.law.playout import PlayoutParams
-from pmwvc_core.law.port_filters import NoFilter
+from pmwvc_core.law.port_filters import Filtered, FilteredParams, NoFilter
 from pmwvc_core.law.position import NoPosition
 from pmwvc_core.law.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
 from pmwvc_core.law.sensing import NEVER_NS, Sensing
@@ -43,6 +44,12 @@ from pmwvc_core.law.strict_master import (
 )
 from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.vectors import Vector
+from pmwvc_core.law.velocity_filter import (
+    resting_complementary,
+    resting_exact,
+    resting_in_force,
+    velocity_params,
+)
 from pmwvc_core.law.wave import MatrixImpedance, impedance
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
@@ -51,6 +58,7 @@ from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
+NONE = NoFilter(0)
 COUPLINGS = ("implicit", "unwrapped", "one_step_delay", "one_frame_late")
 
 
@@ -137,15 +145,16 @@ def user_params(
 def _master_params(
     master: MasterParams, b: Any, arrivals: ArrivalsParams, *, strict: bool
 ) -> StrictMasterParams | PlainMasterParams:
-    none, nowhere = NoFilter(0), NoPosition(0)
+    impedance_, nowhere = made_impedance(b), NoPosition(0)
+    filters = filters_params(master, impedance_)
     if strict:
         return StrictMasterParams(
-            made_impedance(b), master.tick_s, none, nowhere, False, arrivals.playout
+            impedance_, master.tick_s, filters, nowhere, False, arrivals.playout
         )
     chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     ticks = master.rate_drop if master.ramps else 1
     return PlainMasterParams(
-        made_impedance(b), master.tick_s, master.frame_s, ticks, chosen, none, nowhere
+        impedance_, master.tick_s, master.frame_s, ticks, chosen, filters, nowhere
     )
 
 
@@ -176,15 +185,41 @@ def no_packet(axes: int) -> Packet:
     return Packet(0, 0, 0.0, rest, rest, 0.0, rest, *flags, (), False, 0)
 
 
+def filters_params(master: MasterParams, b: Any) -> FilteredParams | NoFilter:
+    """Return the parameters of the filters at a port; those of the velocity are nearest."""
+    own = master.velocity_filter
+    if not own.is_on and not master.bank.is_on:
+        return NONE
+    velocity = velocity_params(master) if own.is_on else NONE
+    in_force = own.is_on and own.in_force
+    far = bank_of(master) if master.bank.is_on else NONE
+    near, force = (NONE, velocity) if in_force else (velocity, NONE)
+    return FilteredParams(near, far, force, b)
+
+
+def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | NoFilter:
+    """Return these filters at rest."""
+    if not isinstance(p, FilteredParams):
+        return NONE
+    near: Any = NONE
+    if master.velocity_filter.is_on and not master.velocity_filter.in_force:
+        splits = master.velocity_filter.splits
+        near = (resting_complementary if splits else resting_exact)(axes, p.near)
+    far = resting_bank(axes, p.far) if master.bank.is_on else NONE
+    force = resting_in_force(axes, p.force) if master.velocity_filter.in_force else NONE
+    return Filtered(near, far, force, (0.0,) * axes, 0.0)
+
+
 def _resting_master(
     master: MasterParams, p: UserParams, axes: int, *, strict: bool
 ) -> StrictMaster | PlainMaster:
-    rest, none, nowhere = (0.0,) * axes, NoFilter(0), NoPosition(0)
+    rest, nowhere = (0.0,) * axes, NoPosition(0)
+    filters = resting_filters(master, p.port.filters, axes)
     waves = rest, rest, rest
     if strict:
         return StrictMaster(
             Node(0.0, 0.0, 0.0, 0.0),
-            none,
+            filters,
             nowhere,
             waves,
             rest,
@@ -201,7 +236,7 @@ def _resting_master(
         Hold(rest, rest, rest, 0),
         resting_filter(master.filter, axes, p.port.filter),
     )
-    return PlainMaster(hold, filter_, none, nowhere, waves, rest, rest, rest, energies)
+    return PlainMaster(hold, filter_, filters, nowhere, waves, rest, rest, rest, energies)
 
 
 def object_law(server: ServerParams) -> BodyLaw:

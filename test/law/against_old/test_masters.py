@@ -7,10 +7,12 @@ import random
 import numpy as np
 import pytest
 
+from pmwvc_core.frame.made import filters_params, resting_filters
 from pmwvc_core.law.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.arrivals import StrictArrivals, arrivals_of, start_of
 from pmwvc_core.law.counts import resting_counts
 from pmwvc_core.law.hold import Hold
+from pmwvc_core.law.local_model import local_stored_j
 from pmwvc_core.law.master import (
     port_answer,
     port_applied,
@@ -37,6 +39,7 @@ from pmwvc_core.master import strict_port
 from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import MasterParams
+from pmwvc_core.params.port_filters import BankParams, LocalModelParams, VelocityFilterParams
 from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
 
@@ -53,36 +56,83 @@ def vector(value, axes):
 
 
 def same(got, wanted):
-    assert np.allclose(np.ravel(got), np.ravel(wanted), rtol=1e-11, atol=1e-13), (got, wanted)
+    assert np.allclose(np.ravel(got), np.ravel(wanted), rtol=1e-10, atol=1e-11), (got, wanted)
 
 
 def masters(strict, axes, params, playout):
     zero = (0.0,) * axes
     b = impedance(params.impedance)
+    filters = filters_params(params, b)
+    resting = resting_filters(params, filters, axes)
     if strict:
-        p = StrictMasterParams(b, params.tick_s, NONE, NO_POSITION, False, playout)
+        p = StrictMasterParams(b, params.tick_s, filters, NO_POSITION, False, playout)
         s = StrictMaster(
-            Node(0.0, 0.0, 0.0, 0.0), NONE, NO_POSITION, (zero, zero, zero), zero, zero,
+            Node(0.0, 0.0, 0.0, 0.0), resting, NO_POSITION, (zero, zero, zero), zero, zero,
             (resting_counts(0.0),) * axes, zero, Under(zero, zero, True, False), 0.0,
             (False, False), StrictEnergies(0.0, 0.0, 0.0),
         )  # fmt: skip
         return s, p
     filter_ = filter_params(params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop)
     ticks = params.rate_drop if params.ramps else 1
-    p = PlainMasterParams(b, params.tick_s, params.frame_s, ticks, filter_, NONE, NO_POSITION)
+    p = PlainMasterParams(b, params.tick_s, params.frame_s, ticks, filter_, filters, NO_POSITION)
     s = PlainMaster(
-        Hold(zero, zero, zero, 0), resting_filter(params.filter, axes, filter_), NONE,
+        Hold(zero, zero, zero, 0), resting_filter(params.filter, axes, filter_), resting,
         NO_POSITION, (zero, zero, zero), zero, zero, zero, PlainEnergies(0.0, 0.0, 0.0, 0.0, 0.0),
     )  # fmt: skip
     return s, p
+
+
+def accounts(s, p):
+    found, parts = {}, s.filters
+    for part in (parts.near, parts.far, parts.force):
+        kind = type(part).__name__
+        if kind in ("Exact", "Complementary"):
+            found["velocity_filter"] = part.kept_j
+        if kind == "InForce":
+            found["force_velocity_filter"] = part.kept_j
+        if kind == "Bank":
+            e = part.energies
+            names = ("bank_low_in", "bank_low_out", "bank_high_in", "bank_high_out")
+            found |= dict(zip(names, e, strict=True))
+            found["local_stored"] = local_stored_j(part.local, p.filters.far.local)
+            found["local_dissipated"] = part.local.dissipated_j
+    return found
+
+
+LOCAL = LocalModelParams(stiffness=300.0, damping=1.0, acts="above", begins_m=0.0)
+FILTERS = {
+    "none": {},
+    "exact": {"velocity_filter": VelocityFilterParams(kind="exact")},
+    "equivalent": {"velocity_filter": VelocityFilterParams(kind="equivalent")},
+    "complementary": {"velocity_filter": VelocityFilterParams(kind="complementary")},
+    "bank": {"bank": BankParams(kind="dissertation"), "local_model": LOCAL},
+    "both": {
+        "velocity_filter": VelocityFilterParams(kind="exact"),
+        "bank": BankParams(kind="complementary"),
+        "local_model": LocalModelParams(stiffness=100.0, damping=2.0),
+    },
+}
 
 
 @pytest.mark.parametrize("strict", [False, True])
 @pytest.mark.parametrize("axes", [1, 3])
 @pytest.mark.parametrize("seed", range(8))
 def test_every_tick_of_both_is_the_same(strict, axes, seed):
+    same_ticks(strict, axes, seed, "none")
+
+
+@pytest.mark.parametrize("strict", [False, True])
+@pytest.mark.parametrize("axes", [1, 3])
+@pytest.mark.parametrize("filters", list(FILTERS)[1:])
+def test_every_tick_with_filters_is_the_same(strict, axes, filters):
+    for seed in range(2):
+        same_ticks(strict, axes, seed, filters)
+
+
+def same_ticks(strict, axes, seed, filters):
     luck = random.Random(seed)
-    params = MasterParams(impedance=luck.choice([12.5, 40.0]), hold=luck.choice(["zoh", "foh"]))
+    hold = luck.choice(["zoh", "foh"])
+    params = MasterParams(impedance=luck.choice([12.5, 40.0]), hold=hold, **FILTERS[filters])
     play = PlayoutParams(0.2, 0.2, luck.choice([0.0, 2e-3]))
     playout = Playout(most_repaid=0.2, rises_s=0.2, store_j=play.store_j)
     packer, brake = Packer(1, period=params.frame_s), brake_of(params)
@@ -166,6 +216,12 @@ def test_every_tick_of_both_is_the_same(strict, axes, seed):
             same(s.energies.deficit_j, old.deficit_j)
             if s.energies.deficit_j:
                 seen.add("deficit")
+    if filters != "none":
+        kept = accounts(s, p)
+        for name, energy in old.accounts.items():
+            if name in kept:
+                same(kept[name], energy)
+                seen.add(name)
     for name in ("u_m", "u_tx", "v_m"):
         same(getattr(s.energies, name), getattr(old, f"energy_{name}"))
     print(seen)
