@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """A second model of the master's end of the strict channel and of its limits, written from
-theory.md section 17 (17.4, 17.5, 17.12, 17.19, 17.23) and 10.2: exact sensors, no port filters.
+theory.md section 17 (17.4, 17.5, 17.10, 17.12, 17.19, 17.23) and 10.2: no port filters.
 """
 
 import math
 from types import SimpleNamespace
 
 import numpy as np
+from oracle.strict_encoder_model import Encoder
 from oracle.strict_playout_model import PlayedWave
 from oracle.strict_receiver_model import Friction, Receiver
 
@@ -119,10 +120,11 @@ class MasterModel:
         self.spring = Spring(b, h)
         self.limits = Limits(self.spring, h=h, **limits)
         self.least_silence_s = self.silent_after_s = max(timeout_s, 3.0 * server_s)
-        self.node_j = self.paid_j = self.unpaid = 0.0
+        self.encoder, self.xd = Encoder(dof, h), None
+        self.node_j = self.paid_j = self.unpaid = self.deficit_j = self.withheld_j = 0.0
         self.u = np.zeros(dof)  # integral since the last packet
         self.total, self.seq, self.next_frame, self.due = np.zeros(dof), 0, 0, math.inf
-        self.tick_before = self.epoch = None
+        self.force = self.epoch = None
         self.asked_for = self.short = False
         self.v = np.zeros(dof)
         self.f = np.zeros(dof)
@@ -131,7 +133,7 @@ class MasterModel:
         """Return the packet (or None), the force asked for and applied, and the wave v."""
         packet, answers = None, False
         if k >= self.next_frame:
-            self._close(x)
+            self._close(x, xd)
             packet, answers = self._packet(), True
             self.next_frame = k - k % self.frame + self.frame
         for each in packets:
@@ -141,17 +143,18 @@ class MasterModel:
         if k > self.due:
             self.wave.stand_still((k - self.due) * self.h)
         self.due = k + 1
-        self._close(x)
+        self._close(x, xd)
         v = self.wave.play(self.h)
         if self.node_j < 0.0:
             self.node_j += self.wave.hand_out(-self.node_j)
-            if self.node_j < -SAFE_J:  # the wave waits until the hand has paid
+            if self.node_j < -SAFE_J - self.withheld_j:  # the wave waits until the hand has paid
                 self.wave.out_j -= 0.5 * self.h * float(v @ v)
                 self.wave._owe(v * self.h)
                 v = 0.0 * v
-        asked = self.b * xd - self.root * v
+        more = 1.0 + min(0.3 * self.deficit_j / 1e-3, 0.3)
         if self.asked_for or self.short:
-            asked = asked + min(max(self.unpaid / 0.03, 0.2), 1.0) * self.b * xd
+            more += min(max(self.unpaid / 0.03, 0.2), 1.0)
+        asked = more * self.b * self.xd - self.root * v
         known = self.inbox.last is not None
         silence_s = (now_ns - self.inbox.at_ns) * 1e-9 if known else math.inf
         self.f = self.limits.pass_on(
@@ -163,17 +166,21 @@ class MasterModel:
             silent_after_s=self.silent_after_s,
             interrupted=known and self.inbox.interrupted(now_ns),
         )
-        self.v, self.tick_before = v, (x, self.f)
+        self.v, self.force = v, self.f
         return packet, asked, self.f, v
 
-    def _close(self, x):
+    def _close(self, x, xd):
         """17.4 and 17.5: what the tick before moved and brought."""
-        if self.tick_before is None:
+        if self.force is None:
+            if self.due == math.inf:  # nothing has moved yet
+                self.encoder.begin(x)
+                self.xd = xd
             return
-        (before, force), self.tick_before = self.tick_before, None
-        dx = x - before
+        force, self.force = self.force, None
+        dx, moved, velocity = map(np.array, self.encoder.step(x, xd))
+        self.xd = velocity
         self.u = self.u + self.root * dx - self.v * self.h
-        self.node_j += 0.5 * self.h * float(self.v @ self.v) + float(force @ dx)
+        self.node_j += 0.5 * self.h * float(self.v @ self.v) + float(force @ moved)
 
     def _answer(self):
         last = self.inbox.last
@@ -192,10 +199,20 @@ class MasterModel:
         lasts_s = self.frame * self.h
         wave, self.u = self.u / lasts_s, np.zeros(self.dof)
         needs_j = 0.5 * lasts_s * float(wave @ wave)
+        counts = not self.encoder.exact
+        if counts:
+            held = sum(self.b * axis.rough**2 / self.h for axis in self.encoder.axes)
+            self.node_j += self.withheld_j - held
+            self.withheld_j = held
         self.node_j += self.wave.surplus(lasts_s, asked_for=self.asked_for)
         own_j = self.node_j - self.spring.stored_j
         paid_j = max(min(own_j, needs_j), own_j - KEPT_J, 0.0)
-        if paid_j < needs_j:
+        if counts:
+            paid_j = max(paid_j, min(own_j, needs_j + self.deficit_j))
+            short_j = needs_j - paid_j
+            lacking_j = self.deficit_j + short_j + max(short_j, 0.0)
+            self.deficit_j = min(max(lacking_j, 0.0), 0.01) if self.withheld_j > 0.0 else 0.0
+        if paid_j < needs_j and self.withheld_j <= 0.0:
             self.unpaid += (1.0 - math.sqrt(paid_j / needs_j)) * math.sqrt(wave @ wave) * lasts_s
         self.paid_j += paid_j
         self.node_j -= paid_j

@@ -36,6 +36,8 @@ cases = st.fixed_dictionaries(
     | {
         "seed": st.integers(0, 2**32 - 1),
         "dof": st.sampled_from((1, 1, 3)),
+        "count_m": st.sampled_from((0.0, 0.0, 55e-6, 300e-6)),
+        "differences": st.booleans(),
         "b": st.sampled_from((5.0, 25.0, 80.0)),
         "rate_drop": st.sampled_from((1, 4, 8, 20)),
         "server_ticks": st.sampled_from((1, 5, 8)),
@@ -113,7 +115,7 @@ def compared(case):
     server = Sender(case, rng, dof=case["dof"], every=every, tick_ns=H_NS, ends=TICKS)
     moves = motion(rng, case["dof"])
     scalar = (lambda a: float(a[0])) if case["dof"] == 1 else np.copy
-    echo_ns = k = 0
+    echo_ns, k, before = 0, 0, None
     while k < TICKS:
         x, xd = moves(k)
         if k % every == 0:
@@ -122,6 +124,11 @@ def compared(case):
             server.restart(k, 300)
         arrived, known = server.arrived(k)
         seen = xd + 1e-3 * rng.normal(size=case["dof"])  # a velocity is an estimate
+        if case["count_m"]:
+            x = np.floor(x / case["count_m"]) * case["count_m"]
+            if case["differences"] and k:
+                seen = (x - before[1]) / ((k - before[0]) * H)
+        before = k, x
         f, sent, row = loop.tick(k, k * H_NS, DeviceSample(scalar(x), scalar(seen)), arrived)
         packet, asked, applied, v = model.tick(k, k * H_NS, x, seen, known)
         assert (sent is None) == (packet is None)
@@ -144,6 +151,8 @@ def compared(case):
 ROUGH = {
     "seed": 7,
     "dof": 1,
+    "count_m": 0.0,
+    "differences": True,
     "b": 25.0,
     "rate_drop": 8,
     "server_ticks": 8,
@@ -165,6 +174,8 @@ ROUGH = {
 @given(case=cases)
 @example(case=ROUGH)
 @example(case=ROUGH | {"dof": 3, "restarts": True, "late": 0.6, "hostile": True})
+@example(case=ROUGH | {"count_m": 55e-6, "stalls": False})
+@example(case=ROUGH | {"count_m": 300e-6, "dof": 3, "differences": False})
 @example(case=ROUGH | {"release_s": 0.15, "store_j": 0.0, "paid": 1.4, "wave": 2.0})
 def test_every_tick_of_the_force_loop_equals_the_second_model(case):
     compared(case)
