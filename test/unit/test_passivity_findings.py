@@ -166,3 +166,9 @@ def test_without_the_server_nothing_is_judged():
     found = passivity(traces, handmade.scenario(), None)
     assert found.session is None
     assert "server's trace is missing" in passivity_words.verdict(found, "user1")
+
+
+@pytest.mark.parametrize(("held_j", "said"), [(0.0, False), (4e-4, True)])
+def test_what_held_forces_explain_is_said_with_the_amount(held_j, said):
+    found = dataclasses.replace(one(-1e-3), held_j=held_j, why="its loop stood still")
+    assert passivity_words.amount(found).endswith("; its loop stood still") is said

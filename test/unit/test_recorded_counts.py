@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The counts of a whole session survive its recording, and a start again is noted once."""
+"""The counts and sums of a whole session: in its recording, its budget, its summary."""
 
 import numpy as np
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.tables import summary
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 
@@ -32,3 +33,12 @@ def test_the_budget_says_once_where_a_server_that_started_twice_again_ends_it():
     ]
     when_s = traces.server.time_s[steps // 3]
     assert notes == [f"server: it was started again at {when_s:.2f} s; the budget ends there"]
+
+
+def test_the_energies_of_a_summary_are_those_of_the_last_step():
+    traces = handmade.session(duration_s=0.5)
+    found = budget(traces, handmade.scenario(duration_s=0.5))
+    found.hands["user1"][-1] += 0.25
+    named = {each["name"]: each["hand_j"] for each in summary(found)["users"]}
+    assert named == {name: sums[-1] for name, sums in found.hands.items()}
+    assert summary(found)["residual_j"] == found.residual_j[-1]
