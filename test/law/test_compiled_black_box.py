@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from pmwvc_core.compiled import compiled
-from pmwvc_core.law import compensations
-from pmwvc_core.law.avatar import Avatar
-from pmwvc_core.law.avatar_brake import AvatarBrake
-from pmwvc_core.law.black_box import Accounts, BlackBox, BlackBoxParams
-from pmwvc_core.law.body import Body, body_law, wall_law
-from pmwvc_core.law.brake_force import resting_brake
-from pmwvc_core.law.contacts import Contact, ContactLaw, Spring
-from pmwvc_core.law.hunt_crossley import Dent, SoftBody, SoftBodyParams
-from pmwvc_core.law.seen import resting_seen
-from pmwvc_core.law.server_port import Environment, Sums, UserPort, environment_step, joined
+from pmwvc_core.law.black_box import compensations
+from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
+from pmwvc_core.law.black_box.seen import resting_seen
+from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
+from pmwvc_core.law.safety.avatar_brake import AvatarBrake
+from pmwvc_core.law.safety.brake_force import resting_brake
+from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.server.body import Body, body_law, wall_law
+from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring
+from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step, joined
 from pmwvc_core.law.server_step import Came
-from pmwvc_core.law.touched import Drive, FreeCube, Visitor, Wall
 from pmwvc_core.law.vectors import scaled, zero
-from pmwvc_core.law.wave import impedance
+from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.params import ServerParams
 
 H = 0.008

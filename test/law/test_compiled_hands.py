@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from pmwvc_core.compiled import compiled
-from pmwvc_core.law.device import device_step, resting_device, simulated_params
-from pmwvc_core.law.forces import RecordedForce, hand_force, hand_hold, recorded_params
-from pmwvc_core.law.hand import RecordedHand, recorded_motion
-from pmwvc_core.law.motion import damper_heat
-from pmwvc_core.law.remote_hand import remote_params, resting_remote
-from pmwvc_core.law.targets import TableHand, TableParams
-from pmwvc_core.law.task import ShownParams, ShownTarget, shown_target, task_of
+from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.law.plant.forces import RecordedForce, hand_force, hand_hold, recorded_params
+from pmwvc_core.law.plant.hand import RecordedHand, recorded_motion
+from pmwvc_core.law.plant.motion import damper_heat
+from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.law.plant.targets import TableHand, TableParams
+from pmwvc_core.law.plant.task import ShownParams, ShownTarget, shown_target, task_of
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.hands import Place, make_hand
 

@@ -7,13 +7,16 @@ import pytest
 from support.laws import assert_same, in_bulk
 
 from pmwvc_core.frame.made import contact_of
-from pmwvc_core.law import direct, pspm, tdpa, virtual_coupling
-from pmwvc_core.law.arrivals import ArrivalsParams, arrivals_of, arrive, received_j, start_of
-from pmwvc_core.law.avatar import Avatar
-from pmwvc_core.law.avatar_end import AvatarEndParams
-from pmwvc_core.law.body import Body, body_law
-from pmwvc_core.law.device_end import DeviceEndParams, resting_end
-from pmwvc_core.law.master import (
+from pmwvc_core.law.channel.arrivals import (
+    ArrivalsParams,
+    arrivals_of,
+    arrive,
+    received_j,
+    start_of,
+)
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.playout import PlayoutParams
+from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_measure,
@@ -21,11 +24,21 @@ from pmwvc_core.law.master import (
     port_send,
     port_tick,
 )
-from pmwvc_core.law.packet import Packet
-from pmwvc_core.law.playout import PlayoutParams
-from pmwvc_core.law.server_port import Environment, Sums, UserPort, environment_step, joined, left
+from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.server.body import Body, body_law
+from pmwvc_core.law.server.server_port import (
+    Environment,
+    Sums,
+    UserPort,
+    environment_step,
+    joined,
+    left,
+)
 from pmwvc_core.law.server_step import Came
-from pmwvc_core.law.wave import impedance
+from pmwvc_core.law.wave.wave import impedance
+from pmwvc_core.law.without_waves import direct, pspm, tdpa, virtual_coupling
+from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
 from pmwvc_core.params import ContactParams
 from pmwvc_core.params.baselines import TdpaParams
 

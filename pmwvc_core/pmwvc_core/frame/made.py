@@ -2,77 +2,52 @@
 # SPDX-License-Identifier: Apache-2.0
 """The laws of both ends made from parameters: what they start from, and what they go by."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing
 from pmwvc_core.frame.receivers import REPAID_M_S
-from pmwvc_core.law.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.avatar import Avatar
-from pmwvc_core.law.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
-from pmwvc_core.law.avatar_brake import AvatarBrake
-from pmwvc_core.law.body import Body, BodyLaw, body_law, wall_law
-from pmwvc_core.law.brake_force import resting_brake
-from pmwvc_core.law.contacts import Contact, ContactLaw, Spring
-from pmwvc_core.law.counts import resting_counts
-from pmwvc_core.law.filter_bank import bank_of, resting_bank
-from pmwvc_core.law.frames import FrameParams, Frames
-from pmwvc_core.law.hand_brake import RETURN_S as DEVICE_LETS_GO_S
-from pmwvc_core.law.hand_brake import brake_stiffness
-from pmwvc_core.law.hold import Hold
-from pmwvc_core.law.implicit import Implicit
-from pmwvc_core.law.limits import LARGEST, REACH, limits_params, resting_limits
-from pmwvc_core.law.packet import Packet
-from pmwvc_core.law.packing import packing_params, resting_packing
-from pmwvc_core.law.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
-from pmwvc_core.law.playout import PlayoutParams
-from pmwvc_core.law.port_filters import Filtered, FilteredParams, NoFilter
-from pmwvc_core.law.position import NoPosition
-from pmwvc_core.law.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
-from pmwvc_core.law.sensing import NEVER_NS, Sensing
-from pmwvc_core.law.server_port import Environment, EnvironmentParams, Sums, UserPort
-from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
-from pmwvc_core.law.strict_master import (
+from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
+from pmwvc_core.law.channel.frames import FrameParams, Frames
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.packing import packing_params, resting_packing
+from pmwvc_core.law.channel.playout import PlayoutParams
+from pmwvc_core.law.port.counts import resting_counts
+from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
+from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
+from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, NoFilter
+from pmwvc_core.law.port.position import NoPosition
+from pmwvc_core.law.port.sensing import NEVER_NS, Sensing
+from pmwvc_core.law.port.strict_state import (
     Node,
     StrictEnergies,
     StrictMaster,
     StrictMasterParams,
     Under,
 )
-from pmwvc_core.law.user_tick import User, UserParams
-from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.velocity_filter import (
+from pmwvc_core.law.port.velocity_filter import (
     resting_complementary,
     resting_exact,
     resting_in_force,
     velocity_params,
 )
-from pmwvc_core.law.wave import MatrixImpedance, impedance
-from pmwvc_core.params import ContactParams, MasterParams, ServerParams
-from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.law.safety.hand_brake import RETURN_S as DEVICE_LETS_GO_S
+from pmwvc_core.law.safety.hand_brake import brake_stiffness
+from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
+from pmwvc_core.law.user_tick import User, UserParams
+from pmwvc_core.law.vectors import Vector
+from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
+from pmwvc_core.law.wave.hold import Hold
+from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
+from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
 NONE = NoFilter(0)
-COUPLINGS = ("implicit", "unwrapped", "one_step_delay", "one_frame_late")
-
-
-def are_made(scenario: "scenarios.Scenario") -> bool:
-    """Tell whether there are laws for all that a scenario consists of."""
-    masters = [user.master for user in scenario.users]
-    return (
-        has_waves(scenario.controller)
-        and scenario.server.coupling in COUPLINGS
-        and scenario.server.environment in ("cube", "wall")
-        and not any(m.bank.is_on or m.velocity_filter.is_on or m.position.is_on for m in masters)
-        and not any(user.master.impedance_matrix for user in scenario.users)
-        and not any(user.contact.impedance_matrix for user in scenario.users)
-    )
 
 
 def made_impedance(b: Any) -> Any:
@@ -237,81 +212,3 @@ def _resting_master(
         resting_filter(master.filter, axes, p.port.filter),
     )
     return PlainMaster(hold, filter_, filters, nowhere, waves, rest, rest, rest, energies)
-
-
-def object_law(server: ServerParams) -> BodyLaw:
-    """Return the law of the object between the users."""
-    if server.environment == "wall":
-        return wall_law(server.period_s)
-    return body_law(server.object_mass, server.object_damping, server.period_s)
-
-
-def coupling_of(server: ServerParams) -> Any:
-    """Return what closes the algebraic loop."""
-    if server.coupling == "implicit":
-        return Implicit(0)
-    if server.coupling == "one_frame_late":
-        return OneFrameLate(0)
-    kind = Unwrapped if server.coupling == "unwrapped" else OneStepDelay
-    return kind(*weights(server.integrator, server.period_s))
-
-
-def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
-    """Return the contact of an avatar that has not joined."""
-    face, grips = 0.5 * side * size, contact.grips
-    law = ContactLaw(
-        contact.contact_stiffness, contact.contact_damping, -float(side), face, contact.gap_m
-    )
-    first = Spring(0.0, face, True, False) if grips else Spring(0.0, 0.0, False, False)
-    across = Spring(0.0, 0.0, False, False)
-    return Contact(law, grips, (first,) + (across,) * (axes - 1))
-
-
-def server_params(
-    users: Sequence["scenarios.User"],
-    *,
-    controller: str,
-    channel: str,
-    server: ServerParams,
-    times: ServerTimes,
-) -> ServerStepParams:
-    """Return the parameters of the server's step."""
-    guests = tuple(
-        GuestParams(
-            arrivals_params(
-                controller,
-                channel,
-                user.server_impedance,
-                timeout_s=times.timeout_s,
-                lets_go_s=AVATAR_LETS_GO_S,
-                store_j=server.store_j,
-            ),
-            packing_params(user.contact.deadband),
-        )
-        for user in users
-    )
-    environment = EnvironmentParams(
-        coupling_of(server), object_law(server), is_strict(controller, channel)
-    )
-    return ServerStepParams(
-        guests, environment, server.period_s, times.release_s, times.soft_start_s
-    )
-
-
-def resting_server(
-    users: Sequence["scenarios.User"], p: ServerStepParams, server: ServerParams, axes: int
-) -> Server:
-    """Return the server with no user present."""
-    rest = (0.0,) * axes
-    ports, guests = [], []
-    for user, guest in zip(users, p.guests, strict=True):
-        contact = contact_of(user.contact, side=user.side, size=server.object_size_m, axes=axes)
-        b = made_impedance(user.server_impedance)
-        avatar = Avatar(False, b, rest, rest, rest, contact, rest)
-        brake = AvatarBrake(resting_brake(rest), 0.0)
-        ports.append(UserPort(avatar, brake, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))
-        rules = guest.arrivals
-        arrivals = start_of(rules.plays_on, rules.timeout_s, user.master.frame_s)
-        guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes)))
-    environment = Environment(tuple(ports), Body(rest, rest), 0.0)
-    return Server(tuple(guests), environment, float("inf"))

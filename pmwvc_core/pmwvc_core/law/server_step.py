@@ -17,7 +17,7 @@ not hear the server).
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.arrivals import (
+from pmwvc_core.law.channel.arrivals import (
     anew,
     arrive,
     interrupted,
@@ -28,10 +28,11 @@ from pmwvc_core.law.arrivals import (
     waits,
     wave_of,
 )
-from pmwvc_core.law.body import Body
-from pmwvc_core.law.packet import Packet, Sent
-from pmwvc_core.law.packing import About, Packing, PackingParams, pack, pay
-from pmwvc_core.law.server_port import (
+from pmwvc_core.law.channel.packet import Packet, Sent
+from pmwvc_core.law.channel.packing import About, Packing, PackingParams, pack, pay
+from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
+from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.server.server_port import (
     Environment,
     UserPort,
     environment_step,
@@ -39,7 +40,6 @@ from pmwvc_core.law.server_port import (
     left,
     passed_through,
 )
-from pmwvc_core.law.silence import is_silent, is_unreceived, silence_s
 from pmwvc_core.law.vectors import Vector, columns, each, minus, zero
 
 ABSENT, JOINING, COUPLED, DAMPING = 0, 1, 2, 3

@@ -14,9 +14,21 @@ one that changes parameters sends, changes, and begins the frame (``send``, ``be
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
-from pmwvc_core.law.frames import FrameParams, Frames, begin_frame, take_answer
-from pmwvc_core.law.limits import (
+from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
+from pmwvc_core.law.channel.frames import FrameParams, Frames, begin_frame, take_answer
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.packing import About, Packing, PackingParams, pack
+from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
+from pmwvc_core.law.port.master import (
+    port_answer,
+    port_applied,
+    port_measure,
+    port_packet,
+    port_send,
+    port_tick,
+)
+from pmwvc_core.law.port.sensing import STALE_NS, Sample, Sensing, age_ns, sensed
+from pmwvc_core.law.safety.limits import (
     Limits,
     LimitsInput,
     LimitsParams,
@@ -25,18 +37,6 @@ from pmwvc_core.law.limits import (
     limits,
     limits_restart,
 )
-from pmwvc_core.law.master import (
-    port_answer,
-    port_applied,
-    port_measure,
-    port_packet,
-    port_send,
-    port_tick,
-)
-from pmwvc_core.law.packet import Packet
-from pmwvc_core.law.packing import About, Packing, PackingParams, pack
-from pmwvc_core.law.sensing import STALE_NS, Sample, Sensing, age_ns, sensed
-from pmwvc_core.law.silence import is_silent, is_unreceived, silence_s
 from pmwvc_core.law.vectors import Vector
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.law.forces import (
+from pmwvc_core.law.plant.forces import (
     Chirp,
     ConstantForce,
     ForceParams,
@@ -18,10 +18,16 @@ from pmwvc_core.law.forces import (
     recorded_params,
     rows_of,
 )
-from pmwvc_core.law.hand import RecordedHand, grip_of, hand_params, recorded_motion, resting_hand
-from pmwvc_core.law.remote_hand import remote_params, resting_remote
-from pmwvc_core.law.targets import POINTER_S, PointerParams, TableHand, TableParams, TaskHand
-from pmwvc_core.law.task import task_of
+from pmwvc_core.law.plant.hand import (
+    RecordedHand,
+    grip_of,
+    hand_params,
+    recorded_motion,
+    resting_hand,
+)
+from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.law.plant.targets import POINTER_S, PointerParams, TableHand, TableParams, TaskHand
+from pmwvc_core.law.plant.task import task_of
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.plant.playback import load_recording, read_columns

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.laws import assert_same, old_form
 
-from pmwvc_core.law.affordable import affordable, repayment
+from pmwvc_core.law.channel.affordable import affordable, repayment
 from pmwvc_core.wave import affordable as old
 
 

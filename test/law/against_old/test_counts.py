@@ -7,9 +7,14 @@ import random
 import numpy as np
 import pytest
 
-from pmwvc_core.law.anti_aliasing import filter_params, filter_sample, filter_step, resting_filter
-from pmwvc_core.law.counts import counts, may_count, resting_counts, rough_count
+from pmwvc_core.law.port.counts import counts, may_count, resting_counts, rough_count
 from pmwvc_core.law.vectors import columns, each
+from pmwvc_core.law.wave.anti_aliasing import (
+    filter_params,
+    filter_sample,
+    filter_step,
+    resting_filter,
+)
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.rates import AntiAliasing

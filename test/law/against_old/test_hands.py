@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from pmwvc_core import motion as old_motion
-from pmwvc_core.law import motion
-from pmwvc_core.law.device import device_step, resting_device, simulated_params
-from pmwvc_core.law.forces import RecordedForce, hand_force, hand_hold, recorded_params
-from pmwvc_core.law.remote_hand import (
+from pmwvc_core.law.plant import motion
+from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.law.plant.forces import RecordedForce, hand_force, hand_hold, recorded_params
+from pmwvc_core.law.plant.remote_hand import (
     remote_params,
     resting_remote,
 )
-from pmwvc_core.law.targets import TableHand, TableParams
-from pmwvc_core.law.task import ShownParams, ShownTarget, shown_target, task_of
+from pmwvc_core.law.plant.targets import TableHand, TableParams
+from pmwvc_core.law.plant.task import ShownParams, ShownTarget, shown_target, task_of
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.forces import ForceOnRecord, Setting

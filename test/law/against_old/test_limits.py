@@ -8,8 +8,8 @@ import random
 import numpy as np
 import pytest
 
-from pmwvc_core.law.hand_brake import brake_stiffness
-from pmwvc_core.law.limits import (
+from pmwvc_core.law.safety.hand_brake import brake_stiffness
+from pmwvc_core.law.safety.limits import (
     LimitsInput,
     expect,
     held_j,

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from pmwvc_core.frame.made import filters_params, resting_filters
-from pmwvc_core.law.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.arrivals import StrictArrivals, arrivals_of, start_of
-from pmwvc_core.law.counts import resting_counts
-from pmwvc_core.law.hold import Hold
-from pmwvc_core.law.local_model import local_stored_j
-from pmwvc_core.law.master import (
+from pmwvc_core.law.channel.arrivals import StrictArrivals, arrivals_of, start_of
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.playout import PlayoutParams, add
+from pmwvc_core.law.port import strict_master  # noqa: F401  # joins the families
+from pmwvc_core.law.port.counts import resting_counts
+from pmwvc_core.law.port.local_model import local_stored_j
+from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_measure,
@@ -22,19 +23,19 @@ from pmwvc_core.law.master import (
     port_signals,
     port_tick,
 )  # fmt: skip
-from pmwvc_core.law.packet import Packet
-from pmwvc_core.law.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
-from pmwvc_core.law.playout import PlayoutParams, add
-from pmwvc_core.law.port_filters import NoFilter
-from pmwvc_core.law.position import NoPosition
-from pmwvc_core.law.strict_master import (
+from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
+from pmwvc_core.law.port.port_filters import NoFilter
+from pmwvc_core.law.port.position import NoPosition
+from pmwvc_core.law.port.strict_state import (
     Node,
     StrictEnergies,
     StrictMaster,
     StrictMasterParams,
     Under,
 )  # fmt: skip
-from pmwvc_core.law.wave import impedance
+from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
+from pmwvc_core.law.wave.hold import Hold
+from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.master import strict_port
 from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.port import WaveMaster

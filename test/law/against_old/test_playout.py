@@ -8,7 +8,7 @@ import random
 import numpy as np
 import pytest
 
-from pmwvc_core.law import playout as law
+from pmwvc_core.law.channel import playout as law
 from pmwvc_core.wave.playout import Playout
 
 H = 0.001

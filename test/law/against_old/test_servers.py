@@ -7,14 +7,14 @@ import random
 import numpy as np
 import pytest
 
-from pmwvc_core.law.avatar import Avatar
-from pmwvc_core.law.avatar_brake import AvatarBrake
-from pmwvc_core.law.body import Body, body_law, changed_body, kinetic_j, wall_law
-from pmwvc_core.law.brake_force import resting_brake
-from pmwvc_core.law.contacts import Contact, ContactLaw, Spring, touching
-from pmwvc_core.law.implicit import Implicit
-from pmwvc_core.law.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
-from pmwvc_core.law.server_port import (
+from pmwvc_core.law.safety.avatar_brake import AvatarBrake
+from pmwvc_core.law.safety.brake_force import resting_brake
+from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.server.body import Body, body_law, changed_body, kinetic_j, wall_law
+from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring, touching
+from pmwvc_core.law.server.implicit import Implicit
+from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.law.server.server_port import (
     Environment,
     EnvironmentParams,
     Sums,
@@ -26,7 +26,7 @@ from pmwvc_core.law.server_port import (
     potential_j,
 )
 from pmwvc_core.law.server_step import Came
-from pmwvc_core.law.wave import impedance
+from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.factory import make_ports
 from pmwvc_core.server.port import WaveServer

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The laws of the server made from parameters: what they start from, and what they go by."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from pmwvc_core.controllers.library import has_waves, is_strict
+from pmwvc_core.frame.made import arrivals_params, made_impedance
+from pmwvc_core.law.channel.arrivals import start_of
+from pmwvc_core.law.channel.packing import packing_params, resting_packing
+from pmwvc_core.law.safety.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
+from pmwvc_core.law.safety.avatar_brake import AvatarBrake
+from pmwvc_core.law.safety.brake_force import resting_brake
+from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.server.body import Body, BodyLaw, body_law, wall_law
+from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring
+from pmwvc_core.law.server.implicit import Implicit
+from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
+from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.scenario import scenario as scenarios
+
+COUPLINGS: Mapping[str, Callable[[float, float], Any]] = {
+    "implicit": lambda old_s, new_s: Implicit(0),
+    "one_frame_late": lambda old_s, new_s: OneFrameLate(0),
+    "one_step_delay": OneStepDelay,
+    "unwrapped": Unwrapped,
+}
+OBJECTS: Mapping[str, Callable[[ServerParams], BodyLaw]] = {
+    "cube": lambda server: body_law(server.object_mass, server.object_damping, server.period_s),
+    "wall": lambda server: wall_law(server.period_s),
+}
+
+
+def coupling_of(server: ServerParams) -> Any:
+    """Return what closes the algebraic loop."""
+    return COUPLINGS[server.coupling](*weights(server.integrator, server.period_s))
+
+
+def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
+    """Return the contact of an avatar that has not joined."""
+    face, grips = 0.5 * side * size, contact.grips
+    law = ContactLaw(
+        contact.contact_stiffness, contact.contact_damping, -float(side), face, contact.gap_m
+    )
+    first = Spring(0.0, face, True, False) if grips else Spring(0.0, 0.0, False, False)
+    across = Spring(0.0, 0.0, False, False)
+    return Contact(law, grips, (first,) + (across,) * (axes - 1))
+
+
+def are_made(scenario: "scenarios.Scenario") -> bool:
+    """Tell whether there are laws for all that a scenario consists of."""
+    masters = [user.master for user in scenario.users]
+    return (
+        has_waves(scenario.controller)
+        and scenario.server.coupling in COUPLINGS
+        and scenario.server.environment in OBJECTS
+        and not any(m.bank.is_on or m.velocity_filter.is_on or m.position.is_on for m in masters)
+        and not any(user.master.impedance_matrix for user in scenario.users)
+        and not any(user.contact.impedance_matrix for user in scenario.users)
+    )
+
+
+def server_params(
+    users: Sequence["scenarios.User"],
+    *,
+    controller: str,
+    channel: str,
+    server: ServerParams,
+    times: ServerTimes,
+) -> ServerStepParams:
+    """Return the parameters of the server's step."""
+    guests = tuple(
+        GuestParams(
+            arrivals_params(
+                controller,
+                channel,
+                user.server_impedance,
+                timeout_s=times.timeout_s,
+                lets_go_s=AVATAR_LETS_GO_S,
+                store_j=server.store_j,
+            ),
+            packing_params(user.contact.deadband),
+        )
+        for user in users
+    )
+    environment = EnvironmentParams(
+        coupling_of(server), OBJECTS[server.environment](server), is_strict(controller, channel)
+    )
+    return ServerStepParams(
+        guests, environment, server.period_s, times.release_s, times.soft_start_s
+    )
+
+
+def resting_server(
+    users: Sequence["scenarios.User"], p: ServerStepParams, server: ServerParams, axes: int
+) -> Server:
+    """Return the server with no user present."""
+    rest = (0.0,) * axes
+    ports, guests = [], []
+    for user, guest in zip(users, p.guests, strict=True):
+        contact = contact_of(user.contact, side=user.side, size=server.object_size_m, axes=axes)
+        b = made_impedance(user.server_impedance)
+        avatar = Avatar(False, b, rest, rest, rest, contact, rest)
+        brake = AvatarBrake(resting_brake(rest), 0.0)
+        ports.append(UserPort(avatar, brake, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))
+        rules = guest.arrivals
+        arrivals = start_of(rules.plays_on, rules.timeout_s, user.master.frame_s)
+        guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes)))
+    environment = Environment(tuple(ports), Body(rest, rest), 0.0)
+    return Server(tuple(guests), environment, float("inf"))

@@ -1,0 +1,256 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server's end for an environment of which nothing is known but its answers (App. C).
+
+::
+
+    xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         with the line F' = F0 + G xd
+    F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
+
+The line is the environment's own where it reports its slope; else the one that the port learned
+(``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 -
+|v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of decoding with another
+force than F. What is done about it has a name (:mod:`.compensations`); the energies are
+kept. While the environment does not answer the port is a matched damper (v = 0).
+
+The waves move the device by T (u + v')/sqrt(2b), with the wave v' that the compensation returned;
+the avatar moves by T xd. The difference is undelivered. A port that learns repays 0.3 of it in the
+next step: it decodes with that much more velocity. In a stiff contact that becomes force, and so a
+returning wave, of which the compensation lets through what its energy covers.
+
+Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
+"""
+
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.black_box.compensations import CompensationParams, PortWave, compensated
+from pmwvc_core.law.black_box.jumps import faded
+from pmwvc_core.law.black_box.secant import Line, decoded, ratio_in_use
+from pmwvc_core.law.black_box.seen import Seen, checked, guess, noted
+from pmwvc_core.law.black_box.touched import (
+    FreeCube,
+    Vectors,
+    Wall,
+    energy_j,
+    local_line,
+    moved_by,
+    shown,
+    visited,
+)
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.safety.avatar_brake import unbraked
+from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.server.body import BodyLaw
+from pmwvc_core.law.server.server_port import (
+    Environment,
+    Sums,
+    UserPort,
+    environment_step,
+    taken_port,
+)
+from pmwvc_core.law.vectors import (
+    Vector,
+    columns,
+    dot,
+    each,
+    length,
+    minus,
+    plus,
+    scaled,
+    squared,
+    zero,
+)
+from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_v, wave_velocity
+
+
+class Accounts(NamedTuple):
+    """Energies of all users together since the start [J].
+
+    Their sum is what went in at the ports, less the heat of the avatars' brakes.
+    """
+
+    environment_j: float  # sum F . xd h
+    late_j: float  # decoding with another force than F
+    withheld_j: float  # what the compensation took from the returning waves; negative: added
+    contained_j: float  # of the damper while the environment did not answer
+
+
+class BlackBox(NamedTuple):
+    """The environment behind its ports, and the object that it shows."""
+
+    x: Vector  # [m]
+    xd: Vector  # [m/s]
+    environment: Any
+    compensation: Any
+    users: tuple[Seen, ...]
+    way_m: float  # longest one of late, fading
+    stored_j: float  # in the environment; below zero where it does not report it
+    accounts: Accounts
+
+
+class BlackBoxParams(NamedTuple):
+    """Parameters of a black box and its ports."""
+
+    environment: Any
+    compensation: CompensationParams
+    body: BodyLaw  # its period is the time step
+    brakes: bool  # of the avatars (the strict channel)
+    old_s: float  # weights of old and new velocity in an avatar's displacement
+    new_s: float
+    sloped: bool  # the environment reports its slope
+    learns: bool  # the port does
+    identity: Rows  # of the axes
+
+
+class Reply(NamedTuple):
+    """The answer of an environment."""
+
+    answered: bool
+    velocities: Vectors  # [m/s] of the avatars, as decoded
+    forces: Vectors  # [N]
+    stored_j: float
+    x: Vector  # of the object
+    xd: Vector
+
+
+# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
+exchange = Family("exchange")
+
+
+@exchange.member(Wall)
+@exchange.member(FreeCube)
+def exchange_known(
+    s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: BlackBoxParams
+) -> tuple[Any, Reply]:
+    """Ask an environment of the library."""
+    if p.sloped:
+        forces, slopes = local_line(s, starts, p.new_s, p.environment)
+        velocities = each(_decoded, (avatars, forces, slopes), p.identity)
+    positions = each(_ahead, (starts, velocities), p.new_s)
+    s, forces = moved_by(s, positions, velocities, p.body.period_s, p.environment)
+    x, xd = shown(s, starts[0])
+    return s, Reply(True, velocities, forces, energy_j(s, p.environment), x, xd)
+
+
+def _decoded(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:
+    rows = each(scaled, (identity, each(_positive, (slope,))))
+    free = free_velocity(a.impedance, a.u)
+    return decoded(Line(force, rows, zero(force)), a.impedance, free)[0]
+
+
+def _positive(slope: float) -> float:
+    return max(slope, 0.0)
+
+
+def _ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:
+    return plus(start, scaled(velocity, weight_s))
+
+
+@environment_step.member(BlackBoxParams)
+def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+    box, half_s = s.body, 0.5 * p.body.period_s
+    ports, ratios = columns(each(taken_port, (s.ports, came), p))
+    users, there, begins, at = columns(each(noted, (box.users, s.ports)))
+    environment = visited(box.environment, there, begins, at)
+    starts = each(_start, (ports,), p.old_s)
+    users, velocities = columns(each(guess, (users, ports, starts), p))
+    avatars = each(_avatar, (ports,))
+    environment, reply = exchange(environment, avatars, starts, velocities, p)
+    way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
+    if reply.answered:
+        ends = each(_ahead, (starts, reply.velocities), p.new_s)
+        way_m = max(faded(way_m, p.body.period_s), length(xd) * p.body.period_s)
+        for i in range(len(users)):
+            way_m = max(way_m, length(minus(ends[i], users[i].jumps.position)))
+        users = each(checked, (users, ends, reply.forces), way_m, p)
+        stored_j, x, xd = reply.stored_j, reply.x, reply.xd
+    replies = (users, ports, starts, reply.velocities, reply.forces)
+    ports, waves, sums = columns(each(_taken, replies, reply.answered, p))
+    held_j = _held(stored_j, users, s.ports, ports, p)
+    compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
+    users, ports = columns(each(_give, (users, s.ports, ports, came, ratios, returned), p))
+    e = box.accounts
+    environment_j, late_j, withheld_j, contained_j = (
+        e.environment_j, e.late_j, e.withheld_j, e.contained_j
+    )  # fmt: skip
+    for i in range(len(waves)):
+        environment_j += sums[i].environment_j
+        late_j += sums[i].late_j
+        contained_j += sums[i].contained_j
+        withheld_j += half_s * (squared(waves[i].v) - squared(returned[i]))
+    accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
+    box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
+    return Environment(ports, box, environment_j + contained_j - max(stored_j, 0.0))
+
+
+def _avatar(s: UserPort) -> Avatar:
+    return s.avatar
+
+
+def _start(s: UserPort, old_s: float) -> Vector:
+    return plus(s.x_s, scaled(s.avatar.xd, old_s))
+
+
+def _taken(
+    s: Seen, port: UserPort, start: Vector, velocity: Vector, force: Vector, answered: bool,
+    p: BlackBoxParams,
+) -> tuple[UserPort, PortWave, Accounts]:  # fmt: skip
+    """Give a port velocity and force; return its waves, zero where it is contained, and sums."""
+    a, h, rest = port.avatar, p.body.period_s, zero(start)
+    if not a.present:
+        return port, PortWave(rest, rest, 0.0), Accounts(0.0, 0.0, 0.0, 0.0)
+    if answered and s.usable and not s.jumped:
+        exact = wave_velocity(a.impedance, a.u, force)
+        late_w = dot(force, minus(exact, velocity))
+        wave = PortWave(a.u, wave_v(a.impedance, a.u, force), late_w)
+        sums = Accounts(h * dot(force, velocity), h * late_w, 0.0, 0.0)
+    else:
+        velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
+        force, wave = damper(a.impedance, velocity), PortWave(rest, rest, 0.0)
+        sums = Accounts(0.0, 0.0, 0.0, 0.5 * h * squared(a.u))
+    avatar = Avatar(a.present, a.impedance, a.u, velocity, force, a.contact, a.kept)
+    x_s = plus(start, scaled(velocity, p.new_s))
+    port = UserPort(avatar, port.brake, port.offset, x_s, port.v_s, port.sums, port.extra)
+    return port, wave, sums
+
+
+def _held(
+    stored_j: float, users: tuple[Seen, ...], before: tuple[UserPort, ...],
+    ports: tuple[UserPort, ...], p: BlackBoxParams,
+) -> float:  # fmt: skip
+    """Return what can still come out: the environment's energy and that of late decoding [J].
+
+    Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again;
+    with a slope it gives out up to G/b times what the environment does.
+    """
+    if stored_j < 0.0:
+        return stored_j
+    most, late_j = 0.0, 0.0
+    for i in range(len(ports)):
+        if p.learns:
+            most = max(most, ratio_in_use(users[i].secant))
+        f = ports[i].avatar.f
+        late_j -= dot(f, wave_velocity(before[i].avatar.impedance, zero(f), f))
+    held_j = stored_j * (1.0 + most * p.new_s / p.body.period_s)
+    return held_j + 0.5 * p.body.period_s * late_j
+
+
+def _give(
+    s: Seen, before: UserPort, port: UserPort, came: Any, ratio: float, v_s: Vector,
+    p: BlackBoxParams,
+) -> tuple[Seen, UserPort]:  # fmt: skip
+    """Give the wave that is returned to the user, through the brake."""
+    a, b, half_s, brake = port.avatar, before.avatar.impedance, 0.5 * p.body.period_s, port.brake
+    if not a.present:
+        return s, port
+    wave, kept = came.wave, a.kept
+    if ratio > 1.0:
+        brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, half_s)
+    if p.learns:
+        late = minus(scaled(free_velocity(b, plus(wave, v_s)), 0.5), a.xd)
+        kept = plus(kept, scaled(late, p.body.period_s))
+    avatar = Avatar(True, b, wave, a.xd, a.f, a.contact, kept)
+    e = port.sums
+    sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
+    port = UserPort(avatar, brake, port.offset, port.x_s, v_s, sums, port.extra)
+    return Seen(True, port.x_s, a.f, s.secant, s.jumps, s.usable, s.jumped), port

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A soft body that stands still, after Hunt and Crossley: F = K d^n (1 + c d') while d > 0.
+
+d is the depth in the face of the user's own side; along the face nothing holds. The damping grows
+with the depth, so the force does not jump where contact begins. It never pulls. Who comes in
+inside begins without force: there the face is as deep as that. Moved by h xd with d' = xd it gives
+out no more than it got: K d^n is the slope of a convex potential.
+"""
+
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.black_box.black_box import exchange, exchange_known
+from pmwvc_core.law.black_box.touched import (
+    Vectors,
+    energy_j,
+    local_line,
+    moved_by,
+    shown,
+    visited,
+)
+from pmwvc_core.law.vectors import Vector, columns, each, scaled, zero
+
+
+class Dent(NamedTuple):
+    """One user's contact with the soft body."""
+
+    there: bool
+    start: float  # depth at which the user came in [m]
+    depth: float  # 0 outside [m]
+    stiffness: float
+    inward: Vector  # direction of the user's push
+
+
+class SoftBody(NamedTuple):
+    """The contacts of all users."""
+
+    dents: tuple[Dent, ...]
+
+
+class SoftBodyParams(NamedTuple):
+    """Exponent n, damping c [s/m], and the way from the centre to the faces [m]."""
+
+    exponent: float
+    damping: float
+    face: float
+
+
+@visited.member(SoftBody)
+def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBody:
+    return SoftBody(each(_visit, (s.dents, there, begins, positions)))
+
+
+def _visit(s: Dent, there: bool, begins: bool, position: Vector) -> Dent:
+    if begins:
+        return Dent(True, s.inward[0] * position[0], 0.0, s.stiffness, s.inward)
+    return Dent(there, s.start, s.depth, s.stiffness, s.inward)
+
+
+@moved_by.member(SoftBody)
+def _moved(
+    s: SoftBody, positions: Vectors, velocities: Vectors, h: float, p: SoftBodyParams
+) -> tuple[SoftBody, Vectors]:
+    dents, forces = columns(each(_pressed, (s.dents, positions, velocities), p))
+    return SoftBody(dents), forces
+
+
+def _depth(s: Dent, position: Vector, p: SoftBodyParams) -> float:
+    beneath = max(p.face + s.inward[0] * position[0], 0.0)
+    return max(beneath - max(p.face + s.start, 0.0), 0.0)
+
+
+def _pressed(
+    s: Dent, position: Vector, velocity: Vector, p: SoftBodyParams
+) -> tuple[Dent, Vector]:
+    if not s.there:
+        return s, zero(position)
+    depth = _depth(s, position, p)
+    damped = max(1.0 + p.damping * s.inward[0] * velocity[0], 0.0)
+    force = scaled(s.inward, s.stiffness * depth**p.exponent * damped)
+    return Dent(True, s.start, depth, s.stiffness, s.inward), force
+
+
+@local_line.member(SoftBody)
+def _line(
+    s: SoftBody, positions: Vectors, weight_s: float, p: SoftBodyParams
+) -> tuple[Vectors, Vectors]:
+    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.dents, positions), weight_s, p))
+    return found
+
+
+def _slope(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tuple[Vector, Vector]:
+    depth = _depth(s, position, p)
+    if not s.there or depth <= 0.0:
+        return zero(position), zero(position)
+    elastic = s.stiffness * depth**p.exponent
+    rise = p.exponent * s.stiffness * depth ** (p.exponent - 1.0) * weight_s
+    slope = scaled(s.inward, s.inward[0] * (rise + p.damping * elastic))
+    return scaled(s.inward, elastic), slope
+
+
+@energy_j.member(SoftBody)
+def _energy_j(s: SoftBody, p: SoftBodyParams) -> float:
+    """Return the sum of K d^(n+1)/(n+1) [J]."""
+    total = 0.0
+    for i in range(len(s.dents)):
+        if s.dents[i].there:
+            n = p.exponent + 1.0
+            total += s.dents[i].stiffness * s.dents[i].depth ** n / n
+    return total
+
+
+@shown.member(SoftBody)
+def _still(s: SoftBody, like: Vector) -> tuple[Vector, Vector]:
+    return zero(like), zero(like)
+
+
+exchange.member(SoftBody)(exchange_known)

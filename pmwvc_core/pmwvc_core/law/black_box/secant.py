@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The slope of a black box, learned from its own answers, one user at a time.
+
+The port decodes with a line through the last force F- at the last position x-::
+
+    F' = F- + K^ (x - x-),   x = position + w xd,   hence   F' = F0 + G xd,   G = w K^
+
+K^ is a symmetric positive semidefinite matrix, a slowly decaying maximum of the secant of force
+over position. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
+
+    s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
+    s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
+
+so that K^ has the measured secant along dx, or loses a tenth of its own there per step. Both
+keep it semidefinite. A step much shorter than recent ones is not used (a damper's force turns
+round while its position stands still). A step into a one-sided contact that is stiffer than known
+measures less than its slope, as it begins outside: seven times that is taken, so that the next
+step ends inside as well and measures the slope itself.
+
+Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= 0.35 b),
+and a slope that varies costs energy of its own.
+
+An environment in which a user moved without force is taken as one-sided: its force does not change
+its sign, and where it ended there is a face, until a force expected there does not come.
+
+Equations: docs/theory.md 5.3, 5.5.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.vectors import (
+    Vector,
+    dot,
+    each,
+    is_zero,
+    length,
+    minus,
+    plus,
+    scaled,
+    squared,
+    zero,
+)
+from pmwvc_core.law.wave.wave import Rows, applied, damper
+
+DECAY = 0.9  # of a slope per step that measures less
+SHORT = 0.3  # length of a step that is too short, relative to recent ones
+LEAST_M = 1e-12
+NEARLY_ACROSS = 0.5  # cosine
+SOFT = 0.5  # K T/b up to which the force of the step before will do
+LEAP = 7.0  # slope taken where a contact begins, over what the step measured
+LARGEST = 100.0  # G relative to b
+NOTHING = 1e-290  # squared length at which a solution is found
+
+
+class Line(NamedTuple):
+    """The force that a user expects: F0 + G xd, not across its own direction."""
+
+    force: Vector  # [N] F0
+    slope: Rows  # [N s/m] G
+    along: Vector  # direction that the force keeps; zero: any
+
+
+class Face(NamedTuple):
+    """Last position, force and its direction with contact; direction zero: no face is known."""
+
+    position: Vector
+    force: Vector
+    along: Vector
+
+
+class Secant(NamedTuple):
+    """The slope learned of the environment at one user's avatar."""
+
+    scale: float  # b/T, smallest wave impedance over the period [N/m]
+    position: Vector
+    force: Vector
+    slope: Rows  # K^
+    longest: float  # recent step, decaying [m]
+    one_sided: bool
+    face: Face
+    expected: bool  # decoded with a force
+
+
+def resting_secant(position: Vector, scale: float, expected: bool) -> Secant:
+    """Begin to learn at a position."""
+    rest = zero(position)
+    slope = each(_row, (position,), rest)
+    return Secant(scale, position, rest, slope, 0.0, False, Face(rest, rest, rest), expected)
+
+
+def _row(of: float, row: Vector) -> Vector:
+    return row
+
+
+def learned(s: Secant) -> float:
+    """Return |K^| T/b of the slope; where a contact chatters, (K T + 2B)/b."""
+    total = 0.0
+    for i in range(len(s.slope)):
+        total += squared(s.slope[i])
+    return math.sqrt(total) / s.scale
+
+
+def ratio_in_use(s: Secant) -> float:
+    """Return |K^| T/b, zero where decoding late will do."""
+    ratio = learned(s)
+    return ratio if ratio > SOFT else 0.0
+
+
+def line(s: Secant, position: Vector, weight: float) -> Line:
+    """Return what to expect where the avatar would be without its new velocity [m]."""
+    if ratio_in_use(s) <= 0.0:
+        return Line(s.force, each(scaled, (s.slope,), 0.0), zero(s.force))
+    if not is_zero(s.force):
+        found = plus(s.force, applied(s.slope, minus(position, s.position)))
+        kept = _direction(s.force) if s.one_sided else zero(found)
+        return Line(found, each(scaled, (s.slope,), weight), kept)
+    along = s.face.along
+    rise = applied(s.slope, minus(position, s.face.position))
+    found = scaled(along, dot(along, plus(s.face.force, rise)))
+    stiffness = weight * dot(along, applied(s.slope, along))
+    kept = _direction(along) if s.one_sided else zero(found)
+    return Line(found, _outer(along, scaled(along, stiffness)), kept)
+
+
+def decoded(to: Line, impedance: Any, free: Vector) -> tuple[Vector, bool]:
+    """Return xd [m/s] from that without a force, and whether it was decoded with one."""
+    met = _solved(impedance, to.slope, minus(damper(impedance, free), to.force))
+    force = plus(to.force, applied(to.slope, met))
+    pushes = dot(to.along, force) >= 0.0 and not is_zero(force)
+    return (met if pushes else free), pushes
+
+
+def _solved(impedance: Any, slope: Rows, right: Vector) -> Vector:
+    """Return x of (B + G) x = right, by conjugate gradients: exact after a step per axis, and
+    once more for rounding.
+    """
+    x, left, way, size = zero(right), right, right, squared(right)
+    for _ in range(2 * len(right)):
+        if size > NOTHING:
+            image = plus(damper(impedance, way), applied(slope, way))
+            step = size / dot(way, image)
+            x, left = plus(x, scaled(way, step)), minus(left, scaled(image, step))
+            after = squared(left)
+            way, size = plus(left, scaled(way, after / size)), after
+    return x
+
+
+def expecting(s: Secant, expected: bool) -> Secant:
+    """Note whether the avatar was decoded with a force."""
+    return Secant(s.scale, s.position, s.force, s.slope, s.longest, s.one_sided, s.face, expected)
+
+
+def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
+    """Take in the force [N] at the avatar's position [m], where it can be used."""
+    if not good:
+        position, force = s.position, s.force
+    step, rise = minus(position, s.position), minus(force, s.force)
+    size, before, now = length(step), not is_zero(s.force), not is_zero(force)
+    one_sided = s.one_sided or (not before and not now and size > 0.0)
+    longest = DECAY * s.longest
+    if before and now:
+        longest = max(longest, size)
+    slope = s.slope
+    if (before or now) and size > max(SHORT * longest, LEAST_M):
+        course, secant = scaled(step, 1.0 / size), scaled(rise, 1.0 / size)
+        slope = _raised(slope, course, secant, now and not before and one_sided, s.scale)
+        if before and now:
+            slope = _decayed(slope, course, secant)
+    face = s.face
+    if now:
+        face = Face(position, force, _direction(force))
+    elif before:
+        face = Face(s.position, s.force, _direction(s.force))
+    elif s.expected:
+        rest = zero(force)
+        face = Face(rest, rest, rest)
+    return Secant(s.scale, position, force, slope, longest, one_sided, face, s.expected)
+
+
+def _raised(slope: Rows, course: Vector, secant: Vector, hits: bool, scale: float) -> Rows:
+    pull = applied(slope, course)
+    own, missing = dot(course, pull), minus(secant, pull)
+    short = dot(missing, course)
+    along = course if short < NEARLY_ACROSS * length(missing) else missing
+    measured = own + short
+    wanted = LEAP * measured if hits and measured > SOFT * scale else measured
+    most = min(wanted, LARGEST * scale) - own
+    if short <= 0.0 or most <= 0.0:
+        return slope
+    along = scaled(along, 1.0 / dot(along, course))
+    return each(plus, (slope, _outer(along, scaled(along, most))))
+
+
+def _decayed(slope: Rows, course: Vector, secant: Vector) -> Rows:
+    pull = applied(slope, course)
+    own, excess = dot(pull, course), dot(minus(pull, secant), course)
+    if excess <= 0.0 or own <= 0.0:
+        return slope
+    part = scaled(pull, min(1.0 - DECAY, excess / own))
+    return each(minus, (slope, _outer(part, scaled(pull, 1.0 / own))))
+
+
+def _outer(a: Vector, b: Vector) -> Rows:
+    """Return a b^T."""
+    return each(_multiple, (a,), b)
+
+
+def _multiple(factor: float, row: Vector) -> Vector:
+    return scaled(row, factor)
+
+
+def _direction(a: Vector) -> Vector:
+    """Return the unit vector; nothing where there is none."""
+    size = length(a)
+    return scaled(a, 1.0 / size) if size > 0.0 else a

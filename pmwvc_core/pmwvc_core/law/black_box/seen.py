@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the port of a black box knows of one user: where its avatar was left, the slope
+learned there, and whether the environment's force could be used.
+
+An avatar that is not where the last step left it, with that force, began anew.
+"""
+
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.black_box.jumps import Jumps, explained, resting_jumps
+from pmwvc_core.law.black_box.secant import Secant, decoded, expecting, learn, line, resting_secant
+from pmwvc_core.law.server.server_port import UserPort
+from pmwvc_core.law.vectors import Vector, is_zero, minus, plus, scaled, within, zero
+from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
+
+REPAID = 0.3  # of what is undelivered per step
+LARGEST_N = 1e6  # more is no force
+
+
+class Seen(NamedTuple):
+    """What the port knows of one user."""
+
+    there: bool
+    x: Vector  # of the avatar at the end of the last step: another one means that it began anew
+    f: Vector
+    secant: Secant
+    jumps: Jumps
+    usable: bool  # the environment's force in the last step
+    jumped: bool
+
+
+def resting_seen(position: Vector, scale: float) -> Seen:
+    """Return a user who is not there; ``scale`` is b/T with the smallest impedance [N/m]."""
+    rest, secant = zero(position), resting_secant(position, scale, False)
+    return Seen(False, position, rest, secant, resting_jumps(position), True, False)
+
+
+def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
+    """Note who is there, and who began anew: where the last step did not leave the avatar."""
+    there, at, f = port.avatar.present, port.x_s, port.avatar.f
+    stayed = s.there and is_zero(minus(at, s.x)) and is_zero(minus(f, s.f))
+    begins, secant, jumps = there and not stayed, s.secant, s.jumps
+    if begins:
+        secant, jumps = resting_secant(at, secant.scale, secant.expected), resting_jumps(at)
+    return Seen(there, at, f, secant, jumps, s.usable, s.jumped), there, begins, at
+
+
+def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]:
+    """Return the velocity decoded with the learned line, or with the last force."""
+    a = port.avatar
+    if not p.learns:
+        return s, wave_velocity(a.impedance, a.u, a.f) if a.present else zero(a.u)
+    free = free_velocity(a.impedance, a.u)
+    if port.brake.largest.left <= 0.0:  # a braked avatar waits
+        free = plus(free, scaled(a.kept, REPAID / p.body.period_s))
+    velocity, expected = decoded(line(s.secant, start, p.new_s), a.impedance, free)
+    secant = expecting(s.secant, expected)
+    return Seen(s.there, s.x, s.f, secant, s.jumps, s.usable, s.jumped), velocity
+
+
+def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:
+    """Note a force that cannot be used; learn from another one."""
+    usable, found, secant, jumps = within(force, LARGEST_N), True, s.secant, s.jumps
+    if p.learns:
+        if not usable:
+            force = zero(force)
+        h = p.body.period_s
+        jumps, found = explained(jumps, position, force, usable, way_m, secant.scale, h)
+        secant = learn(secant, position, force, usable and found)
+    return Seen(s.there, s.x, s.f, secant, jumps, usable, usable and not found)

@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Environments that are known by their forces only, chosen by the type of their state; here wall
+and cube, with the contact laws of the other couplings.
+
+The wall uses the force at the end of a step, as ``one_step_delay`` does. Moved by h xd (backward
+Euler) it gives out no more than it got: K e(n) [e(n) - e(n-1)] is at least the gain of the spring.
+Of a sloped wall the port knows K dt + B where there is contact (App. C Eq. 4). A wall that is
+driven, x = A sin(2 pi f t) along axis 0, gives out what its drive puts in.
+
+The cube is a body that moves by its own force. Pushed by the force of the step before (as the
+sampled couplings do) it would make energy; here it moves with the avatars, by the midpoint rule
+and the mean force over the step (:mod:`.implicit`), so that sum f_i xd_i h is stored or heat to
+rounding.
+
+Forces act from the avatars on the environment. Positions and velocities are those of the avatars
+at the end of the step; a user who is not there stands still.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j
+from pmwvc_core.law.server.contacts import (
+    Answer,
+    Contact,
+    ContactLaw,
+    Spring,
+    advanced_contact,
+    attached,
+    contact_energy,
+    contact_force,
+    detached,
+    slid,
+    touching,
+)
+from pmwvc_core.law.server.implicit import Row, solved_axis
+from pmwvc_core.law.vectors import Vector, columns, each, minus, scaled, zero
+
+Vectors = tuple[Vector, ...]
+visited = Family("visited")  # (s, there, begins, positions) -> s: who is there, who begins anew
+moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces)
+local_line = Family("local_line")  # (s, positions, weight_s, p) -> (forces at rest, slopes)
+energy_j = Family("energy_j")  # (s, p) -> stored [J]; below zero where it is not reported
+shown = Family("shown")  # (s, like) -> (x, xd) of the object that pictures show
+
+
+class Visitor(NamedTuple):
+    """One user's contact, and its avatar at the end of the last step [m]."""
+
+    there: bool
+    at: Vector
+    contact: Contact
+
+
+class Wall(NamedTuple):
+    """A wall, which moves as it is driven."""
+
+    visitors: tuple[Visitor, ...]
+    body: Body
+    time_s: float
+
+
+class Drive(NamedTuple):
+    """Amplitude [m], zero for a wall that stands still, and rate 2 pi f [1/s]."""
+
+    amplitude: Vector
+    rate: float
+
+
+class FreeCube(NamedTuple):
+    """The shared object: carried by whoever pushes it."""
+
+    visitors: tuple[Visitor, ...]
+    body: Body
+
+
+@visited.member(Wall)
+def _at_wall(s: Wall, there: Any, begins: Any, positions: Vectors) -> Wall:
+    visitors = each(_visited, (s.visitors, there, begins, positions), s.body.x)
+    return Wall(visitors, s.body, s.time_s)
+
+
+@visited.member(FreeCube)
+def _at_cube(s: FreeCube, there: Any, begins: Any, positions: Vectors) -> FreeCube:
+    return FreeCube(each(_visited, (s.visitors, there, begins, positions), s.body.x), s.body)
+
+
+def _visited(s: Visitor, there: bool, begins: bool, position: Vector, centre: Vector) -> Visitor:
+    """Begin a contact without force, or end it; what its spring held is lost."""
+    if begins:
+        return Visitor(True, position, attached(s.contact, minus(position, centre)))
+    if s.there and not there:
+        return Visitor(False, s.at, detached(s.contact)[0])
+    return s
+
+
+@moved_by.member(Wall)
+def _wall(
+    s: Wall, positions: Vectors, velocities: Vectors, h: float, p: Drive
+) -> tuple[Wall, Vectors]:
+    """Follow the drive; the velocity is the mean over the step."""
+    time_s = s.time_s + h
+    there = scaled(p.amplitude, math.sin(p.rate * time_s))
+    shift = minus(there, s.body.x)
+    xd = scaled(shift, 1.0 / h)
+    visitors, forces = columns(each(_pressed, (s.visitors, positions, velocities), shift, xd))
+    return Wall(visitors, Body(there, xd), time_s), forces
+
+
+def _pressed(
+    s: Visitor, position: Vector, velocity: Vector, shift: Vector, xd: Vector
+) -> tuple[Visitor, Vector]:
+    """Return the force at the end of a step in which the wall moved by ``shift`` [m]."""
+    if not s.there:
+        return s, zero(position)
+    contact, _ = slid(s.contact, minus(minus(position, s.at), shift))
+    return Visitor(True, position, contact), contact_force(contact, minus(velocity, xd))
+
+
+@moved_by.member(FreeCube)
+def _cube(
+    s: FreeCube, positions: Vectors, velocities: Vectors, h: float, p: BodyLaw
+) -> tuple[FreeCube, Vectors]:
+    """Return the mean forces over the step."""
+    rows = columns(each(_rows, (s.visitors, positions), h))
+    mean, answers = columns(each(solved_axis, (rows, s.body.xd), p))
+    body, _ = drifted(s.body, mean, p)
+    visitors, forces = columns(each(_carried, (s.visitors, positions, columns(answers)), h))
+    return FreeCube(visitors, body), forces
+
+
+def _rows(s: Visitor, position: Vector, h: float) -> tuple[Row, ...]:
+    held, rate = touching(s.contact), scaled(minus(position, s.at), 1.0 / h)
+    return each(_row, (s.contact.springs, rate), s.there, held, s.contact.law)
+
+
+def _row(spring: Spring, rate: float, there: bool, held: bool, law: ContactLaw) -> Row:
+    return Row(there, spring, rate, math.inf, held, law)
+
+
+def _carried(
+    s: Visitor, position: Vector, answers: tuple[Answer, ...], h: float
+) -> tuple[Visitor, Vector]:
+    if not s.there:
+        return s, zero(position)
+    force, rate = columns(each(_force_and_rate, (answers,)))
+    contact, _ = advanced_contact(s.contact, force, rate, h)
+    return Visitor(True, position, contact), force
+
+
+def _force_and_rate(answer: Answer) -> tuple[float, float]:
+    return answer.force, answer.rate
+
+
+@local_line.member(Wall)
+def _slopes(s: Wall, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
+    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.visitors, positions), weight_s))
+    return found
+
+
+def _slope(s: Visitor, position: Vector, weight_s: float) -> tuple[Vector, Vector]:
+    rest = zero(position)
+    if not s.there:
+        return rest, rest
+    contact, _ = slid(s.contact, minus(position, s.at))
+    force = contact_force(contact, rest)
+    if not touching(contact):
+        return force, rest
+    rise = minus(contact_force(contact, each(_one, (rest,))), force)
+    return force, each(_steeper, (rise,), contact.law.stiffness * weight_s)
+
+
+def _one(x: float) -> float:
+    return 1.0
+
+
+def _steeper(rise: float, more: float) -> float:
+    return rise + more
+
+
+@local_line.member(FreeCube)
+def _no_line(s: Any, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
+    rest = each(zero, (positions,))
+    return rest, rest
+
+
+@energy_j.member(Wall)
+def springs_j(s: Any, p: Any) -> float:
+    """Return the energy of the springs [J]."""
+    total = 0.0
+    for i in range(len(s.visitors)):
+        if s.visitors[i].there:
+            total += contact_energy(s.visitors[i].contact)
+    return total
+
+
+@energy_j.member(FreeCube)
+def _cube_j(s: FreeCube, p: BodyLaw) -> float:
+    return springs_j(s, p) + kinetic_j(s.body, p)
+
+
+@shown.member(Wall)
+@shown.member(FreeCube)
+def _moving(s: Any, like: Vector) -> tuple[Vector, Vector]:
+    return s.body.x, s.body.xd

@@ -1,0 +1,246 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What has come in at one end: by channel, what becomes of an accepted packet and which wave it
+gives out.
+
+======== ==========================================================================================
+plain    the newest wave, until a newer one comes: holding spends energy that did not arrive where
+         packets fail to come (App. B)
+zeroing  the newest wave for one step, then zero
+strict   segments of displacement and energy, played out
+======== ==========================================================================================
+
+Whether a packet is accepted is not decided here: numbers, senders and sizes are the receiver's.
+"""
+
+from typing import NamedTuple
+
+from pmwvc_core.law.channel.counting import Counting, count, resting_counting
+from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.playout import (
+    Moved,
+    Playout,
+    PlayoutParams,
+    add,
+    begin,
+    is_short,
+    pass_by,
+    play,
+    resting_playout,
+    spared,
+)
+from pmwvc_core.law.channel.silence import (
+    Silence,
+    followed,
+    is_unreceived,
+    noted_packet,
+    resting_silence,
+)
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.vectors import Vector, zero
+
+
+class ArrivalsParams(NamedTuple):
+    """Rules of a receiver: when the other end is silent at the earliest [s], the longest legal
+    wave [sqrt(W)], whether a wave counts once; and its playout.
+    """
+
+    timeout_s: float
+    longest: float
+    once: bool
+    plays_on: bool  # in a silence: the strict channel
+    playout: PlayoutParams
+
+
+class PlainArrivals(NamedTuple):
+    """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m].
+
+    A running sum of energy makes loss, duplicates and reordering harmless: the newest packet
+    contains all earlier ones. What an earlier life of the peer sent, or was sent before its first
+    packet came, does not count: it is lost, never gained.
+    """
+
+    silence: Silence
+    wave: Vector
+    position: Vector
+    fresh: bool  # not given out yet
+    sum_j: float  # of the newest packet
+    received_j: float  # by how much the sums have grown
+
+
+class StrictArrivals(NamedTuple):
+    """Of the strict channel."""
+
+    silence: Silence
+    playout: Playout
+    counting: Counting
+    position: Vector  # [m] of the newest packet
+    wanted: bool  # the other end lacks energy
+
+
+class PlainStart(NamedTuple):
+    """Plain arrivals before the first packet."""
+
+    silence: Silence
+
+
+class StrictStart(NamedTuple):
+    """Strict arrivals before the first packet, which come every so often [s]."""
+
+    silence: Silence
+    period_s: float
+
+
+arrivals_of = Family("arrivals_of")  # (start, nothing) -> s: nothing is the vector of zeros
+arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
+wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
+answer_of = Family("answer_of")  # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
+sparing = Family("sparing")  # (s, h, p) -> (s, energy that the other end lacks [J])
+anew = Family("anew")  # (s) -> s: the peer placed its position by the newest packet
+missed = Family("missed")  # (s, lasted_s) -> s: time went by without steps
+waits = Family("waits")  # (s) -> nothing is at hand, so the other end is told
+lacks = Family("lacks")  # (s) -> energy is short
+received_j = Family("received_j")  # (s) -> energy brought by the sums of packets, without waves
+interrupted = Family("interrupted")  # (s, now_ns) -> this end brakes
+
+
+@arrivals_of.member(PlainStart)
+def _plain(start: PlainStart, nothing: Vector) -> PlainArrivals:
+    return PlainArrivals(start.silence, nothing, nothing, False, 0.0, 0.0)
+
+
+@arrivals_of.member(StrictStart)
+def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
+    playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
+    counting = resting_counting(nothing, start.period_s)
+    return StrictArrivals(start.silence, playout, counting, nothing, False)
+
+
+def start_of(strict: bool, timeout_s: float, period_s: float) -> PlainStart | StrictStart:
+    """Return arrivals before the first packet."""
+    silence = resting_silence(timeout_s, period_s)
+    return StrictStart(silence, period_s) if strict else PlainStart(silence)
+
+
+@arrive.member(PlainArrivals)
+def _arrive(s: PlainArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) -> PlainArrivals:
+    sum_j = packet.energy_j if packet.fresh else max(packet.energy_j, s.sum_j)
+    gained_j = 0.0 if packet.fresh else sum_j - s.sum_j
+    silence, in_all_j = noted_packet(s.silence, now_ns, False), s.received_j + gained_j
+    return PlainArrivals(silence, packet.wave, packet.position, True, sum_j, in_all_j)
+
+
+@arrive.member(StrictArrivals)
+def _arrive_strict(
+    s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams
+) -> StrictArrivals:
+    passed_s = (now_ns - s.silence.accepted_ns) * 1e-9
+    counting, segment = count(s.counting, packet, passed_s, p.longest)
+    silence = noted_packet(s.silence, now_ns, packet.waits)
+    playout = s.playout
+    if segment.begins:
+        playout = begin(playout)
+    else:
+        silence = followed(silence, passed_s, segment.lasted_s, packet.period_s, p.timeout_s)
+    playout = add(playout, segment.integral, segment.energy_j, segment.lasted_s)
+    return StrictArrivals(silence, playout, counting, packet.position, packet.short)
+
+
+@wave_of.member(PlainArrivals)
+def _wave(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
+    wave = s.wave if s.fresh or not p.once else zero(s.wave)
+    after = PlainArrivals(s.silence, s.wave, s.position, False, s.sum_j, s.received_j)
+    return after, wave
+
+
+@wave_of.member(StrictArrivals)
+def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, Vector]:
+    playout, wave = play(s.playout, h, p.playout)
+    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted), wave
+
+
+@answer_of.member(PlainArrivals)
+def _answer(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
+    return _wave(s, h, p)
+
+
+@answer_of.member(StrictArrivals)
+def _answer_strict(
+    s: StrictArrivals, h: float, p: ArrivalsParams
+) -> tuple[StrictArrivals, Vector]:
+    return s, zero(s.position)
+
+
+@sparing.member(PlainArrivals)
+def _sparing(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, float]:
+    return s, 0.0
+
+
+@sparing.member(StrictArrivals)
+def _sparing_strict(
+    s: StrictArrivals, h: float, p: ArrivalsParams
+) -> tuple[StrictArrivals, float]:
+    playout, energy_j = spared(s.playout, h, s.wanted)
+    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted), energy_j
+
+
+@anew.member(PlainArrivals)
+def _anew(s: PlainArrivals) -> PlainArrivals:
+    return s
+
+
+@anew.member(StrictArrivals)
+def _anew_strict(s: StrictArrivals) -> StrictArrivals:
+    return StrictArrivals(s.silence, begin(s.playout), s.counting, s.position, s.wanted)
+
+
+@missed.member(PlainArrivals)
+def _missed(s: PlainArrivals, lasted_s: float) -> PlainArrivals:
+    return s
+
+
+@missed.member(StrictArrivals)
+def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
+    playout = pass_by(s.playout, lasted_s)
+    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted)
+
+
+@waits.member(PlainArrivals)
+def _waits(s: PlainArrivals) -> bool:
+    return False
+
+
+@waits.member(StrictArrivals)
+def _waits_strict(s: StrictArrivals) -> bool:
+    return pace_waits(s.playout.pace)
+
+
+@lacks.member(PlainArrivals)
+def _lacks(s: PlainArrivals) -> bool:
+    return False
+
+
+@lacks.member(StrictArrivals)
+def _lacks_strict(s: StrictArrivals) -> bool:
+    return is_short(s.playout)
+
+
+@interrupted.member(PlainArrivals)
+def _interrupted(s: PlainArrivals, now_ns: int) -> bool:
+    return False
+
+
+@interrupted.member(StrictArrivals)
+def _interrupted_strict(s: StrictArrivals, now_ns: int) -> bool:
+    return is_unreceived(s.silence, now_ns) or pace_brakes(s.playout.pace)
+
+
+@received_j.member(PlainArrivals)
+def _received(s: PlainArrivals) -> float:
+    return s.received_j
+
+
+@received_j.member(StrictArrivals)
+def _received_strict(s: StrictArrivals) -> float:
+    return 0.0

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The sender: packets with running sums, and the deadband that leaves some of them out.
+
+::
+
+    integral <- integral + w T          energy <- energy + |w|^2 T/2
+    held back where  |w - w_sent| <= ratio |w_sent|
+
+A wave that differs too little from the one sent last to be felt needs no packet of its own
+(Hinterseer et al., 2008), unless the next packet would then stand for more than the longest time
+allowed. The packet after it stands for the time of both and carries their mean. Sums make every
+packet contain all earlier ones.
+
+Equations: docs/theory.md 17.11.
+"""
+
+from typing import NamedTuple
+
+from pmwvc_core.law.channel.packet import Packet, Sent
+from pmwvc_core.law.vectors import Vector, each, minus, scaled, squared
+from pmwvc_core.params import DeadbandParams
+
+LAST_NUMBER = (1 << 32) - 1  # 1 follows
+ROUNDING = 1e-9  # of times, relative
+
+
+class Packing(NamedTuple):
+    """The sums of a sender, and the last packet as far as the next one depends on it."""
+
+    number: int
+    integral: Vector  # [sqrt(W) s]
+    energy_j: float
+    held_s: float  # time of the samples held back since the last packet
+    sent_integral: Vector  # up to them
+    wave: Vector  # of the last packet
+    flags: int  # of the last packet
+
+
+class PackingParams(NamedTuple):
+    """The deadband: ratio of two waves that is not felt (none: below zero), longest time [s]."""
+
+    ratio: float
+    longest_s: float
+
+
+class About(NamedTuple):
+    """What a packet says beside its sample."""
+
+    now_ns: int
+    short: bool
+    waits: bool
+    anew: bool
+    leaves: bool
+    other: int  # flags of no law: a change of them needs a packet
+
+
+def packing_params(deadband: DeadbandParams) -> PackingParams:
+    """Return the parameters of a sender."""
+    ratio = deadband.ratio if deadband.is_on else -1.0
+    return PackingParams(float(ratio), deadband.longest_s * (1.0 + ROUNDING))
+
+
+def resting_packing(axes: int) -> Packing:
+    """Return a sender that has sent nothing."""
+    zero = (0.0,) * axes
+    return Packing(0, zero, 0.0, 0.0, zero, zero, 0)
+
+
+def pay(s: Packing, energy_j: float) -> Packing:
+    """Let the next packet bring more energy than its wave needs."""
+    return Packing(
+        s.number, s.integral, s.energy_j + energy_j, s.held_s, s.sent_integral, s.wave, s.flags
+    )
+
+
+def flags_of(about: About) -> int:
+    """Return a number that changes with what a packet says beside its sample."""
+    return about.other * 8 + about.waits * 4 + about.anew * 2
+
+
+def pack(
+    s: Packing, sent: Sent, period_s: float, about: About, p: PackingParams
+) -> tuple[Packing, Packet, bool]:
+    """Add a sample; return its packet, and whether that is sent."""
+    integral = each(_grown, (s.integral, sent.wave), period_s)
+    energy_j = s.energy_j + squared(sent.wave) * (0.5 * period_s)
+    flags = flags_of(about)
+    number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
+    held_back = _is_held_back(s, sent.wave, period_s, flags, p)
+    if held_back:
+        before = s.sent_integral if held_s > 0.0 else s.integral
+        s = Packing(s.number, integral, energy_j, held_s + period_s, before, s.wave, s.flags)
+    else:
+        if held_s > 0.0:
+            period_s += held_s
+            wave = scaled(minus(integral, s.sent_integral), 1.0 / period_s)
+        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags)
+    own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
+    packet = Packet(
+        number, about.now_ns, period_s, wave, integral, own, sent.position, about.short,
+        about.waits, about.anew, about.leaves, sent.extra, False, 0,
+    )  # fmt: skip
+    return s, packet, not held_back
+
+
+def _grown(integral: float, wave: float, period_s: float) -> float:
+    return integral + wave * period_s
+
+
+def _is_held_back(s: Packing, wave: Vector, period_s: float, flags: int, p: PackingParams) -> bool:
+    if p.ratio < 0.0 or s.number == 0 or flags != s.flags:
+        return False
+    if s.held_s + 2.0 * period_s > p.longest_s:
+        return False
+    return squared(minus(wave, s.wave)) <= p.ratio**2 * squared(s.wave)

@@ -1,0 +1,291 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The playout of a wave on the strict channel: late packets concealed, no motion lost, and never
+more energy than arrived and was declared.
+
+Segments come in: the integral dU of a wave over a duration dt of its sender, and the energy dJ
+that pays for it, whatever was lost, repeated or late in between. They are played in the time p of
+the sender (:mod:`.pace`), up to the end e of the newest one and, by the wave w^ of that one,
+beyond it. With U(p) the integral up to p, even within a segment, per step of length h::
+
+    due         = U(min(p, e)) - U(before),    guessed <- guessed + w^ (time beyond e)
+    asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
+    free        = received - given - released - discarded - reserve of what is still to be played
+    wave        = asked/h, shortened to |wave|^2 h/2 <= E0 + free, beyond e to h/SPREAD_S of that;
+                  where nothing is predicted or mended, E0 is what was lent before
+    undelivered <- undelivered + asked - wave h     made up out of free energy alone
+
+A segment that comes late settles its part q = min(c, dt) of the c seconds concealed::
+
+    mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
+
+What was guessed for longer than the ends take to brake stays undelivered instead. What is
+undelivered is made up as fast as free energy lasts for all of it (:func:`.affordable.repayment`),
+from ``RETURN_S`` after the last wait on, until which the ends brake, and not at once: the longest
+wave that makes it up grows over ``rises_s``.
+
+The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So given + released <=
+received + E0 at every step, whatever is guessed, with one E0 (``store_j``) for the whole session;
+and U(min(p, e)) + guessed = integral given out + undelivered + mistaken: displacement may be late,
+it is never lost.
+
+A playout with something undelivered and no energy for it is *short*. The other direction then
+passes on what it can spare (``spared``); E0 is neither passed on nor used to make up.
+
+Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.25.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.law.channel.affordable import affordable, repayment
+from pmwvc_core.law.channel.pace import (
+    RESTING_PACE,
+    Pace,
+    pace_arrive,
+    pace_brakes,
+    pace_pass_by,
+    pace_step,
+)
+from pmwvc_core.law.channel.segments import Knot, Knots, added, at, forgotten, played
+from pmwvc_core.law.vectors import (
+    Vector,
+    length,
+    minus,
+    plus,
+    scaled,
+    shortened,
+    squared,
+    within,
+    zero,
+)
+
+MEND_S = 0.03  # time constant with which what was guessed wrong is made good
+SPREAD_S = 0.015  # the energy left for predictions lasts so long at least
+RETURN_S = 0.1  # after the last wait: nothing is repaid until then
+SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
+PASSED_S = 0.1  # time constant with which a surplus is passed on
+FEW = 5e-4  # [sqrt(W) s] undelivered: no energy is asked for
+SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
+MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use there
+
+
+class Moved(NamedTuple):
+    """Energies since the start [J]."""
+
+    received_j: float
+    given_j: float
+    released_j: float  # used otherwise
+    discarded_j: float  # given up
+    lent_j: float  # of E0
+
+
+class Store(NamedTuple):
+    """The segments, and how far they are played: integral [sqrt(W) s] and reserve [J]."""
+
+    knots: Knots
+    integral: Vector
+    reserve_j: float
+
+
+class Concealed(NamedTuple):
+    """What is predicted [sqrt(W)], what was given out beyond the newest segment, and by how much
+    that fell short of what came [sqrt(W) s].
+    """
+
+    wave: Vector
+    guessed: Vector
+    mistaken: Vector
+
+
+class Playout(NamedTuple):
+    """See the module."""
+
+    pace: Pace
+    store: Store
+    concealed: Concealed
+    undelivered: Vector  # arrived, due, and not given out yet [sqrt(W) s]
+    since_s: float  # since the last wait
+    moved: Moved
+
+
+class PlayoutParams(NamedTuple):
+    """Longest wave that makes up what is undelivered [sqrt(W)], the time in which it grows so long
+    [s], and E0 [J].
+    """
+
+    most_repaid: float
+    rises_s: float
+    store_j: float
+
+
+def resting_playout(nothing: Vector, moved: Moved) -> Playout:
+    """Return a playout to which nothing has come, with the energies moved before."""
+    store = Store([Knot(0.0, nothing, 0.0)], nothing, 0.0)
+    concealed = Concealed(nothing, nothing, nothing)
+    return Playout(RESTING_PACE, store, concealed, nothing, 0.0, moved)
+
+
+def begin(s: Playout) -> Playout:
+    """Drop what is in store, undelivered and free: what comes has nothing to do with it. A debt
+    stays.
+    """
+    m = s.moved
+    discarded_j = m.discarded_j + max(balance_j(m), 0.0)
+    moved = Moved(m.received_j, m.given_j, m.released_j, discarded_j, m.lent_j)
+    return resting_playout(zero(s.undelivered), moved)
+
+
+def balance_j(m: Moved) -> float:
+    """Return the energy that came and is not given out [J]."""
+    return m.received_j - m.given_j - m.released_j - m.discarded_j
+
+
+def free_j(s: Playout) -> float:
+    """Return the energy beyond what was given out and what the segments in store need; below zero:
+    taken from E0 [J].
+    """
+    knots = s.store.knots
+    return balance_j(s.moved) - (knots[len(knots) - 1].reserve_j - s.store.reserve_j)
+
+
+def needed_j(s: Playout) -> float:
+    """Return the free energy that makes up what is undelivered beside the present wave [J]."""
+    return SPARED_J + length(s.undelivered) * length(s.concealed.wave)
+
+
+def is_short(s: Playout) -> bool:
+    """Tell whether something is undelivered, and there is less energy than that takes."""
+    return squared(s.undelivered) > FEW**2 and free_j(s) < needed_j(s)
+
+
+def waiting(s: Playout) -> Vector:
+    """Return the integral that has arrived and is not given out [sqrt(W) s]."""
+    knots, c = s.store.knots, s.concealed
+    in_store = minus(knots[len(knots) - 1].integral, s.store.integral)
+    return minus(plus(plus(in_store, s.undelivered), c.mistaken), c.guessed)
+
+
+def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Playout:
+    """Take a segment in: its integral [sqrt(W) s], the energy that came with it, and the time of
+    the sender for which it stands, > 0 [s].
+    """
+    m, store, c, undelivered = s.moved, s.store, s.concealed, s.undelivered
+    moved = Moved(m.received_j + energy_j, m.given_j, m.released_j, m.discarded_j, m.lent_j)
+    knots, late_s, braked = store.knots, -s.pace.store_s, pace_brakes(s.pace)
+    begun = len(knots) > 1
+    if begun:
+        gone = played(knots, knots[len(knots) - 1].end_s - max(-late_s, 0.0))
+        if gone > 0:
+            before = knots[gone]
+            left = minus(store.integral, before.integral)
+            store = Store(forgotten(knots, gone), left, store.reserve_j - before.reserve_j)
+    pace = pace_arrive(s.pace, duration_s)
+    store = Store(added(store.knots, integral, duration_s), store.integral, store.reserve_j)
+    wave, guessed, mistaken = scaled(integral, 1.0 / duration_s), c.guessed, c.mistaken
+    if begun and late_s > 0.0:
+        settled = scaled(guessed, min(duration_s / late_s, 1.0))
+        of_it = scaled(integral, min(late_s / duration_s, 1.0))
+        guessed = minus(guessed, settled)
+        mistaken = minus(plus(mistaken, of_it), settled)
+        store = _played_to(store, pace.store_s)
+        if braked:
+            undelivered = plus(undelivered, mistaken)
+            mistaken = zero(mistaken)
+    concealed = Concealed(wave, guessed, mistaken)
+    return Playout(pace, store, concealed, undelivered, s.since_s, moved)
+
+
+def _played_to(s: Store, store_s: float) -> Store:
+    """Return the store, played up to where so much of it is left [s]."""
+    integral, reserve_j = at(s.knots, s.knots[len(s.knots) - 1].end_s - max(store_s, 0.0))
+    return Store(s.knots, integral, reserve_j)
+
+
+def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
+    """Return the wave of the next h seconds [sqrt(W)]."""
+    if len(s.store.knots) == 1:
+        return s, zero(s.undelivered)
+    c, m, undelivered = s.concealed, s.moved, s.undelivered
+    in_store_s = max(s.pace.store_s, 0.0)
+    pace, clock = pace_step(s.pace, h)
+    before = s.store
+    if clock.skipped_s > 0.0:
+        before = _played_to(s.store, in_store_s - clock.skipped_s)
+        undelivered = plus(undelivered, minus(before.integral, s.store.integral))
+    since_s = 0.0 if pace_brakes(pace) else s.since_s + h
+    store = _played_to(before, pace.store_s)
+    guess, mended = scaled(c.wave, clock.beyond_s), scaled(c.mistaken, min(h / MEND_S, 1.0))
+    asked = plus(plus(minus(store.integral, before.integral), guess), mended)
+    concealed = Concealed(c.wave, plus(c.guessed, guess), minus(c.mistaken, mended))
+    predicts = clock.beyond_s > 0.0
+    if predicts or not within(mended, SETTLED):
+        m = Moved(m.received_j, m.given_j, m.released_j, m.discarded_j, p.store_j)
+    s = Playout(pace, store, concealed, undelivered, since_s, m)
+    return _given(s, asked, h, max(h, SPREAD_S) if predicts else h, p)
+
+
+def _given(
+    s: Playout, asked: Vector, h: float, spread_s: float, p: PlayoutParams
+) -> tuple[Playout, Vector]:
+    """Return the wave that gives out an integral within h seconds, as far as energy lasts, and of
+    what is undelivered what it lasts for as well.
+    """
+    wave, free, undelivered, m = scaled(asked, 1.0 / h), free_j(s), s.undelivered, s.moved
+    power = max(free + m.lent_j, 0.0) * (2.0 / spread_s)
+    if squared(wave) > power:
+        wave = shortened(wave, math.sqrt(power))
+        undelivered = plus(undelivered, minus(asked, scaled(wave, h)))
+    since = (s.since_s - RETURN_S) * (1.0 / p.rises_s)
+    if since > 0.0 and not within(undelivered, SETTLED):
+        most = max(free, 0.0) * (2.0 / h)
+        wish = repayment(undelivered, wave, 0.5 * h * most)
+        wish = shortened(wish, p.most_repaid * min(since, 1.0))
+        repaid, _ = affordable(wave, wish, most - squared(wave))
+        undelivered = minus(undelivered, scaled(repaid, h))
+        wave = plus(wave, repaid)
+    spent_j = 0.5 * h * squared(wave)
+    lent_j, discarded_j = min(m.lent_j, max(spent_j - free, 0.0)), m.discarded_j
+    if squared(undelivered) <= FEW**2:
+        discarded_j += max(free - spent_j - MOST_J, 0.0)
+    moved = Moved(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
+    return Playout(s.pace, s.store, s.concealed, undelivered, s.since_s, moved), wave
+
+
+def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
+    """Return free energy beyond a level, at most so much: the wave can do without it [J]."""
+    released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
+    if released_j == 0.0:
+        return s, released_j
+    moved = Moved(m.received_j, m.given_j, m.released_j + released_j, m.discarded_j, m.lent_j)
+    return Playout(s.pace, s.store, s.concealed, s.undelivered, s.since_s, moved), released_j
+
+
+def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
+    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]; what
+    is needed here stays.
+    """
+    if not wanted:
+        return s, 0.0
+    return release(s, max(free_j(s) - needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)
+
+
+def take_back(s: Playout, wave: Vector, h: float) -> Playout:
+    """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
+    m = s.moved
+    given_j = m.given_j - squared(wave) * (0.5 * h)
+    moved = Moved(m.received_j, given_j, m.released_j, m.discarded_j, m.lent_j)
+    undelivered = plus(s.undelivered, scaled(wave, h))
+    return Playout(s.pace, s.store, s.concealed, undelivered, s.since_s, moved)
+
+
+def pass_by(s: Playout, lasted_s: float) -> Playout:
+    """Let time go by in which the loop did not step [s]: what was due then stays undelivered, and
+    nothing is played later for it.
+    """
+    if len(s.store.knots) == 1:
+        return s
+    pace = pace_pass_by(s.pace, lasted_s)
+    store = _played_to(s.store, pace.store_s)
+    undelivered = plus(s.undelivered, minus(store.integral, s.store.integral))
+    return Playout(pace, store, s.concealed, undelivered, s.since_s, s.moved)

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
+
+* Mass and damper are advanced exactly over a tick with both forces held (:mod:`.motion`).
+* Coulomb friction is one vector against the direction of motion, the same whatever the axes. Its
+  direction is that at the start of a tick; along one axis it is integrated exactly: where it stops
+  the device within a tick, the rest of the tick starts from the point of rest, and it stays there
+  unless the other forces overcome the friction. It only ever takes energy.
+* The stops at the ends of the workspace are perfectly inelastic: position at the stop, velocity
+  zero.
+* The encoder rounds to its nearest step; the velocity signal is the true one, or the difference of
+  the last two readings over a tick, which is half a tick late.
+
+Not here: force limits of the device (``limits``), ticks that a force loop misses (its caller).
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.law.plant.motion import Motion, advanced, motion, time_to_rest
+from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, scaled, within, zero
+from pmwvc_core.params import DeviceParams
+
+
+class Device(NamedTuple):
+    """True motion, what is read of it, and the work of both forces.
+
+    Work is a force held over each tick times the true distance moved in it.
+    """
+
+    x: Vector  # [m]
+    xd: Vector  # [m/s]
+    read_x: Vector  # [m]
+    read_xd: Vector  # [m/s]
+    against_j: float  # of the controller's force against the hand
+    by_hand_j: float  # of the hand's force on the device
+
+
+class SimulatedParams(NamedTuple):
+    """Parameters of a simulated device over a tick."""
+
+    mass: float
+    damping: float
+    friction: float
+    encoder_step_m: float  # 0: exact
+    reach_m: float
+    differences: bool  # velocity by differences of readings
+    tick_s: float
+    motion: Motion
+
+
+def simulated_params(params: DeviceParams, tick_s: float) -> SimulatedParams:
+    """Return the parameters of a device for a period of the force loop."""
+    coefficients = motion(params.mass, params.damping, tick_s)
+    return SimulatedParams(
+        params.mass, params.damping, params.friction, params.encoder_step_m, params.workspace_m,
+        params.differences, tick_s, coefficients,
+    )  # fmt: skip
+
+
+def resting_device(x: Vector, p: SimulatedParams) -> Device:
+    """Return a device at rest at a position [m]; ParameterError outside its workspace."""
+    if max(x) > p.reach_m or min(x) < -p.reach_m:
+        raise ParameterError(
+            f"device placed at {list(x)} m: outside its workspace of +-{p.reach_m} m; make "
+            "device.workspace_m larger"
+        )
+    return Device(x, zero(x), _measured(x, p), zero(x), 0.0, 0.0)
+
+
+def device_step(
+    s: Device, f_h: Vector, f_m: Vector, p: SimulatedParams
+) -> tuple[Device, Vector, Vector]:
+    """Advance one tick, with the force ``f_h`` of the hand on the device and that of the
+    controller against it, ``f_m``, held [N]; also return what is read at its end.
+    """
+    force = minus(f_h, f_m)
+    if p.friction > 0.0:
+        x, xd = _rubbed(s.x, s.xd, force, p)
+    else:
+        x, xd = advanced(s.x, s.xd, force, p.motion)
+    if not within(x, p.reach_m):
+        x, xd = columns(each(_stopped, (x, xd), p.reach_m))
+    moved = minus(x, s.x)
+    read_x, read_xd = _measured(x, p), xd
+    if p.differences:
+        read_xd = scaled(minus(read_x, s.read_x), 1.0 / p.tick_s)
+    against_j, by_hand_j = s.against_j + dot(f_m, moved), s.by_hand_j + dot(f_h, moved)
+    return Device(x, xd, read_x, read_xd, against_j, by_hand_j), read_x, read_xd
+
+
+def _stopped(x: float, xd: float, reach_m: float) -> tuple[float, float]:
+    if x >= reach_m:
+        return reach_m, 0.0
+    return (-reach_m, 0.0) if x <= -reach_m else (x, xd)
+
+
+def _measured(x: Vector, p: SimulatedParams) -> Vector:
+    """Return what the encoder shows."""
+    return each(_rounded, (x,), p.encoder_step_m) if p.encoder_step_m > 0.0 else x
+
+
+def _rounded(x: float, step_m: float) -> float:
+    return math.floor(x / step_m + 0.5) * step_m
+
+
+def _rubbed(x: Vector, xd: Vector, force: Vector, p: SimulatedParams) -> tuple[Vector, Vector]:
+    """Advance one tick with Coulomb friction against the direction of motion.
+
+    That direction is kept over the tick, or until the motion along it has come to rest: along
+    it the velocity is monotone and passes zero at most once. From there the other forces
+    either hold still or win for good, in their own direction.
+    """
+    speed, course, wins = length(xd), _direction(xd), length(force) - p.friction
+    push = scaled(_direction(force), max(wins, 0.0))  # what wins from rest
+    net = minus(force, scaled(course, p.friction)) if speed > 0.0 else push
+    x_end, xd_end = advanced(x, xd, net, p.motion)
+    if not dot(course, xd_end) < 0.0:
+        return x_end, xd_end
+    time_s = time_to_rest(p.mass, p.damping, speed, dot(course, net))
+    time_s = min(max(time_s, 0.0), p.tick_s)
+    x_rest, across = advanced(x, xd, net, motion(p.mass, p.damping, time_s))
+    across = minus(across, scaled(course, dot(course, across))) if wins > 0.0 else zero(xd)
+    return advanced(x_rest, across, push, motion(p.mass, p.damping, p.tick_s - time_s))
+
+
+def _direction(a: Vector) -> Vector:
+    """Return the unit vector; nothing where there is none."""
+    size = length(a)
+    return each(_over, (a,), size) if size > 0.0 else a
+
+
+def _over(a: float, size: float) -> float:
+    return a / size

@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The hand whose target comes from outside: a person with a pointer, a table, another program.
+
+Arm and grip are those of :mod:`.hand`. The newest target counts. The point x_t that the arm
+follows moves towards it with at most ``speed_m_s``, and is never further than
+``reach_n / stiffness`` from the arm::
+
+    f_h = g [K (y - x) + B (yd - xd)] - (1 - g) brake xd
+    m ydd = a k (x_t - y) - d yd - g [K (y - x) + B (yd - xd)]
+
+A target that is not finite, none at all, or none for ``SILENT_S`` lets go: g and a fall to zero
+within ``FADE_S`` while x_t rests. Then the handle is free and braked. A target that comes after
+that takes hold: the arm begins at the handle, at rest, and g rises within ``TAKE_S``.
+
+**Why this adds no energy.** With x_t at rest a falling stiffness only loses energy. While g rises,
+arm and target move so that K g (y - x)^2/2 stays what it is. The sum S of :mod:`.hand` has the
+terms - g (B + K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here, of the forces held over a tick T. A
+change of g changes them; that is part of ``effort_j``: letting go of a handle at w = 0.1 m/s, 20
+microjoules. So the work on the device is at most ``effort_j`` and the sum of these terms.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.law.plant.forces import hand_force, hand_hold
+from pmwvc_core.law.plant.hand import Arm, Grip, arm_step, grip_force, grip_of
+from pmwvc_core.law.vectors import (
+    Vector,
+    columns,
+    dot,
+    each,
+    minus,
+    plus,
+    scaled,
+    shortened,
+    squared,
+    within,
+    zero,
+)
+from pmwvc_core.params import OperatorParams
+
+SILENT_S = 0.15
+FADE_S = 0.1
+TAKE_S = 0.03
+FARTHEST_M = 10.0  # targets beyond are taken to be there
+
+
+class NewestTarget(NamedTuple):
+    """The newest target."""
+
+    wanted: Vector  # [m]
+    usable: bool  # finite, and not too old
+    age: int  # ticks since it came
+
+
+class Reach(NamedTuple):
+    """The arm; while the handle is free, it is where that is."""
+
+    y: Vector  # [m]
+    yd: Vector  # [m/s]
+    target: Vector  # [m] that it follows
+
+
+class RemoteHand(NamedTuple):
+    """A hand and who drives it."""
+
+    arm: Reach
+    newest: NewestTarget
+    holding: bool  # whether somebody holds the handle
+    grip: float  # g
+    pull: float  # a
+    effort_j: float  # of the moving target and of the changes of grip
+
+
+class RemoteParams(NamedTuple):
+    """Arm and grip of a remote hand over a tick."""
+
+    grip: Grip
+    stiffness: float  # k
+    brake: float
+    twice_mass: float
+    resistance: float  # 2 m + T d
+    step_m: float  # farthest way of the arm's target in a tick
+    reach_m: float  # from the arm to its target
+    silent_ticks: int
+    rise: float  # of g in a tick
+    fall: float
+    tick_s: float
+
+
+def remote_params(params: OperatorParams, tick_s: float) -> RemoteParams:
+    """Return the parameters of a remote hand."""
+    arm = params.remote
+    return RemoteParams(
+        grip_of(params, arm.mass, tick_s), arm.stiffness, arm.brake, 2.0 * arm.mass,
+        2.0 * arm.mass + tick_s * arm.damping, arm.speed_m_s * tick_s,
+        arm.reach_n / arm.stiffness, round(SILENT_S / tick_s), tick_s / TAKE_S, tick_s / FADE_S,
+        tick_s,
+    )  # fmt: skip
+
+
+def resting_remote(start: Vector) -> RemoteHand:
+    """Return a hand that nobody drives, with its handle there [m]."""
+    rest = zero(start)
+    return RemoteHand(
+        Reach(start, rest, start), NewestTarget(rest, False, 0), False, 0.0, 0.0, 0.0
+    )
+
+
+def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
+    """Take a target of this tick [m], before the hand moves; one that is not finite lets go."""
+    usable = within(target, math.inf)
+    holding = s.holding and usable
+    return RemoteHand(s.arm, NewestTarget(target, usable, -1), holding, s.grip, s.pull, s.effort_j)
+
+
+@hand_hold.member(RemoteHand)
+def remote_hold(s: RemoteHand, x: Vector, p: RemoteParams) -> tuple[RemoteHand, Vector]:
+    """Return no force while the user is not coupled; targets grow old."""
+    newest = _aged(s.newest, p)
+    return RemoteHand(s.arm, newest, s.holding, s.grip, s.pull, s.effort_j), zero(x)
+
+
+def _aged(s: NewestTarget, p: RemoteParams) -> NewestTarget:
+    age = s.age + 1
+    return NewestTarget(s.wanted, s.usable and age <= p.silent_ticks, age)
+
+
+@hand_force.member(RemoteHand)
+def remote_force(
+    s: RemoteHand, x: Vector, xd: Vector, p: RemoteParams
+) -> tuple[RemoteHand, Vector]:
+    """Move the arm; return the force on the handle [N]."""
+    newest = _aged(s.newest, p)
+    s = _changed_grip(s, newest, x, xd, p)
+    arm = s.arm
+    if s.grip == 0.0 and s.pull == 0.0:
+        arm = Reach(x, zero(x), x)
+        s = RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j)
+        return s, scaled(xd, -p.brake)
+    pull = scaled(grip_force(minus(arm.y, x), minus(arm.yd, xd), p.grip), s.grip)
+    arm, work_j = _moved_arm(s, pull, p)
+    f_h = minus(pull, scaled(xd, (1.0 - s.grip) * p.brake))
+    return RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j + work_j), f_h
+
+
+def _changed_grip(
+    s: RemoteHand, newest: NewestTarget, x: Vector, xd: Vector, p: RemoteParams
+) -> RemoteHand:
+    """Close or open the hand by a tick's part."""
+    holding, grip, pull, arm = s.holding and newest.usable, s.grip, s.pull, s.arm
+    if newest.usable and grip == 0.0 and pull == 0.0:
+        holding, pull = True, 1.0
+    if holding:
+        grip = min(1.0, grip + p.rise)
+        closer = scaled(minus(x, arm.y), 1.0 - math.sqrt(s.grip / grip))
+        arm = Reach(plus(arm.y, closer), arm.yd, plus(arm.target, closer))
+    else:
+        grip, pull = max(0.0, grip - p.fall), max(0.0, pull - p.fall)
+    effort_j = s.effort_j
+    if grip != s.grip:
+        power = p.grip.rate * squared(minus(arm.yd, xd)) - p.brake * squared(xd)
+        effort_j += 0.25 * p.tick_s * (s.grip - grip) * power
+    return RemoteHand(arm, newest, holding, grip, pull, effort_j)
+
+
+def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> tuple[Reach, float]:
+    """Advance the arm by the implicit midpoint rule, the grip's pull held; return the work of its
+    target [J], too.
+    """
+    arm, target = s.arm, s.arm.target
+    if s.holding:
+        wanted = each(_near, (s.newest.wanted,))
+        ahead = plus(target, shortened(minus(wanted, target), p.step_m))
+        target = plus(arm.y, shortened(minus(ahead, arm.y), p.reach_m))
+    stiffness = s.pull * p.stiffness
+    inertia = p.resistance + 0.5 * p.tick_s**2 * stiffness
+    spring = Arm(stiffness, 0.0, p.twice_mass, inertia, p.tick_s)
+    rows = each(arm_step, (arm.y, arm.yd, arm.target, target, scaled(pull, -1.0)), spring)
+    moved, yd, drawn = columns(rows)
+    return Reach(plus(arm.y, moved), yd, target), dot(drawn, minus(target, arm.target))
+
+
+def _near(wanted: float) -> float:
+    return min(max(wanted, -FARTHEST_M), FARTHEST_M)

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The filters between a device and its wave port, and the loop through them.
+
+A filter lets through w of the returning wave v, and answers the outgoing wave u_m within the tick,
+with v0 + g u_m, |g| < 1, so that
+
+    v_m = w + v0 + g u_m,   u_m = (sqrt(2b) xd - w - v0)/(1 + g)
+
+One that filters the velocity of the force alone has no part in the waves. Order within a tick:
+``answered``, ``force_velocity``, then ``wave_shortened`` where the limits let another force
+through, and ``filters_up``. Members are chosen by their state; :class:`NoFilter` is the port
+without any.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.vectors import Vector, dot, plus, scaled, squared, zero
+from pmwvc_core.law.wave.wave import wave_u
+
+# (s, v, x, xd, p, impedance) -> (s, v_m): the wave at the port, with the answer to its own u_m
+answered = Family("answered")
+force_velocity = Family("force_velocity")  # (s, xd, p, impedance) -> (s, velocity for the force)
+# (s, u_m, v_m, missing) -> (u_m, v_m, deficit): the longest wave that is paid for with so much
+# more than twice its own power [W], and what is not paid for then
+wave_shortened = Family("wave_shortened")
+filters_up = Family("filters_up")  # (s, u, p) -> (s, what of the outgoing wave goes on)
+
+
+part_down = Family("part_down")  # (s, v, p) -> (s, what it lets through of the wave)
+# (s, x, p, impedance) -> (s, v0, g): its answer v0 + g u to the wave of the tick
+part_offer = Family("part_offer")
+part_up = Family("part_up")  # (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
+part_velocity = Family("part_velocity")  # (s, xd, p, impedance) -> (s, velocity for the force)
+
+
+class NoFilter(NamedTuple):
+    """Nothing between device and port, or in the place of a filter."""
+
+    none: int
+
+
+class Filtered(NamedTuple):
+    """A port with filters: that nearest to the device, the other one, and that of the force's
+    velocity; what is in v_m whatever u_m is, and the gain of their answer.
+    """
+
+    near: Any
+    far: Any
+    force: Any
+    held: Vector  # w + v0 [sqrt(W)]
+    gain: float
+
+
+class FilteredParams(NamedTuple):
+    """Their parameters."""
+
+    near: Any
+    far: Any
+    force: Any
+    impedance: Any
+
+
+@answered.member(NoFilter)
+def _answered(
+    s: NoFilter, v: Vector, x: Vector, xd: Vector, p: NoFilter, impedance: Any
+) -> tuple[NoFilter, Vector]:
+    return s, v
+
+
+@force_velocity.member(NoFilter)
+def _force_velocity(
+    s: NoFilter, xd: Vector, p: NoFilter, impedance: Any
+) -> tuple[NoFilter, Vector]:
+    return s, xd
+
+
+@wave_shortened.member(NoFilter)
+def _wave_shortened(
+    s: NoFilter, u_m: Vector, v_m: Vector, missing: float
+) -> tuple[Vector, Vector, float]:
+    """Shorten u_m to |u|^2 <= |u_m|^2 + missing."""
+    natural = squared(u_m)
+    budget = natural + missing
+    if budget >= natural:
+        return u_m, v_m, 0.0
+    spent = max(budget, 0.0)
+    ratio = math.sqrt(spent / natural) if natural > 0.0 else 1.0
+    return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
+
+
+@filters_up.member(NoFilter)
+def _up(s: NoFilter, u: Vector, p: NoFilter) -> tuple[NoFilter, Vector]:
+    return s, u
+
+
+@part_down.member(NoFilter)
+def _part_down(s: NoFilter, v: Vector, p: NoFilter) -> tuple[NoFilter, Vector]:
+    return s, v
+
+
+@part_offer.member(NoFilter)
+def _part_offer(
+    s: NoFilter, x: Vector, p: NoFilter, impedance: Any
+) -> tuple[NoFilter, Vector, float]:
+    return s, zero(x), 0.0
+
+
+@part_up.member(NoFilter)
+def _part_up(s: NoFilter, u: Vector, p: NoFilter, impedance: Any) -> tuple[NoFilter, Vector]:
+    return s, u
+
+
+@part_velocity.member(NoFilter)
+def _part_velocity(
+    s: NoFilter, xd: Vector, p: NoFilter, impedance: Any
+) -> tuple[NoFilter, Vector]:
+    return s, xd
+
+
+@answered.member(Filtered)
+def _filtered(
+    s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, impedance: Any
+) -> tuple[Filtered, Vector]:
+    far, v = part_down(s.far, v, p.far)
+    far, answer, gain = part_offer(far, x, p.far, impedance)
+    near, v = part_down(s.near, v, p.near)
+    near, own, slope = part_offer(near, x, p.near, impedance)
+    held, gain = plus(v, plus(answer, own)), gain + slope
+    natural = wave_u(impedance, xd, held)
+    v_m = plus(held, scaled(natural, gain / (1.0 + gain)))
+    return Filtered(near, far, s.force, held, gain), v_m
+
+
+@force_velocity.member(Filtered)
+def _filtered_velocity(
+    s: Filtered, xd: Vector, p: FilteredParams, impedance: Any
+) -> tuple[Filtered, Vector]:
+    force, xd = part_velocity(s.force, xd, p.force, impedance)
+    return Filtered(s.near, s.far, force, s.held, s.gain), xd
+
+
+@wave_shortened.member(Filtered)
+def _filtered_shortened(
+    s: Filtered, u_m: Vector, v_m: Vector, missing: float
+) -> tuple[Vector, Vector, float]:
+    """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + twice the power: that is
+    a s^2 - 2 c s <= p with a = |u|^2 - |g u|^2 > 0, c = w . g u.
+    """
+    answer = scaled(u_m, s.gain)
+    a, c = squared(u_m) - squared(answer), dot(s.held, answer)
+    most = a - 2.0 * c + missing  # without what is missing: what p has to be for s = 1
+    ratio = 1.0
+    if missing < 0.0:
+        ratio = c + math.sqrt(max(c * c + a * most, 0.0))
+        ratio = max(min(ratio / a if a > 0.0 else ratio, 1.0), 0.0)
+    u_m = scaled(u_m, ratio)
+    v_m = plus(s.held, scaled(u_m, s.gain))
+    return u_m, v_m, max((a * ratio - 2.0 * c) * ratio - most, 0.0)
+
+
+@filters_up.member(Filtered)
+def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, Vector]:
+    near, u = part_up(s.near, u, p.near, p.impedance)
+    far, u = part_up(s.far, u, p.far, p.impedance)
+    return Filtered(near, far, s.force, s.held, s.gain), u

@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The limits between any controller and the device. Research software: not a certified safeguard.
+
+What reaches the device, for whatever a controller asks, including values that are not numbers:
+
+* the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
+  longer than ``max_force`` (a vector keeps its direction);
+* whenever there is something to feel again (first answer, another server, any other recovery) it
+  grows from zero over ``soft_start_s``, or after a silence from what had not faded
+  (:mod:`.fading`);
+* **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
+  the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
+  remains; what pushes fades (at once above the speed). After ``release_s`` of silence the damping
+  itself, and the brake, are let go;
+* **workspace**: beyond the half extent that the device declares, damping likewise;
+* **device silent**: while the device senses nothing there is no force at all (it is unknown how it
+  moves); after ``LOST_S`` that is a fault, which ends with the next sample;
+* a value that is not a finite number counts as a force of zero;
+* **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
+
+Everything that is a limit on the force is also a limit on its way to zero: letting go is fast, but
+never a step. On the strict channel a brake holds the hand while no waves come
+(:mod:`.hand_brake`); the server is silent only once nothing is at hand any more.
+
+Equations: docs/theory.md 10.2.
+"""
+
+from typing import NamedTuple
+
+from pmwvc_core.law.safety.brake_force import brake_limit
+from pmwvc_core.law.safety.causes import (
+    DEVICE_LOST,
+    DEVICE_SILENT,
+    LATE,
+    NONE,
+    NOT_FINITE,
+    OUTSIDE,
+    RELEASED,
+    RUNAWAY,
+    SILENT,
+    SOFT_START,
+    TOO_FAST,
+    UNRECEIVED,
+    WAITING,
+)
+from pmwvc_core.law.safety.fading import RESTING_FADING, Fading, Through, damping, faded
+from pmwvc_core.law.safety.hand_brake import (
+    HandBrake,
+    brake_push,
+    brake_stored_j,
+    holding,
+    resting_hand_brake,
+)
+from pmwvc_core.law.vectors import (
+    Vector,
+    length,
+    minus,
+    plus,
+    scaled,
+    shortened,
+    squared,
+    within,
+    zero,
+)
+from pmwvc_core.params import SafetyParams
+
+LOST_S = 1.0
+REACH = 1.01  # of the workspace: a stop gives way a little
+LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
+
+
+class Device(NamedTuple):
+    """Whether the device was ever sensed, for how long not [s], and whether it ran away."""
+
+    sensed: bool
+    missing_s: float
+    faulty: bool
+
+
+class Interventions(NamedTuple):
+    """How often the limits intervened: the beginnings of damping, of a fault, of values that are
+    not finite, and of every stretch of ticks with too large a force or change.
+    """
+
+    events: int
+    disturbed: bool  # in the tick before
+    limited: bool
+
+
+class Limits(NamedTuple):
+    """State of the limits; ``f`` is the force as applied last [N]."""
+
+    f: Vector
+    fading: Fading
+    device: Device
+    brake: HandBrake
+    interventions: Interventions
+    cause: int  # of the state in the last tick, :mod:`.causes`
+    silence_s: float  # from which on the server counts as silent
+
+
+class LimitsParams(NamedTuple):
+    """The limits."""
+
+    max_force: float  # [N]
+    slew: float  # [N] per tick
+    damper_velocity: float  # [m/s]
+    fault_velocity: float  # [m/s]
+    timeout_s: float  # at least three packets
+    release_s: float
+    soft_start_s: float
+    tick_s: float
+    reach: float  # [m]
+    brakes: bool
+    brake_stiffness: float  # [N/m]
+
+
+class LimitsInput(NamedTuple):
+    """What a tick asks for, and what is known."""
+
+    f_asked: Vector  # [N]
+    x: Vector  # [m]
+    xd: Vector  # [m/s]
+    silence_s: float  # since the last accepted packet
+    coupled: bool  # the server has answered
+    sensed: bool  # the device knows where it is and how it moves
+    interrupted: bool  # no waves come, at this end or at the server
+    unreceived: bool  # the server has had none of this user for too long
+
+
+def limits_params(
+    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
+) -> LimitsParams:
+    """Return the limits of a force loop; a brake of no stiffness is none."""
+    return LimitsParams(
+        safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
+        max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
+        reach, brake > 0.0, brake,
+    )  # fmt: skip
+
+
+def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
+    """Return the limits before the first tick."""
+    return Limits(
+        nothing, RESTING_FADING, Device(False, 0.0, False), resting_hand_brake(nothing),
+        Interventions(0, False, False), WAITING, p.timeout_s,
+    )  # fmt: skip
+
+
+def expect(s: Limits, silence_s: float, p: LimitsParams) -> Limits:
+    """Note how long packets may fail to come before the server counts as silent [s]."""
+    return Limits(
+        s.f, s.fading, s.device, s.brake, s.interventions, s.cause, max(p.timeout_s, silence_s)
+    )
+
+
+def rearm(s: Limits) -> Limits:
+    """Leave a fault; the force starts from zero again."""
+    device = Device(s.device.sensed, s.device.missing_s, False)
+    return Limits(s.f, s.fading, device, s.brake, s.interventions, s.cause, s.silence_s)
+
+
+def limits_restart(s: Limits) -> Limits:
+    """Let the force start from zero again: what it comes from is not what it came from."""
+    old = s.fading
+    fading = Fading(0.0, old.push, old.ready, old.damped, False, False)
+    brake = resting_hand_brake(zero(s.f))
+    brake = HandBrake(brake.largest, s.brake.x, brake.z)
+    return Limits(s.f, fading, s.device, brake, s.interventions, WAITING, s.silence_s)
+
+
+def held_j(s: Limits, p: LimitsParams) -> float:
+    """Return the energy that the brake stores [J]."""
+    return brake_stored_j(s.brake, p.brake_stiffness)
+
+
+def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
+    """Return the force for the device [N]."""
+    brake, holds = s.brake, False
+    if p.brakes:
+        brake, holds = holding(brake, x.interrupted, x.x, s.f, p.tick_s, p.brake_stiffness)
+    good = within(x.f_asked, LARGEST) and within(x.x, LARGEST) and within(x.xd, LARGEST)
+    f, xd = (x.f_asked, x.xd) if good else (zero(x.f_asked), zero(x.xd))
+    speed, active = squared(xd), x.coupled and x.sensed
+    sensed = s.device.sensed or x.sensed
+    missing_s = 0.0 if x.sensed else s.device.missing_s + p.tick_s
+    lost = x.coupled and missing_s > LOST_S
+    gone = x.coupled and not x.sensed and (sensed or lost)
+    overdue = x.silence_s > p.release_s
+    silent = active and x.silence_s > s.silence_s
+    silent = silent and (x.interrupted or overdue or not p.brakes)
+    fast = active and speed > p.damper_velocity**2
+    faulty = s.device.faulty or (active and speed > p.fault_velocity**2)
+    outside = active and not within(x.x, p.reach)
+    damped, released = silent or fast or outside, silent and overdue
+    force = active and good and not faulty
+    through = Through(force, damped, fast, outside, silent, released)
+    fading = faded(s.fading, through, p.soft_start_s, p.tick_s, p.brakes)
+    if damped:
+        f = damping(f, xd, fading.push)
+    if holds:
+        brake, more = brake_push(brake, f, p.brake_stiffness)
+        f = f if fast or outside else plus(f, more)
+    applied, limited = _limited(s.f, scaled(f, fading.gain), p)
+    unreceived = x.unreceived and active
+    disturbed = gone or (active and (damped or unreceived or not force))
+    interventions = _counted(s.interventions, disturbed, limited and force and not damped)
+    cause = NONE
+    if faulty:
+        cause = RUNAWAY
+    elif lost:
+        cause = DEVICE_LOST
+    elif gone:
+        cause = DEVICE_SILENT
+    elif not active:
+        cause = WAITING
+    elif not good:
+        cause = NOT_FINITE
+    elif silent:
+        cause = RELEASED if released else SILENT
+    elif outside:
+        cause = OUTSIDE
+    elif fast:
+        cause = TOO_FAST
+    elif unreceived:
+        cause = UNRECEIVED
+    elif fading.gain < 1.0:
+        cause = SOFT_START
+    elif holds and brake_limit(brake.largest) > 0.0:
+        cause = LATE
+    device = Device(sensed, missing_s, faulty)
+    return Limits(applied, fading, device, brake, interventions, cause, s.silence_s), applied
+
+
+def _limited(before: Vector, f: Vector, p: LimitsParams) -> tuple[Vector, bool]:
+    """Limit the force, then its change; tell whether either was limited."""
+    wanted = shortened(f, p.max_force)
+    change = minus(wanted, before)
+    size = length(change)
+    limited = squared(f) > p.max_force**2
+    if size <= p.slew:
+        return wanted, limited
+    return plus(before, scaled(change, p.slew / size)), True
+
+
+def _counted(s: Interventions, disturbed: bool, limited: bool) -> Interventions:
+    begins = (disturbed and not s.disturbed) + (limited and not s.limited)
+    return Interventions(s.events + begins, disturbed, limited)

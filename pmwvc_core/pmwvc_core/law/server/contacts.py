@@ -1,0 +1,287 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
+
+A contact knows the deflection of its springs and the position at which they are at rest, relative
+to the object, so the avatar stands at ``x_s = x_o + position`` with ``position = rest +
+deflection``. The deflection is the state (never the difference of two positions, which would lose
+digits far from the origin). Forces act from the avatar on the object.
+
+Two-sided (App. B, Eq. 3): spring and damper push and pull along every axis, f = K e + B e'; at
+rest where the avatar stood when it joined. A grip pushes along axis 0 only (:mod:`.grip`). Across
+it the avatar holds on: an anchor is set where contact begins. During a step it holds if the avatar
+was inside at its start; it is let go at the end of the step in which the avatar comes out, and the
+energy of its spring is dropped (it heats). Gripped things do not slip.
+
+Stiffness and damping may change while the contact is made: the deflection then becomes
+sqrt(K_old/K_new) times what it was, so that the spring stores what it stored; the avatar stays
+where it is, and its spring is at rest elsewhere (a stiffness that rises as it is adds energy, a
+position that jumps is felt). Of a grip, the face counts as shifted; outside the contact it goes
+back, never past the avatar, so without force and energy.
+
+Equations: docs/theory.md 4.1, 4.3, 4.10.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.law.server.grip import met, pushed, sampled, unwrapped
+from pmwvc_core.law.vectors import Vector, each, zero
+
+
+class ContactLaw(NamedTuple):
+    """K [N/m], B [N s/m]; of a grip the inward direction (1 or -1), where its face is, from the
+    centre of the object [m], and the least distance from it at the start [m].
+    """
+
+    stiffness: float
+    damping: float
+    inward: float
+    face: float
+    gap: float
+
+
+class Spring(NamedTuple):
+    """A contact along one axis [m]."""
+
+    deflection: float
+    rest: float
+    one_sided: bool  # of a grip, along axis 0
+    shifted: bool  # its face
+
+
+class Contact(NamedTuple):
+    """The contact of an avatar."""
+
+    law: ContactLaw
+    grips: bool
+    springs: tuple[Spring, ...]  # per axis
+
+
+class Answer(NamedTuple):
+    """The answer of a contact to the velocity that its avatar would have without it, per axis."""
+
+    force: float  # [N] on the object
+    rate: float  # [m/s] relative velocity, mean over the step
+    slope: float  # [N s/m] by how much the force falls per velocity of the object
+
+
+def depth(s: Spring, law: ContactLaw) -> float:
+    """Return how deep an avatar is in the face; negative outside [m]."""
+    return law.inward * s.deflection
+
+
+def touching(c: Contact) -> bool:
+    """Tell whether a force can act."""
+    return not c.grips or depth(c.springs[0], c.law) > 0.0
+
+
+def offset_of(c: Contact) -> Vector:
+    """Return the position of the avatar, from the object's centre [m]."""
+    return each(_position, (c.springs,))
+
+
+def _position(s: Spring) -> float:
+    return s.rest + s.deflection
+
+
+def contact_energy(c: Contact) -> float:
+    """Return the energy of the springs [J]."""
+    total = 0.0
+    for i in range(len(c.springs)):
+        total += stored(c.springs[i], c.law)
+    return total
+
+
+def stored(s: Spring, law: ContactLaw) -> float:
+    """Return the energy of the spring along an axis [J]: K e^2/2, of a grip while it is inside."""
+    inside = max(depth(s, law), 0.0) if s.one_sided else s.deflection
+    return 0.5 * law.stiffness * inside * inside
+
+
+def attached(c: Contact, offset: Vector) -> Contact:
+    """Begin at avatar minus object [m], without force: a grip at least the gap outside."""
+    return Contact(c.law, c.grips, each(_attached, (c.springs, offset), c.law))
+
+
+def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
+    if s.one_sided:
+        outside = min(law.inward * (offset - law.face), -law.gap)
+        return Spring(law.inward * outside, law.face, True, False)
+    return Spring(0.0, offset, False, False)
+
+
+def detached(c: Contact) -> tuple[Contact, float]:
+    """End the contact; return the energy of the springs, which is dropped [J]."""
+    return Contact(c.law, c.grips, each(_detached, (c.springs,), c.law)), contact_energy(c)
+
+
+def _detached(s: Spring, law: ContactLaw) -> Spring:
+    if s.one_sided:
+        return Spring(law.inward * min(depth(s, law), 0.0), s.rest, True, s.shifted)
+    return Spring(0.0, s.rest + s.deflection, False, False)
+
+
+def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Contact, float]:
+    """Take K and B over; return the energy that the springs lose [J]: none, but where there is no
+    spring any more.
+    """
+    old = c.law
+    law = ContactLaw(stiffness, damping, old.inward, old.face, old.gap)
+    lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
+    return Contact(law, c.grips, each(_changed, (c.springs,), old, law)), lost_j
+
+
+def _changed(s: Spring, old: ContactLaw, new: ContactLaw) -> Spring:
+    ratio = math.sqrt(old.stiffness / new.stiffness) if new.stiffness > 0.0 else 1.0
+    if s.one_sided and depth(s, old) <= 0.0:
+        ratio = 1.0
+    deflection = s.deflection * ratio
+    changed = Spring(deflection, s.rest + s.deflection - deflection, s.one_sided, s.one_sided)
+    return _returned(changed, new)
+
+
+def _returned(s: Spring, law: ContactLaw) -> Spring:
+    """Shift the face back where it is not touched, at most to the avatar."""
+    if not s.shifted:
+        return s
+    inside = depth(s, law)
+    shift = law.inward * (s.rest - law.face)
+    back = 0.0 if inside > 0.0 else min(shift, -inside)
+    left = 0.0 if back == shift else shift - back
+    deflection = s.deflection + law.inward * back
+    return Spring(deflection, law.face + law.inward * left, s.one_sided, left != 0.0)
+
+
+def spring_force(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
+    """Return the force [N] at the present deflection and a relative velocity [m/s]."""
+    if s.one_sided:
+        inward = law.inward
+        return inward * sampled(depth(s, law), inward * rate, law.stiffness, law.damping)
+    return law.stiffness * s.deflection + law.damping * rate if held else 0.0
+
+
+def contact_force(c: Contact, rate: Vector) -> Vector:
+    """Return the force on the object [N] at a relative velocity [m/s]."""
+    return each(spring_force, (c.springs, rate), touching(c), c.law)
+
+
+def contact_heat(c: Contact, rate: Vector) -> float:
+    """Return the power [W] that the damper turns into heat at a relative velocity [m/s]."""
+    total, held = 0.0, touching(c)
+    for i in range(len(rate)):
+        s, law = c.springs[i], c.law
+        acts = law.inward * spring_force(s, rate[i], held, law) > 0.0 if s.one_sided else held
+        if acts:
+            total += law.damping * rate[i] * rate[i]
+    return total
+
+
+def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: float) -> Vector:
+    """Return the force [N] that fits xd = free - f/b and a move of weight xd (App. C, Eq. 4)."""
+    return each(_unwrapped, (c.springs, free, xd_o), b, weight, touching(c), c.law)
+
+
+def _unwrapped(
+    s: Spring, free: float, xd_o: float, b: float, weight: float, held: bool, law: ContactLaw
+) -> float:
+    gain = law.damping + weight * law.stiffness
+    loose = law.stiffness * s.deflection + gain * free - law.damping * xd_o
+    if s.one_sided:
+        c, inward = law.inward * free, law.inward
+        return inward * unwrapped(depth(s, law), c, inward * loose, gain, b, weight)
+    return loose / (1.0 + gain / b) if held else 0.0
+
+
+def spring_answer(
+    s: Spring, free: float, b: float, h: float, held: bool, law: ContactLaw
+) -> Answer:
+    """Return the mean force over a step of h [s] for which rate = free - force/b."""
+    if s.one_sided:
+        inward, p0 = law.inward, depth(s, law)
+        push = pushed(p0, inward * free, law.stiffness, law.damping, b, h)
+        return Answer(inward * push.normal, inward * push.rate, push.slope)
+    if not held:
+        return Answer(0.0, free, 0.0)
+    gain = 0.5 * law.stiffness * h + law.damping
+    ratio = 1.0 + gain / b
+    pull = law.stiffness * s.deflection
+    return Answer((pull + gain * free) / ratio, (free - pull / b) / ratio, gain / ratio)
+
+
+def spring_meets(s: Spring, rate: float, h: float, held: bool, law: ContactLaw) -> Answer:
+    """Return the mean force over a step of h [s] with a given mean relative velocity."""
+    if s.one_sided:
+        push = met(depth(s, law), law.inward * rate, law.stiffness, law.damping, h)
+        return Answer(law.inward * push.normal, rate, push.slope)
+    if not held:
+        return Answer(0.0, rate, 0.0)
+    gain = 0.5 * law.stiffness * h + law.damping
+    return Answer(law.stiffness * s.deflection + gain * rate, rate, gain)
+
+
+def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple[Contact, float]:
+    """Move by the mean relative velocity of a step of h [s], with the mean force; return what
+    became heat or was dropped [J].
+    """
+    held, law, heat_j = touching(c), c.law, 0.0
+    springs = each(_moved, (c.springs, each(_way, (rate,), h)), held, law)
+    for i in range(len(rate)):
+        s, after = c.springs[i], springs[i]
+        if not s.one_sided:
+            heat_j += h * law.damping * rate[i] * rate[i] if held else 0.0
+        elif law.inward * force[i] > 0.0:
+            p0 = depth(s, law)
+            way_inside = max(p0 + law.inward * (h * rate[i]), 0.0) - max(p0, 0.0)
+            heat_j += law.damping * way_inside * (law.inward * rate[i])
+        else:
+            heat_j += stored(s, law) - stored(after, law)
+    moved, dropped_j = _loosened(Contact(law, c.grips, springs))
+    return moved, heat_j + dropped_j
+
+
+def _way(rate: float, h: float) -> float:
+    return h * rate
+
+
+def slid(c: Contact, displacement: Vector) -> tuple[Contact, float]:
+    """Move the avatar relative to the object [m]; return the energy dropped where it came out."""
+    springs = each(_moved, (c.springs, displacement), touching(c), c.law)
+    return _loosened(Contact(c.law, c.grips, springs))
+
+
+def _moved(s: Spring, way: float, held: bool, law: ContactLaw) -> Spring:
+    if s.one_sided:
+        return _returned(Spring(s.deflection + way, s.rest, True, s.shifted), law)
+    if held:
+        return Spring(s.deflection + way, s.rest, False, False)
+    return Spring(s.deflection, s.rest + way, False, False)
+
+
+def _loosened(c: Contact) -> tuple[Contact, float]:
+    """Let the anchor go where the avatar is outside; return the energy of its spring [J]."""
+    if touching(c):
+        return c, 0.0
+    dropped_j = 0.0
+    for i in range(1, len(c.springs)):
+        dropped_j += stored(c.springs[i], c.law)
+    return Contact(c.law, c.grips, each(_loose, (c.springs,))), dropped_j
+
+
+def _loose(s: Spring) -> Spring:
+    return s if s.one_sided else Spring(0.0, s.rest + s.deflection, False, False)
+
+
+def cleared(c: Contact, displacement: Vector) -> Vector:
+    """Return the part of a displacement [m] that leads to no contact; zero in contact, and across:
+    it ends at least the gap outside the face.
+    """
+    if touching(c):
+        return zero(displacement)
+    return each(_cleared, (c.springs, displacement), c.law)
+
+
+def _cleared(s: Spring, way: float, law: ContactLaw) -> float:
+    if not s.one_sided:
+        return 0.0
+    return law.inward * min(law.inward * way, max(-depth(s, law) - law.gap, 0.0))

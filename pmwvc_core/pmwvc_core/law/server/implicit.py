@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Implicit: avatars and object solved together by the midpoint rule; energy balances exactly.
+
+With the mean velocity v of the object over the step and w_i = xd_si - v::
+
+    f_i    = contact law (w_i),         w_i = sqrt(2/b_i) u_i - f_i/b_i - v
+    sum f_i = m_o (v1 - v0)/h + b_o v,   v = (v0 + v1)/2
+    x_o += h v,  x_si += h xd_si
+
+so that, whatever the waves, stiffnesses and step::
+
+    d(kinetic) + d(potential) + heat = h sum (|u_i|^2 - |v_i|^2)/2
+
+Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root and its slope
+is at least 2 m_o/h + b_o. Two-sided contacts are linear: one Newton step is the closed form.
+One-sided contacts are solved exactly for a given v (:mod:`.grip`) and the root is found by
+Newton's method kept inside a bracket that halves when it must, axis by axis. Where a wave
+impedance couples the axes, see :mod:`.coupled_axes`.
+
+Equations: docs/theory.md 4.4, 4.5.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.law.server.avatar import Avatar, couple
+from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
+from pmwvc_core.law.server.contacts import (
+    Answer,
+    ContactLaw,
+    Spring,
+    advanced_contact,
+    spring_answer,
+    spring_meets,
+    touching,
+)
+from pmwvc_core.law.vectors import columns, each
+from pmwvc_core.law.wave.wave import free_velocity
+
+ROUNDING = 8.0 * 2.0**-52
+NEWTON = 20  # steps before halving alone is trusted
+LIMIT = 90  # then the bracket is as narrow as numbers are
+
+
+class Implicit(NamedTuple):
+    """The coupling; it has no parameters."""
+
+    none: int
+
+
+class Row(NamedTuple):
+    """One avatar along one axis."""
+
+    present: bool
+    spring: Spring
+    drive: float  # [m/s] velocity without the contact
+    b: float  # [N s/m]; infinite where the avatar moves as it is told
+    held: bool
+    law: ContactLaw
+
+
+@couple.member(Implicit)
+def implicit(
+    p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
+) -> tuple[tuple[Avatar, ...], Body, float]:
+    """Go one step on."""
+    rows = columns(each(_rows, (avatars,)))
+    velocity, answers = columns(each(solved_axis, (rows, body.xd), law))
+    after, lost_j = drifted(body, velocity, law)
+    moved, heats = columns(each(_advanced, (avatars, columns(answers)), law.period_s))
+    for i in range(len(heats)):
+        lost_j += heats[i]
+    return moved, after, lost_j
+
+
+def _rows(a: Avatar) -> tuple[Row, ...]:
+    drive = free_velocity(a.impedance, a.u)
+    held = touching(a.contact)
+    return each(_row, (a.contact.springs, drive), a.present, a.impedance.b, held, a.contact.law)
+
+
+def _row(
+    spring: Spring, drive: float, present: bool, b: float, held: bool, law: ContactLaw
+) -> Row:
+    return Row(present, spring, drive, b, held, law)
+
+
+def solved_axis(
+    rows: tuple[Row, ...], xd: float, law: BodyLaw
+) -> tuple[float, tuple[Answer, ...]]:
+    """Return the object's mean velocity along an axis [m/s] and the answers of all contacts."""
+    velocity = low = high = xd
+    answers = each(_answer, (rows,), velocity, law.period_s)
+    for turn in range(LIMIT):
+        force, slope, size = 0.0, 0.0, 0.0  # size of the terms that may cancel [N]
+        for i in range(len(rows)):
+            if rows[i].present:
+                push, fall = answers[i].force, answers[i].slope
+                force += push
+                slope += fall
+                size += abs(push) + fall * abs(rows[i].drive - velocity)
+        missing, gives = imbalance(xd, velocity, force, law), mobility(slope, law)
+        change = missing * gives
+        if abs(change) <= ROUNDING * (abs(velocity) + gives * size):
+            break
+        if turn == 0:
+            other = velocity - missing * mobility(0.0, law)
+            low, high = min(velocity, other), max(velocity, other)
+        elif missing < 0.0:
+            low = velocity
+        else:
+            high = velocity
+        velocity -= change
+        if turn >= NEWTON or velocity < low or velocity > high:
+            velocity = 0.5 * (low + high)
+        answers = each(_answer, (rows,), velocity, law.period_s)
+    return velocity, answers
+
+
+def _answer(row: Row, velocity: float, h: float) -> Answer:
+    if not row.present:
+        return Answer(0.0, 0.0, 0.0)
+    if row.b == math.inf:
+        return spring_meets(row.spring, row.drive - velocity, h, row.held, row.law)
+    return spring_answer(row.spring, row.drive - velocity, row.b, h, row.held, row.law)
+
+
+def _advanced(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar, float]:
+    if not a.present:
+        return a, 0.0
+    force, rate = each(_force, (answers,)), each(_rate, (answers,))
+    xd = each(_velocity, (free_velocity(a.impedance, a.u), force), a.impedance.b)
+    contact, heat_j = advanced_contact(a.contact, force, rate, h)
+    return Avatar(a.present, a.impedance, a.u, xd, force, contact, a.kept), heat_j
+
+
+def _force(answer: Answer) -> float:
+    return answer.force
+
+
+def _rate(answer: Answer) -> float:
+    return answer.rate
+
+
+def _velocity(drive: float, force: float, b: float) -> float:
+    return drive - force / b

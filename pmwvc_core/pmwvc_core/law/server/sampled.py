@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Couplings that use the contact force at an instant and hold it over the step.
+
+The object goes on exactly under the held forces. (With semi-implicit or forward Euler for the
+object the published stability regions do not come out.) These couplings balance energy only as the
+step goes to zero; the heat counts B |xd_s - xd_o|^2 at the instants, so what is missing in the
+balance is what the computation itself makes. With the weights (old, new) [s] of old and new
+velocity in an avatar's displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
+
+one-step delay (App. B, Eq. 4): the wave is decoded with the force of the step before
+    xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
+    f_s(n)  = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)]
+    where the object has come from n-1 to n under f_s(n-1). Passive at the wave port of a wall if
+    and only if K h + 2 B <= b (backward Euler): with F = (K h z/(z-1) + B) xd_s the reflection is
+    (1 + F/(b z) - 2 F/b)/(1 + F/(b z)), whose length at z = -1 is 1 just at that bound. With the
+    trapezoid it is active for every K > 0.
+unwrapped (App. C, Eq. 4): the loop is solved per user, against the object as sampled
+    xd_s = [sqrt(2 b) u_s - K (x' - x_o) + B xd_o] / (b + B + g K),     x_s = x' + g xd_s
+    with x' the position without the new velocity and g its weight in the position. At a wall the
+    port is passive for g = h and h/2, and for g = 0 while B >= K h/2.
+one frame late (App. B, Eq. 14; the sign of f_s/b is corrected: as published the port would feed
+the force back into itself)
+    f_s(n)    = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)],   x_s(n+1) = x_s(n) + h xd_s(n)
+    xd_s(n+1) = sqrt(2/b) u_s(n) - f_s(n)/b
+    then the object moves on under f_s(n). This is the scheme behind App. B, Fig. 2.
+
+Equations: docs/theory.md 4.6, 4.7, 4.8.
+"""
+
+from typing import NamedTuple
+
+from pmwvc_core.law.server.avatar import Avatar, couple
+from pmwvc_core.law.server.body import Body, BodyLaw, pushed_body
+from pmwvc_core.law.server.contacts import contact_force, contact_heat, contact_unwrapped, slid
+from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
+from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
+
+
+class OneStepDelay(NamedTuple):
+    """Weights of old and new velocity [s]."""
+
+    old_s: float
+    new_s: float
+
+
+class Unwrapped(NamedTuple):
+    """Weights of old and new velocity [s]."""
+
+    old_s: float
+    new_s: float
+
+
+class OneFrameLate(NamedTuple):
+    """The coupling; it has no parameters."""
+
+    none: int
+
+
+Step = tuple[tuple[Avatar, ...], Body, float]
+
+
+def weights(integrator: str, period_s: float) -> tuple[float, float]:
+    """Return what old and new velocity weigh [s] in the avatar's displacement over a step."""
+    return {
+        "forward_euler": (period_s, 0.0),
+        "backward_euler": (0.0, period_s),
+        "trapezoid": (0.5 * period_s, 0.5 * period_s),
+    }[integrator]
+
+
+def object_pushed(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    """Let the held forces move the object."""
+    force = zero(body.x)
+    for i in range(len(avatars)):
+        if avatars[i].present:
+            force = plus(force, avatars[i].f)
+    body, moved, lost_j = pushed_body(body, force, law)
+    avatars, dropped = columns(each(_left_behind, (avatars,), scaled(moved, -1.0)))
+    for i in range(len(dropped)):
+        lost_j += dropped[i]
+    return avatars, body, lost_j
+
+
+def _left_behind(a: Avatar, way: Vector) -> tuple[Avatar, float]:
+    if not a.present:
+        return a, 0.0
+    contact, dropped_j = slid(a.contact, way)
+    return Avatar(a.present, a.impedance, a.u, a.xd, a.f, contact, a.kept), dropped_j
+
+
+@couple.member(OneStepDelay)
+def one_step_delay(p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    """Decode with the last force."""
+    avatars, body, lost_j = object_pushed(avatars, body, law)
+    moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
+    for i in range(len(lost)):
+        lost_j += lost[i]
+    return moved, body, lost_j
+
+
+def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar, float]:
+    if not a.present:
+        return a, 0.0
+    xd = wave_velocity(a.impedance, a.u, a.f)
+    contact, lost_j = slid(a.contact, plus(scaled(a.xd, p.old_s), scaled(xd, p.new_s)))
+    rate = minus(xd, xd_o)
+    lost_j += h * contact_heat(contact, rate)
+    f = contact_force(contact, rate)
+    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+
+
+@couple.member(Unwrapped)
+def unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    """Solve each avatar with its contact."""
+    avatars, body, lost_j = object_pushed(avatars, body, law)
+    moved, lost = columns(each(_unwrapped, (avatars,), p, body.xd, law.period_s))
+    for i in range(len(lost)):
+        lost_j += lost[i]
+    return moved, body, lost_j
+
+
+def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar, float]:
+    if not a.present:
+        return a, 0.0
+    contact, lost_j = slid(a.contact, scaled(a.xd, p.old_s))
+    free = free_velocity(a.impedance, a.u)
+    f = contact_unwrapped(contact, free, xd_o, a.impedance.b, p.new_s)
+    xd = each(_loaded, (free, f), a.impedance.b)
+    contact, dropped_j = slid(contact, scaled(xd, p.new_s))
+    lost_j += dropped_j + h * contact_heat(contact, minus(xd, xd_o))
+    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+
+
+def _loaded(free: float, f: float, b: float) -> float:
+    return free - f / b
+
+
+@couple.member(OneFrameLate)
+def one_frame_late(p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    """Decode now, move in the next step."""
+    moved, lost = columns(each(_late, (avatars,), body.xd, law.period_s))
+    moved, body, lost_j = object_pushed(moved, body, law)
+    for i in range(len(lost)):
+        lost_j += lost[i]
+    return moved, body, lost_j
+
+
+def _late(a: Avatar, xd_o: Vector, h: float) -> tuple[Avatar, float]:
+    if not a.present:
+        return a, 0.0
+    rate = minus(a.xd, xd_o)
+    f = contact_force(a.contact, rate)
+    contact, lost_j = slid(a.contact, scaled(a.xd, h))
+    lost_j += h * contact_heat(a.contact, rate)
+    xd = wave_velocity(a.impedance, a.u, f)
+    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j

@@ -1,0 +1,196 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The users around one object: joining, leaving, and one step of the environment from waves to
+waves.
+
+Joining stores no energy: the contact begins without force. Leaving drops what its springs hold. An
+avatar that joined at the face, with its device inside the object, slides to it once there is room,
+by a change of the mapping between the two of at most ``SLIDE_M_S``::
+
+    offset <- offset + w h,   x_s <- x_s + w h,   where the avatar is outside before and after
+
+A contact stores nothing there (phi(p) = 0 for p <= 0); waves, forces and xd_s of the step stay
+what they are. So no energy comes or goes, and the device receives nothing of it.
+
+Decoding belongs to the coupling (it is the algebraic loop). Encoding is v_s = u_s - sqrt(2/b) f_s
+for all of them, so that at a port whose xd_s was decoded with the same f_s, power balances: f_s
+xd_s = (|u_s|^2 - |v_s|^2)/2.
+
+Equations: docs/theory.md 17.20.
+"""
+
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.safety.avatar_brake import brake_ratio, braked, released_brake, unbraked
+from pmwvc_core.law.server.avatar import Avatar, couple
+from pmwvc_core.law.server.body import Body, BodyLaw
+from pmwvc_core.law.server.contacts import (
+    attached,
+    changed_contact,
+    cleared,
+    contact_energy,
+    detached,
+    offset_of,
+    slid,
+)
+from pmwvc_core.law.vectors import (
+    Vector,
+    columns,
+    each,
+    is_zero,
+    minus,
+    plus,
+    scaled,
+    shortened,
+    squared,
+    zero,
+)
+from pmwvc_core.law.wave.wave import wave_v
+
+SLIDE_M_S = 0.1
+
+
+class Sums(NamedTuple):
+    """Energies since the start [J]: of the waves u_s and v_s, and the sum for the packets where it
+    is kept here; below zero: that of their waves.
+    """
+
+    u_j: float
+    v_j: float
+    account_j: float
+
+
+class UserPort(NamedTuple):
+    """One user's end: avatar, brake, and what the last step did."""
+
+    avatar: Avatar
+    brake: Any  # AvatarBrake, or what a controller without waves keeps of the avatar
+    offset: Vector  # [m] avatar minus device, without force
+    x_s: Vector  # [m]
+    v_s: Vector  # [sqrt(W)]
+    sums: Sums
+    extra: Vector  # signals that a controller declares
+
+
+class Environment(NamedTuple):
+    """All users around one object."""
+
+    ports: tuple[UserPort, ...]
+    body: Any  # a Body, or a black box
+    dissipated_j: float  # heat of contacts and ground, springs let go
+
+
+class EnvironmentParams(NamedTuple):
+    """The coupling, the object, whether avatars have brakes (the strict channel)."""
+
+    coupling: Any
+    body: BodyLaw
+    brakes: bool
+
+
+# (p, s, came) -> s: one step with what each user brings, :class:`.server_step.Came`
+environment_step = Family("environment_step")
+
+
+def joined(s: UserPort, position: Vector, body: Body) -> tuple[UserPort, float]:
+    """Join with an avatar at the device's position [m]; no force. One who is present leaves first:
+    return the energy dropped [J].
+    """
+    s, dropped_j = left(s)
+    a, nothing = s.avatar, zero(position)
+    contact = attached(a.contact, minus(position, body.x))
+    x_s = plus(body.x, offset_of(contact))
+    avatar = Avatar(True, a.impedance, nothing, nothing, nothing, contact, nothing)
+    offset = minus(x_s, position)
+    return UserPort(avatar, s.brake, offset, x_s, nothing, s.sums, s.extra), dropped_j
+
+
+def left(s: UserPort) -> tuple[UserPort, float]:
+    """Leave; return the energy of the springs, which is dropped [J]."""
+    a, nothing = s.avatar, zero(s.x_s)
+    if not a.present:
+        return s, 0.0
+    contact, dropped_j = detached(a.contact)
+    avatar = Avatar(False, a.impedance, nothing, nothing, nothing, contact, nothing)
+    brake = released_brake(s.brake)
+    port = UserPort(avatar, brake, s.offset, s.x_s, nothing, s.sums, s.extra)
+    return port, dropped_j
+
+
+def passed_through(s: UserPort, energy_j: float) -> UserPort:
+    """Count energy that came and goes back beside the waves [J]."""
+    e = s.sums
+    sums = Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j)
+    return UserPort(s.avatar, s.brake, s.offset, s.x_s, s.v_s, sums, s.extra)
+
+
+def changed_port(
+    s: UserPort, stiffness: float, damping: float, impedance: Any
+) -> tuple[UserPort, float]:
+    """Take contact and impedance over; the springs store what they stored. Return what is lost."""
+    a = s.avatar
+    contact, lost_j = changed_contact(a.contact, stiffness, damping)
+    avatar = Avatar(a.present, impedance, a.u, a.xd, a.f, contact, a.kept)
+    port = UserPort(avatar, s.brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
+    return port, lost_j
+
+
+def potential_j(s: Environment) -> float:
+    """Return the energy of all contact springs [J]."""
+    total = 0.0
+    for i in range(len(s.ports)):
+        if s.ports[i].avatar.present:
+            total += contact_energy(s.ports[i].avatar.contact)
+    return total
+
+
+@environment_step.member(EnvironmentParams)
+def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+    half_s = 0.5 * p.body.period_s
+    taken, ratios = columns(each(taken_port, (s.ports, came), p))
+    avatars, body, lost_j = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
+    ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, half_s))
+    for i in range(len(dropped)):
+        lost_j += dropped[i]
+    return Environment(ports, body, s.dissipated_j + lost_j)
+
+
+def _avatar(s: UserPort) -> Avatar:
+    return s.avatar
+
+
+def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, float]:
+    """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
+    a, brake, ratio = s.avatar, s.brake, 1.0
+    if not a.present:
+        return s, ratio
+    impedance, u = a.impedance, came.wave
+    if p.brakes:
+        brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
+        if ratio > 1.0:
+            impedance, u = braked(impedance, u, ratio)
+    avatar = Avatar(a.present, impedance, u, a.xd, a.f, a.contact, a.kept)
+    port = UserPort(avatar, brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
+    return port, ratio
+
+
+def _give(
+    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, half_s: float
+) -> tuple[UserPort, float]:
+    """Give the wave that the step returned to the user, through the brake."""
+    if not a.present:
+        return s, 0.0
+    offset, contact, dropped_j, brake, wave = s.offset, a.contact, 0.0, s.brake, came.wave
+    impedance, v_s = a.impedance, wave_v(a.impedance, a.u, a.f)
+    if ratio > 1.0:
+        brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, half_s)
+    if not is_zero(offset):
+        way = shortened(scaled(offset, -1.0), 2.0 * half_s * SLIDE_M_S)
+        moved = cleared(contact, way)
+        contact, dropped_j = slid(contact, moved)
+        offset = plus(offset, moved)
+    avatar = Avatar(a.present, impedance, wave, a.xd, a.f, contact, a.kept)
+    e, x_s = s.sums, plus(body.x, offset_of(contact))
+    sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
+    return UserPort(avatar, brake, offset, x_s, v_s, sums, s.extra), dropped_j

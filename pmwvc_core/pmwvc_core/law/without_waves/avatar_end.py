@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server's end of all controllers without waves.
+
+A step: the object has come here exactly under the last forces held; then every avatar meets it,
+each by itself. ``sums.u_j`` is what flowed to the avatar, ``sums.v_j`` what came back, both from
+f_s xd_s of the step.
+
+Two ways to move an avatar: along the device (``direct``, ``tdpa``; what goes back is the force),
+or by a spring and a damper from a set point, solved together with the contact
+(``virtual_coupling``, ``pspm``; what goes back is the avatar's position, in the device's frame).
+"""
+
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.server.body import Body, BodyLaw
+from pmwvc_core.law.server.contacts import (
+    Contact,
+    contact_heat,
+    contact_unwrapped,
+    offset_of,
+    slid,
+)
+from pmwvc_core.law.server.sampled import object_pushed
+from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled
+
+
+class AvatarEndParams(NamedTuple):
+    """The laws of the users, the object, whether the avatars hang on springs."""
+
+    laws: tuple[Any, ...]
+    body: BodyLaw
+    sprung: bool
+
+
+class Reported(NamedTuple):
+    """What is known of a device, in the avatar's frame."""
+
+    position: Vector  # [m]
+    velocity: Vector  # [m/s]
+    received_j: float  # running sum of what its packets brought
+
+
+class Met(NamedTuple):
+    """An avatar after its step."""
+
+    kept: Any
+    xd: Vector  # [m/s]
+    f: Vector  # [N] on the object
+    contact: Contact
+    rate: Vector  # [m/s] relative velocity that the contact's damper had
+    sent_j: float  # running sum for the packets; below zero: none
+    lost_j: float
+
+
+# (law, kept, report, x_s, xd_s, contact, body, h) -> Met: move an avatar and form its force
+meet = Family("meet")
+
+
+@environment_step.member(AvatarEndParams)
+def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+    avatars, body, lost_j = object_pushed(each(_avatar, (s.ports,)), s.body, p.body)
+    rows = (s.ports, avatars, came, p.laws)
+    ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
+    for i in range(len(lost)):
+        lost_j += lost[i]
+    return Environment(ports, body, s.dissipated_j + lost_j)
+
+
+def _avatar(s: UserPort) -> Avatar:
+    return s.avatar
+
+
+def _meet(
+    s: UserPort, a: Avatar, came: Any, law: Any, body: Body, h: float, sprung: bool
+) -> tuple[UserPort, float]:
+    if not a.present:
+        return s, 0.0
+    report = Reported(plus(came.position, s.offset), came.wave, came.received_j)
+    met = meet(law, s.brake, report, s.x_s, a.xd, a.contact, body, h)
+    avatar = Avatar(a.present, a.impedance, a.u, met.xd, met.f, met.contact, a.kept)
+    x_s = plus(body.x, offset_of(met.contact))
+    answer = minus(x_s, s.offset) if sprung else met.f
+    flow_j = h * dot(met.f, met.xd)
+    sums = Sums(s.sums.u_j + max(flow_j, 0.0), s.sums.v_j + max(-flow_j, 0.0), met.sent_j)
+    lost_j = met.lost_j + h * contact_heat(met.contact, met.rate)
+    return UserPort(avatar, met.kept, s.offset, x_s, answer, sums, s.extra), lost_j
+
+
+class Pulled(NamedTuple):
+    """An avatar that spring and damper have moved."""
+
+    xd: Vector
+    f: Vector
+    contact: Contact
+    lost_j: float
+
+
+def pulled(
+    contact: Contact, stretch: Vector, velocity: Vector, stiffness: float, damping: float,
+    body: Body, h: float,
+) -> Pulled:  # fmt: skip
+    """Let spring and damper pull an avatar against its contact (backward Euler).
+
+    ::
+
+        f_s = K (stretch - h xd_s) + B (velocity - xd_s),   x_s += h xd_s
+
+    is xd_s = free - f_s/Z with Z = K h + B: solved as at a wave port, with the object as sampled.
+    """
+    impedance = stiffness * h + damping
+    free = each(_free, (stretch, velocity), stiffness, damping, impedance)
+    f = contact_unwrapped(contact, free, body.xd, impedance, h)
+    xd = each(_loaded, (free, f), impedance)
+    contact, lost_j = slid(contact, scaled(xd, h))
+    return Pulled(xd, f, contact, lost_j)
+
+
+def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:
+    return (k * stretch + b * velocity) / impedance
+
+
+def _loaded(free: float, f: float, impedance: float) -> float:
+    return free - f / impedance

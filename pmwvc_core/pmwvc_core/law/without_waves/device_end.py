@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The device's end of all controllers without waves.
+
+It sends where the device is and how fast it moves, and counts what flowed from the hand into the
+controller and back: the force that the limits let through times the velocity at the tick. The wave
+signals are zero. What a controller adds is chosen by the type of its state.
+"""
+
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.channel.arrivals import received_j
+from pmwvc_core.law.channel.packet import Packet, Sent
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.port.master import (
+    port_answer,
+    port_applied,
+    port_measure,
+    port_packet,
+    port_send,
+    port_signals,
+    port_tick,
+)
+from pmwvc_core.law.port.sensing import known_motion
+from pmwvc_core.law.vectors import Vector, dot, zero
+
+
+class DeviceMotion(NamedTuple):
+    """Position [m] and velocity [m/s] last measured."""
+
+    x: Vector
+    xd: Vector
+
+
+class DeviceEnd(NamedTuple):
+    """A master's end without waves."""
+
+    motion: DeviceMotion
+    law: Any
+    given_j: float  # from the device into the controller
+    taken_j: float  # and back
+
+
+class DeviceEndParams(NamedTuple):
+    """Period of a tick [s], and the parameters of the controller."""
+
+    tick_s: float
+    law: Any
+
+
+device_moved = Family("device_moved")  # (law, before, now, p) -> law: moved since the last tick
+device_sends = Family("device_sends")  # (law, p) -> (law, running sum of energy; below zero: none)
+device_receives = Family("device_receives")  # (law, packet, received_j, p) -> law: once a frame
+# (law, wave, silent, motion, p) -> law: what the newest packet carries, or let go
+device_answer = Family("device_answer")
+device_force = Family("device_force")  # (law, motion, p) -> (law, force wanted [N])
+device_applied = Family("device_applied")  # (law, f, p) -> law: the force let through [N]
+
+
+def resting_end(law: Any, axes: int) -> DeviceEnd:
+    """Return a device's end at rest, with the state of its controller."""
+    nothing = (0.0,) * axes
+    return DeviceEnd(DeviceMotion(nothing, nothing), law, 0.0, 0.0)
+
+
+def same_moved(law: Any, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams) -> Any:
+    """Take no note of the motion."""
+    return law
+
+
+def sends_no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
+    """Send no sum of energy."""
+    return law, -1.0
+
+
+def same_received(law: Any, packet: Packet, received_j: float, p: DeviceEndParams) -> Any:
+    """Take no note of a packet."""
+    return law
+
+
+def same_applied(law: Any, f: Vector, p: DeviceEndParams) -> Any:
+    """Take no note of the force."""
+    return law
+
+
+@port_measure.member(DeviceEnd)
+def _measure(s: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> DeviceEnd:
+    x, xd = known_motion(x, xd, s.motion.x)
+    now = DeviceMotion(x, xd)
+    return DeviceEnd(now, device_moved(s.law, s.motion, now, p), s.given_j, s.taken_j)
+
+
+@port_send.member(DeviceEnd)
+def _send(
+    s: DeviceEnd, arrivals: Any, frame_s: float, number: int, held_j: float, p: DeviceEndParams
+) -> tuple[DeviceEnd, Any, Sent]:
+    law, energy_j = device_sends(s.law, p)
+    sent = Sent(s.motion.xd, s.motion.x, energy_j, ())
+    return DeviceEnd(s.motion, law, s.given_j, s.taken_j), arrivals, sent
+
+
+@port_packet.member(DeviceEnd)
+def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> DeviceEnd:
+    law = device_receives(s.law, packet, received_j(arrivals), p)
+    return DeviceEnd(s.motion, law, s.given_j, s.taken_j)
+
+
+@port_answer.member(DeviceEnd)
+def _answer(
+    s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
+) -> DeviceEnd:
+    law = device_answer(s.law, wave, silent, s.motion, p)
+    return DeviceEnd(s.motion, law, s.given_j, s.taken_j)
+
+
+@port_tick.member(DeviceEnd)
+def _tick(
+    s: DeviceEnd, arrivals: Any, x: Vector, xd: Vector, p: DeviceEndParams
+) -> tuple[DeviceEnd, Any, Vector]:
+    s = _measure(s, x, xd, p)
+    law, f = device_force(s.law, s.motion, p)
+    return DeviceEnd(s.motion, law, s.given_j, s.taken_j), arrivals, f
+
+
+@port_applied.member(DeviceEnd)
+def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
+    energy_j = p.tick_s * dot(f, s.motion.xd)
+    law = device_applied(s.law, f, p)
+    given_j, taken_j = s.given_j + max(energy_j, 0.0), s.taken_j + max(-energy_j, 0.0)
+    return DeviceEnd(s.motion, law, given_j, taken_j)
+
+
+@port_signals.member(DeviceEnd)
+def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
+    nothing = zero(s.motion.x)
+    return nothing, nothing, nothing

@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Passive set-position modulation (Lee and Huang 2010): device and avatar hang on set points that
+follow each other as far as energy allows.
+
+::
+
+    F_m = B xd_m + K (x_m - q_m),    f_s = K (q_s - x_s) - B xd_s
+
+q_m goes towards the avatar and q_s towards the device, as last received; how far, see ``aimed``.
+B damps to ground, and what it turns to heat pays for the next moves. Neither end ever gives out
+more than it had, took in and received: passive with any delay, loss and order of packets, for B >
+K T_c/2 at the device (its spring is held over a tick; at the server force and motion are solved
+together). The price is B, felt at both ends.
+
+With x where an end is and q its set point, the spring K |x - q|^2/2 gains, when q moves to q',
+
+    dE = K/2 (|x - q'|^2 - |x - q|^2)
+
+This comes out of a tank; q' is the point nearest to the wanted one on the straight way there that
+the tank can pay for. The tank is filled by what the damper of this end turns to heat, and by what
+the peer sends; above a cap the rest goes to the peer.
+
+Lee and Huang bound the damper's heat from below by positions, b (x_max - x_min)^2/dt. Here the
+work done at the port in a tick is known: what has been put in and is not in the spring went to the
+damper. For one tick and b = B - K dt/2 that is their bound, but for the acceleration within the
+tick; it stays right where safety changes the force. Work, tank and spring add up::
+
+    work put in + received = spring + (tank - initial) + sent + dropped
+
+A tank below zero (a force that safety changed, a spring too stiff for its tick) moves the set
+point only where that pays the tank back.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.safety.avatar_brake import released_brake
+from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.server.contacts import Contact, offset_of
+from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
+from pmwvc_core.law.without_waves.device_end import (
+    DeviceEndParams,
+    DeviceMotion,
+    device_answer,
+    device_applied,
+    device_force,
+    device_moved,
+    device_receives,
+    device_sends,
+)
+
+
+class Pspm(NamedTuple):
+    """The law at either end: K [N/m], B [N s/m], cap [J]."""
+
+    stiffness: float
+    damping: float
+    cap_j: float
+
+
+class ModulatedSpring(NamedTuple):
+    """Set point, tank and sums of an end."""
+
+    q: Vector  # [m] set point
+    placed: bool  # at this end, since it joined
+    tank_j: float
+    spring_j: float
+    sent_j: float  # running sum, goes into the packets
+    received_j: float
+    dropped_j: float  # springs let go
+
+
+class PspmDevice(NamedTuple):
+    """The device's end: its spring, the force as applied [N], whether answers come."""
+
+    spring: ModulatedSpring
+    force: Vector
+    coupled: bool
+
+
+def resting_spring(axes: int, initial_j: float) -> ModulatedSpring:
+    """Return an end that has done nothing."""
+    return ModulatedSpring((0.0,) * axes, False, initial_j, 0.0, 0.0, 0.0, 0.0)
+
+
+def resting_pspm(axes: int, initial_j: float) -> PspmDevice:
+    """Return the device's end before the first packet."""
+    return PspmDevice(resting_spring(axes, initial_j), (0.0,) * axes, False)
+
+
+def taken_in(s: ModulatedSpring, received_j: float) -> ModulatedSpring:
+    """Take in what the peer has sent so far."""
+    tank_j = s.tank_j + (received_j - s.received_j)
+    return ModulatedSpring(s.q, s.placed, tank_j, s.spring_j, s.sent_j, received_j, s.dropped_j)
+
+
+def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> ModulatedSpring:
+    """Take note that this end is at x [m] and its set point at q [m], while this work was put in
+    at its port.
+    """
+    spring_j = 0.5 * p.stiffness * squared(minus(x, q))
+    tank_j = s.tank_j + work_j - (spring_j - s.spring_j)
+    return ModulatedSpring(q, s.placed, tank_j, spring_j, s.sent_j, s.received_j, s.dropped_j)
+
+
+def aimed(s: ModulatedSpring, wanted: Vector, x: Vector, p: Pspm) -> ModulatedSpring:
+    """Move the set point towards a wanted one [m], as far as the tank allows.
+
+    The ratio s of the way w costs K/2 (s^2 |w|^2 - 2 s w . (x - q)).
+    """
+    way = minus(wanted, s.q)
+    size, along = squared(way), dot(way, minus(x, s.q))
+    if size == 0.0:
+        return set_to(s, s.q, x, 0.0, p)
+    root = math.sqrt(max(along * along + 2.0 * size * s.tank_j / p.stiffness, 0.0))
+    ratio = min(max((along + root) / size, 0.0), 1.0)
+    return set_to(s, plus(s.q, scaled(way, ratio)), x, 0.0, p)
+
+
+def divided(s: ModulatedSpring, p: Pspm) -> ModulatedSpring:
+    """Send the peer what is above the cap."""
+    excess_j = max(s.tank_j - p.cap_j, 0.0)
+    return ModulatedSpring(
+        s.q, s.placed, s.tank_j - excess_j, s.spring_j, s.sent_j + excess_j, s.received_j,
+        s.dropped_j,
+    )  # fmt: skip
+
+
+def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
+    """Put the set point where this end is; what the spring holds is dropped."""
+    dropped_j = s.dropped_j + s.spring_j
+    return ModulatedSpring(x, True, s.tank_j, 0.0, s.sent_j, s.received_j, dropped_j)
+
+
+@device_moved.member(PspmDevice)
+def _moved(
+    s: PspmDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
+) -> PspmDevice:
+    """Count the work that the force applied last has done until here."""
+    q, work_j = s.spring.q if s.coupled else now.x, dot(s.force, minus(now.x, before.x))
+    return PspmDevice(set_to(s.spring, q, now.x, work_j, p.law), s.force, s.coupled)
+
+
+@device_sends.member(PspmDevice)
+def _send(s: PspmDevice, p: DeviceEndParams) -> tuple[PspmDevice, float]:
+    spring = divided(s.spring, p.law)
+    return PspmDevice(spring, s.force, s.coupled), spring.sent_j
+
+
+@device_receives.member(PspmDevice)
+def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> PspmDevice:
+    return PspmDevice(taken_in(s.spring, received_j), s.force, s.coupled)
+
+
+@device_answer.member(PspmDevice)
+def _answer(
+    s: PspmDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
+) -> PspmDevice:
+    if silent:
+        return PspmDevice(spring_let_go(s.spring, motion.x), s.force, False)
+    return PspmDevice(aimed(s.spring, wave, motion.x, p.law), s.force, True)
+
+
+@device_force.member(PspmDevice)
+def _force(s: PspmDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
+    if not s.coupled:
+        return s, zero(motion.x)
+    return s, each(_wanted, (motion.x, motion.xd, s.spring.q), p.law)
+
+
+def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
+    return law.damping * xd + law.stiffness * (x - q)
+
+
+@device_applied.member(PspmDevice)
+def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
+    return PspmDevice(s.spring, f, s.coupled)
+
+
+@released_brake.member(ModulatedSpring)
+def _released(s: ModulatedSpring) -> ModulatedSpring:
+    """Have the set point placed when the user joins again."""
+    return ModulatedSpring(s.q, False, s.tank_j, s.spring_j, s.sent_j, s.received_j, s.dropped_j)
+
+
+@meet.member(Pspm)
+def _meet(
+    p: Pspm, kept: ModulatedSpring, report: Reported, x_s: Vector, xd_s: Vector, contact: Contact,
+    body: Body, h: float,
+) -> Met:  # fmt: skip
+    """Move the set point, then the avatar; one that has just joined begins where it is."""
+    spring = taken_in(kept if kept.placed else spring_let_go(kept, x_s), report.received_j)
+    spring = aimed(spring, report.position, x_s, p)
+    a = pulled(contact, minus(spring.q, x_s), zero(x_s), p.stiffness, p.damping, body, h)
+    x_s, work_j = plus(body.x, offset_of(a.contact)), -h * dot(a.f, a.xd)
+    spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)
+    rate = minus(a.xd, body.xd)
+    return Met(spring, a.xd, a.f, a.contact, rate, spring.sent_j, a.lost_j)

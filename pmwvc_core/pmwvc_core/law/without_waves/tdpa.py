@@ -1,0 +1,202 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Time-domain passivity observer and controller for a two-port with delay (Hannaford and Ryu 2002;
+Ryu, Artigas and Preusche 2010).
+
+The device sends its velocity, the server its contact force. Both ends count what flows into and
+out of the link at their port, P = f . velocity against the link,
+
+    E_in += max(P, 0) h,    E_out += max(-P, 0) h
+
+and send E_in. An end may give out what the other is known to have put in:
+
+    allowance = E_in of the other, as received, - E_out + what its controller has dissipated
+
+Where the next step would overdraw it by dE, the controller dissipates dE: at the device by a
+damper (impedance type), at the avatar by giving way (admittance type),
+
+    F += a xd,   a = min(dE/(h |xd|^2), damping_max),        xd_s -= (dE/(h |f|^2)) f
+
+At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}): the force is
+held while the velocity changes, and with an encoder the velocity at the tick belongs to the way
+before. The damper is chosen from the velocity at the tick and can fall short (at rest, at its
+limit, by what the velocity changes); what is missing stays in the observer and is dissipated
+later. The damper fades over ``fade_s`` instead of switching off at each tick, which limits its
+chatter. Giving way makes avatar and device drift apart; the drift is made up by a share per step,
+under the same observer (after Coelho et al. 2019). ``xd_s`` is the velocity with which the avatar
+goes on until the next step, under the force f_s held, so f_s xd_s h is the work that leaves the
+link.
+"""
+
+from typing import NamedTuple
+
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.safety.avatar_brake import released_brake
+from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
+from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
+from pmwvc_core.law.without_waves.device_end import (
+    DeviceEndParams,
+    DeviceMotion,
+    device_answer,
+    device_applied,
+    device_force,
+    device_moved,
+    device_receives,
+    device_sends,
+)
+from pmwvc_core.params.baselines import TdpaParams
+
+LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
+
+
+class Tdpa(NamedTuple):
+    """The law at either end."""
+
+    damping: float  # [N s/m] local one of the device
+    damping_max: float  # [N s/m] of the controller's damper
+    kept: float  # ratio of it that a tick leaves
+    drift_share: float  # of the avatar's lag made up in a step
+
+
+class Observer(NamedTuple):
+    """The energy of one end of the link [J]."""
+
+    in_j: float
+    out_j: float
+    dissipated_j: float  # by the passivity controller
+    allowance_j: float  # what may still be given out
+    received_j: float
+
+
+class TdpaDevice(NamedTuple):
+    """The device's end: observer, force as last received [N], the controller's damper [N s/m]; the
+    force on the device since the last tick [N], and that damper in it.
+    """
+
+    observer: Observer
+    force: Vector
+    damping: float
+    held: Vector
+    braked: float
+
+
+def tdpa_law(params: TdpaParams, tick_s: float) -> Tdpa:
+    """Return the law for a tick [s]."""
+    kept = 1.0 / (1.0 + tick_s / params.fade_s) if params.fade_s > 0.0 else 0.0
+    return Tdpa(params.damping, params.damping_max, kept, params.drift_share)
+
+
+RESTING_OBSERVER = Observer(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def resting_tdpa(axes: int) -> TdpaDevice:
+    """Return the device's end before the first packet."""
+    return TdpaDevice(RESTING_OBSERVER, (0.0,) * axes, 0.0, (0.0,) * axes, 0.0)
+
+
+def informed(s: Observer, received_j: float) -> Observer:
+    """Take in what the other end has put in so far."""
+    allowance_j = s.allowance_j + (received_j - s.received_j)
+    return Observer(s.in_j, s.out_j, s.dissipated_j, allowance_j, received_j)
+
+
+def overdraft_j(s: Observer, energy_j: float) -> float:
+    """Return how much too much it would be to give out an energy (negative: take in)."""
+    return max(max(energy_j, 0.0) - s.allowance_j, 0.0)
+
+
+def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float) -> Observer:
+    """Book what a step gave out (negative: took in), the dissipation of the controller left out of
+    it, that, and how much of it may be given out again.
+    """
+    given_j = max(energy_j, 0.0)
+    return Observer(
+        s.in_j + max(-energy_j, 0.0), s.out_j + given_j, s.dissipated_j + dissipated_j,
+        s.allowance_j - given_j + allowed_j, s.received_j,
+    )  # fmt: skip
+
+
+@device_moved.member(TdpaDevice)
+def _moved(
+    s: TdpaDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
+) -> TdpaDevice:
+    """Book the work of the force held until here; the local damper is not the link's."""
+    way = minus(now.x, before.x)
+    drag = dot(before.xd, way)
+    dissipated_j = s.braked * drag
+    given_j = dissipated_j + p.law.damping * drag - dot(s.held, way)
+    observer = observed(s.observer, given_j, dissipated_j, dissipated_j)
+    return TdpaDevice(observer, s.force, s.damping, zero(s.held), 0.0)
+
+
+@device_sends.member(TdpaDevice)
+def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
+    return s, s.observer.in_j
+
+
+@device_receives.member(TdpaDevice)
+def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
+    observer = informed(s.observer, received_j)
+    return TdpaDevice(observer, s.force, s.damping, s.held, s.braked)
+
+
+@device_answer.member(TdpaDevice)
+def _answer(
+    s: TdpaDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
+) -> TdpaDevice:
+    return TdpaDevice(s.observer, zero(wave) if silent else wave, s.damping, s.held, s.braked)
+
+
+@device_force.member(TdpaDevice)
+def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
+    """Return the force received and that of both dampers [N]."""
+    square, needed = squared(motion.xd), 0.0
+    if square > LEAST:
+        excess_j = overdraft_j(s.observer, -p.tick_s * dot(s.force, motion.xd))
+        needed = min(excess_j / (p.tick_s * square), p.law.damping_max)
+    damping = max(needed, s.damping * p.law.kept)
+    f = plus(s.force, scaled(motion.xd, p.law.damping + damping))
+    return TdpaDevice(s.observer, s.force, damping, s.held, s.braked), f
+
+
+@device_applied.member(TdpaDevice)
+def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
+    return TdpaDevice(s.observer, s.force, s.damping, f, s.damping)
+
+
+@released_brake.member(Observer)
+def _released(s: Observer) -> Observer:
+    return s
+
+
+@meet.member(Tdpa)
+def _meet(
+    p: Tdpa, kept: Observer, report: Reported, x_s: Vector, xd_s: Vector, contact: Contact,
+    body: Body, h: float,
+) -> Met:  # fmt: skip
+    """Arrive where the last step led, form the force, choose the velocity from here."""
+    observer = informed(kept, report.received_j)
+    contact, lost_j = slid(contact, scaled(xd_s, h))
+    x_s = plus(body.x, offset_of(contact))
+    rate = minus(report.velocity, body.xd)
+    f = contact_force(contact, rate)
+    excess_j = overdraft_j(observer, h * dot(f, report.velocity))
+    wanted = each(_made_up, (report.velocity, report.position, x_s), p.drift_share / h)
+    xd = _within(observer, f, wanted, h)
+    observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
+    return Met(observer, xd, f, contact, rate, observer.in_j, lost_j)
+
+
+def _made_up(velocity: float, position: float, x_s: float, rate: float) -> float:
+    return velocity + (position - x_s) * rate
+
+
+def _within(s: Observer, f: Vector, velocity: Vector, h: float) -> Vector:
+    """Return the velocity nearest to the one wanted [m/s] that gives out no more than may be."""
+    size = squared(f)
+    if size <= LEAST:
+        return velocity
+    excess_j = overdraft_j(s, h * dot(f, velocity))
+    return minus(velocity, scaled(f, excess_j / (h * size)))

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions in bulk: compiled by Numba, one after the other, each from the laws of its scenario."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_core.frame.made import resting_user, user_params
+from pmwvc_core.frame.made_server import are_made, resting_server, server_params
+from pmwvc_core.law.plant.device import resting_device, simulated_params
+from pmwvc_core.params.user import server_times
+from pmwvc_core.plant.hands import Place, make_hand
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.bulk.loop import OF_PACKET, Book, Clock, End, EndParams, session
+from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_of, plan_of
+
+SIGNALS = 8  # of a tick
+OF_BLOCK = 4 + 9  # cause, interventions, work; energies of a port at most
+
+
+class Run(NamedTuple):
+    """What a session left behind, with its plan; ``whole``: all went by that."""
+
+    scenario: Scenario
+    plan: Plan
+    book: Book
+    whole: bool
+
+
+def can_run(scenario: Scenario) -> bool:
+    """Tell whether a session has a plan, and laws for all it consists of."""
+    return is_planned(scenario) and are_made(scenario)
+
+
+def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
+    """Run a session, compiled where the loop given is."""
+    network = network_of(scenario)
+    plan = plan_of(network)
+    book = _book(network, plan)
+    made = [_end(scenario, number) for number in range(len(scenario.users))]
+    p = server_params(
+        scenario.users,
+        controller=scenario.controller,
+        channel=scenario.channel,
+        server=scenario.server,
+        times=server_times(user.safety for user in scenario.users),
+    )
+    server = resting_server(scenario.users, p, scenario.server, scenario.dof)
+    ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
+    clock = Clock(
+        network.ticks,
+        network.tick_ns,
+        network.rate_drops,
+        network.period_ticks,
+        tuple(range(len(users))),
+        tuple(range(scenario.dof)),
+    )
+    whole = session(ends, server, users, p, clock, book)
+    return Run(scenario, plan, book, bool(whole))
+
+
+def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
+    user, axes, tick_s = scenario.users[number], scenario.dof, scenario.tick_s
+    packet_s = scenario.server.period_s
+    p = user_params(
+        user,
+        controller=scenario.controller,
+        channel=scenario.channel,
+        packet_s=packet_s,
+        answer_tick=0,
+    )
+    half = scenario.server.object_size_m / 2
+    at = Place(user.side, half, user.side * (half + user.contact.gap_m), tick_s, axes)
+    device = simulated_params(user.device, tick_s)
+    hand, of_hand = make_hand(user.operator, scenario.task, at)
+    loop = resting_user(user, p, axes, packet_s)
+    start = End(loop, resting_device(at.start, device), hand, False, 0, 0)
+    return start, EndParams(p, device, of_hand)
+
+
+def _book(network: Network, plan: Plan) -> Book:
+    users, ticks, axes = len(network.rate_drops), network.ticks, network.dof
+    sent = max(len(link.sent) for link in (*plan.up, *plan.down))
+    blocks = max(-(-ticks // rate_drop) for rate_drop in network.rate_drops)
+    steps = -(-ticks // network.period_ticks)
+    return Book(
+        plan.taken_up,
+        plan.taken_down,
+        np.zeros((2 * users, sent, 3 * axes + OF_PACKET)),
+        np.zeros((users, SIGNALS, ticks, axes)),
+        np.zeros((users, blocks, OF_BLOCK)),
+        np.zeros((2 + 5 * users, steps, axes)),
+        np.zeros((steps, 4 + 4 * users)),
+        np.zeros((steps, users), dtype=np.int64),
+    )
