@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.laws import assert_same, in_bulk
 
-from pmwvc_core.frame.made import contact_of
+from pmwvc_core.frame.made_server import contact_of
 from pmwvc_core.law.channel.arrivals import (
     ArrivalsParams,
     arrivals_of,
