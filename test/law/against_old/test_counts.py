@@ -36,7 +36,7 @@ def test_counts_of_both_are_the_same(axes, seed):
     own = seed % 3 == 0
     x, xd = [0.01 * a for a in range(axes)], [0.0] * axes
     old, s = BetweenCounts(0.001), None
-    for tick in range(4000):
+    for tick in range(3000):
         if tick % 700 > 300:
             xd = [0.99 * v + luck.gauss(0.0, 0.01) for v in xd]
             x = [a + 0.001 * v for a, v in zip(x, xd, strict=True)]

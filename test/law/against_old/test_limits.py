@@ -50,7 +50,7 @@ def test_every_tick_of_both_is_the_same(brakes, axes, seed):
     x, xd, f = [0.0] * axes, [0.0] * axes, [0.0] * axes
     silence, interrupted, unreceived, sensed, coupled = math.inf, False, False, True, False
     causes = set()
-    for tick in range(6000):
+    for tick in range(4000):
         f = [0.98 * v + luck.gauss(0.0, 0.4) for v in f]
         wild = 0.09 if tick % 2000 > 1800 else 0.01
         xd = [0.99 * v - 0.01 * q + luck.gauss(0.0, wild) for v, q in zip(xd, x, strict=True)]

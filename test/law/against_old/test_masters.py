@@ -148,7 +148,7 @@ def same_ticks(strict, axes, seed, filters):
     x, xd, f = [0.0] * axes, [0.0] * axes, zero
     seen = set()
     last = zero
-    for tick in range(5000):
+    for tick in range(3000):
         xd = [0.995 * v + luck.gauss(0.0, 0.005) for v in xd]
         x = [u + 0.001 * v for u, v in zip(x, xd, strict=True)]
         read = tuple(step * round(u / step) if step else u for u in x)

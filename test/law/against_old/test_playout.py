@@ -34,7 +34,7 @@ def test_every_step_of_both_is_the_same(axes, seed):
     s = law.resting_playout(nothing, law.Moved(0.0, 0.0, 0.0, 0.0, 0.0))
     held, wave = [], [0.0] * axes
     seen = set()
-    for tick in range(6000):
+    for tick in range(4000):
         if tick % 8 == 0:
             wave = [w + luck.gauss(0.0, 0.3) for w in wave]
             wave = [0.97 * w for w in wave]
