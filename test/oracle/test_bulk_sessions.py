@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sessions in bulk give the golden traces: all that can be run so; compiled they are the same."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -51,3 +53,19 @@ def test_a_compiled_session_is_the_interpreted_one():
         wanted = getattr(one.book, name)
         scale = max(1.0, float(np.abs(wanted).max(initial=0.0)))
         assert np.abs(got - wanted).max(initial=0.0) <= 1e-12 * scale, name
+
+
+def test_a_compiled_loop_is_kept_for_later_processes_by_the_sources_of_the_laws(tmp_path):
+    program = (
+        "from pmwvc_core.compiled import compiled\n"
+        "from pmwvc_core.law.plant.task import minimum_jerk\n"
+        "made = compiled(minimum_jerk, kept=True)\n"
+        "print(made(0.25), sum(made.stats.cache_hits.values()))"
+    )
+    environment = {"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    for hits in (0, 1):
+        found = subprocess.run(
+            [sys.executable, "-c", program], env=environment, capture_output=True, text=True
+        )
+        assert found.stdout.split() == ["0.103515625", str(hits)], found.stderr
+    assert len(list((tmp_path / ".cache" / "pmwvc").iterdir())) == 1
