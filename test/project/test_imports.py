@@ -48,7 +48,7 @@ CORE = {
     "plant": BASE | {"law"},
     "network": BASE,
     "master": BASE,
-    "server": BASE,
+    "server": BASE | {"law"},
     "baselines": BASE | {"server", "network"},  # the same users, contacts and links
     "controllers": BASE | {"master", "server", "baselines"},
     "scenario": BASE | {"controllers", "network", "server"},

@@ -15,7 +15,7 @@ SOURCES = [
     and "egg-info" not in str(file)
     # Not called by the product yet:
     and not NEW & set(file.parts)
-    and file.parts[-2:] != ("plant", "hands.py")
+    and file.parts[-2:] not in (("plant", "hands.py"), ("black_box", "outside.py"))
 ]
 OTHERS = [
     *ROOT.glob("pmwvc_*/setup.py"),

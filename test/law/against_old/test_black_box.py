@@ -34,8 +34,12 @@ from pmwvc_core.law.server.server_port import (
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.server.black_box.containment import Asked, directly
+from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
+from pmwvc_core.server.black_box.outside import Outside
 from pmwvc_core.server.black_box.port import BlackBoxServer
+from pmwvc_core.server.black_box.touch import TouchedWall
 from pmwvc_core.server.environments import make_black_box
 from pmwvc_core.server.factory import make_ports
 
@@ -75,6 +79,23 @@ def port(contact, b, side, size, axes):
     )
 
 
+class Faulty(TouchedWall):
+    """A wall of a laboratory that raises, returns what is no force, and jumps."""
+
+    steps = 0
+
+    def step(self, position, velocity, dt):
+        self.steps += 1
+        force = super().step(position, velocity, dt)
+        if self.steps % 50 == 0:
+            raise RuntimeError("no answer")
+        if self.steps % 70 == 0:
+            force[0] = np.nan
+        if self.steps % 90 == 0:
+            force[1] += 5e4
+        return force
+
+
 def environment(params, contacts, ports, axes):
     zero, name = (0.0,) * axes, params.environment
     if name == "hunt_crossley":
@@ -95,7 +116,7 @@ def environment(params, contacts, ports, axes):
     return wall, Drive((amplitude, *zero[1:]), 2.0 * math.pi * drive.frequency_hz)
 
 
-def both(name, compensation, integrator, line, axes, luck, brakes):
+def both(name, compensation, integrator, line, axes, luck, brakes, outside):
     params = ServerParams(
         coupling="unknown", environment=name, compensation=compensation, integrator=integrator,
         period_s=H, **line,
@@ -110,13 +131,19 @@ def both(name, compensation, integrator, line, axes, luck, brakes):
     ]  # fmt: skip
     bs = [luck.choice([12.5, 40.0]) for _ in range(2)]
     made = make_ports(params, contacts, bs, dof=axes, sides=[-1, 1])
-    asked = make_black_box(EnvironmentSetup(axes, H, (-1, 1), params, tuple(contacts)))
+    setup = EnvironmentSetup(axes, H, (-1, 1), params, tuple(contacts))
+    asked = Faulty(setup) if outside else make_black_box(setup)
     old = BlackBoxServer(params, made, asked)
     if brakes:
         old.fit_brakes(H)
     zero, size = (0.0,) * axes, params.object_size_m
     ports = tuple(port(c, b, s, size, axes) for c, b, s in zip(contacts, bs, (-1, 1), strict=True))
-    state, law = environment(params, contacts, ports, axes)
+    if outside:
+        asking = Asked(Faulty(setup))
+        state = Outside(asking, directly, Faults("server.environment", "lab"), (False, False))
+        law = 0
+    else:
+        state, law = environment(params, contacts, ports, axes)
     old_s, new_s = weights(integrator, H)
     sloped = name in ("wall_with_slope", "hunt_crossley")
     identity = tuple(tuple(row) for row in np.eye(axes).tolist())
@@ -131,7 +158,7 @@ def both(name, compensation, integrator, line, axes, luck, brakes):
 
 
 @pytest.mark.parametrize(
-    "name", ["wall", "wall_with_slope", "active_wall", "cube", "hunt_crossley"]
+    "name", ["wall", "wall_with_slope", "active_wall", "cube", "hunt_crossley", "outside"]
 )
 @pytest.mark.parametrize("axes", [1, 3])
 @pytest.mark.parametrize("seed", range(3))
@@ -141,7 +168,10 @@ def test_every_step_of_both_is_the_same(name, axes, seed):
     integrator = luck.choice(["forward_euler", "backward_euler", "backward_euler", "trapezoid"])
     line = {} if seed < 6 else LATE
     brakes = seed % 2 == 1
-    old, s, p, size = both(name, compensation, integrator, line, axes, luck, brakes)
+    outside = name == "outside"
+    old, s, p, size = both(
+        "wall" if outside else name, compensation, integrator, line, axes, luck, brakes, outside
+    )
     zero = (0.0,) * axes
     seen = set()
 
@@ -195,8 +225,12 @@ def test_every_step_of_both_is_the_same(name, axes, seed):
                 seen.add("touches")
         same(s.body.x, old.body.x)
         same(s.dissipated_j, old.dissipated)
+        if outside:
+            continue
         assert all(user.usable and not user.jumped for user in s.body.users) or old.faults.steps
+    assert not outside or old.faults.steps > 20
     accounts = old.accounts
+    same(s.body.accounts.contained_j, accounts["contained"], 1e-11)
     same(s.body.accounts.environment_j, accounts["environment"])
     same(s.body.accounts.late_j, accounts["late_decoding"])
     same(s.body.accounts.withheld_j, accounts["withheld"])

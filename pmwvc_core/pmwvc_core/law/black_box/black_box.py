@@ -125,14 +125,15 @@ def exchange_known(
     """Ask an environment of the library."""
     if p.sloped:
         forces, slopes = local_line(s, starts, p.new_s, p.environment)
-        velocities = each(_decoded, (avatars, forces, slopes), p.identity)
+        velocities = each(solved_line, (avatars, forces, slopes), p.identity)
     positions = each(_ahead, (starts, velocities), p.new_s)
     s, forces = moved_by(s, positions, velocities, p.body.period_s, p.environment)
     x, xd = shown(s, starts[0])
     return s, Reply(True, velocities, forces, energy_j(s, p.environment), x, xd)
 
 
-def _decoded(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:
+def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:
+    """Return the velocity that fits F0 [N] and G [N s/m], a slope per axis."""
     rows = each(scaled, (identity, each(_positive, (slope,))))
     free = free_velocity(a.impedance, a.u)
     return decoded(Line(force, rows, zero(force)), a.impedance, free)[0]
@@ -219,7 +220,6 @@ def _held(
     ports: tuple[UserPort, ...], p: BlackBoxParams,
 ) -> float:  # fmt: skip
     """Return what can still come out: the environment's energy and that of late decoding [J].
-
     Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again;
     with a slope it gives out up to G/b times what the environment does.
     """
