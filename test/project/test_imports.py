@@ -43,6 +43,8 @@ CORE = {
     "traces": {"numeric"},
     "law": {"errors", "numeric", "params", "wave"},
     "compiled": {"law"},
+    "unrolled": {"law", "pieces"},
+    "pieces": set(),
     "wave": {"account", "errors", "numeric", "params", "state"},
     "transport": {"account", "errors", "numeric", "params", "state", "wave"},
     "plant": BASE | {"law"},

@@ -1,0 +1,291 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Laws as Python runs them fastest, for one number of axes: what is interpreted is made from the
+source of the law itself, as what is compiled is (:mod:`.compiled`).
+
+A loop over axes becomes one expression per axis, a family is looked up where it is called, a
+NamedTuple is built without the function that ``typing`` makes for it, and a law of one expression
+stands where it is called. Values and the order of additions stay the same, so results have the
+same bits. A vector of another length takes the way of the source.
+"""
+
+import ast
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from functools import cache
+from itertools import count
+from types import FunctionType
+from typing import Any
+
+from pmwvc_core.law import vectors
+from pmwvc_core.law.family import Family
+from pmwvc_core.pieces import (
+    Places,
+    Values,
+    definition,
+    expression_of,
+    in_order,
+    is_text,
+    returned,
+    uses,
+)
+
+LAWS = ("pmwvc_core.law", "pmwvc_core.simulation")
+LONGEST = 40  # nodes of an expression that stands where it is called
+
+# Per axis, and how the axes are joined: where empty, they make a vector.
+BY_AXIS: dict[Callable[..., Any], tuple[str, str]] = {
+    vectors.plus: ("{a}[{i}] + {b}[{i}]", ""),
+    vectors.minus: ("{a}[{i}] - {b}[{i}]", ""),
+    vectors.times: ("{a}[{i}] * {b}[{i}]", ""),
+    vectors.scaled: ("{a}[{i}] * {b}", ""),
+    vectors.zero: ("0.0", ""),
+    vectors.dot: ("{a}[{i}] * {b}[{i}]", " + "),
+    vectors.squared: ("{a}[{i}] * {a}[{i}]", " + "),
+    vectors.within: ("-{b} < {a}[{i}] < {b}", " and "),
+    vectors.is_zero: ("{a}[{i}] == 0.0", " and "),
+}
+
+
+@cache
+def unrolled(law: Callable[..., Any], axes: int) -> Any:
+    """Return a law for so many axes: takes and returns the same."""
+    return _Unrolling(axes).function(law)
+
+
+class _Members(dict[type, Any]):
+    """The unrolled laws of a family by type, made when first called."""
+
+    def __init__(self, family: Family, axes: int) -> None:
+        super().__init__()
+        self._family, self._axes = family, axes
+
+    def __missing__(self, kind: type) -> Any:
+        self[kind] = unrolled(self._family.members[kind], self._axes)
+        return self[kind]
+
+
+@cache
+def _members(family: Family, axes: int) -> _Members:
+    return _Members(family, axes)
+
+
+class _Unrolling(ast.NodeTransformer):
+    """One law under way. Globals get names of their own: other laws come to stand in it."""
+
+    def __init__(self, axes: int) -> None:
+        self._axes = axes
+        self._globals: dict[str, Any] = {"new_": tuple.__new__, "len": len}
+        self._of: FunctionType
+        self._local: set[str] = set()
+        self._temporary: Iterator[int] = count()
+
+    def function(self, law: Any) -> Any:
+        """Return the law."""
+        tree = deepcopy(definition(law))
+        self._enter(law)
+        made = ast.FunctionDef(
+            name=tree.name,
+            args=ast.arguments(
+                posonlyargs=[],
+                args=[ast.arg(each.arg) for each in tree.args.args],
+                vararg=tree.args.vararg and ast.arg(tree.args.vararg.arg),
+                kwonlyargs=[],
+                kw_defaults=[],
+                defaults=[],
+            ),
+            body=[self.visit(each) for each in tree.body if not is_text(each)],
+            decorator_list=[],
+            type_params=[],  # type: ignore[call-arg]
+        )
+        module = ast.fix_missing_locations(ast.Module([made], []))
+        exec(compile(module, f"<unrolled {law.__module__}>", "exec"), self._globals)
+        return self._globals[tree.name]
+
+    def _enter(self, law: Any) -> None:
+        self._of, self._local = law, {*law.__code__.co_varnames}
+
+    def _value(self, node: ast.expr) -> Any:
+        """Return the object that a name of the law's module or of Python stands for, else None."""
+        if not isinstance(node, ast.Name) or node.id in self._local:
+            return None
+        of_python = __builtins__ if isinstance(__builtins__, dict) else vars(__builtins__)
+        return self._of.__globals__.get(node.id, of_python.get(node.id))
+
+    def _alias(self, value: Any, name: str) -> ast.Name:
+        """Return a name of the unrolled law for a value."""
+        alias = f"{name}_{id(value)}"
+        self._globals[alias] = value
+        return ast.Name(alias, ast.Load())
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Give globals the names under which they stand beside each other."""
+        value = self._value(node)
+        if value is None:
+            return node
+        if isinstance(value, FunctionType) and value.__module__.startswith(LAWS):
+            value = value if value in _BUILDING else unrolled(value, self._axes)
+        return self._alias(value, node.id)
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.stmt:
+        """Leave types out."""
+        assert node.value is not None
+        return ast.Assign([self.visit(node.target)], self.visit(node.value), lineno=1)
+
+    def visit_Assign(self, node: ast.Assign) -> ast.stmt:
+        """Take the columns of what ``each`` returns apart."""
+        target, value = node.targets[0], node.value
+        if (
+            isinstance(target, ast.Tuple)
+            and isinstance(value, ast.Call)
+            and self._value(value.func) is vectors.columns
+        ):
+            rows, t = self.visit(value.args[0]), self._new()
+            cells = [
+                f"({', '.join(f'{t}[{i}][{k}]' for i in range(self._axes))},)"
+                for k in range(len(target.elts))
+            ]
+            found = expression_of(f"({', '.join(cells)},)")
+            other = self._called(vectors.columns, [ast.Name(t, ast.Load())])
+            node.value = self._if_long(t, rows, found, other)
+            node.targets = [self.visit(target)]
+            return node
+        self.generic_visit(node)
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Put in the place of a call what is quicker."""
+        function = self._value(node.func)
+        if node.keywords or function is None or not isinstance(node.func, ast.Name):
+            self.generic_visit(node)
+            return node
+        if function is vectors.each and isinstance(node.args[1], ast.Tuple):
+            return self._each(node.args[0], node.args[1].elts, node.args[2:])
+        given = [self.visit(each) for each in node.args]
+        if any(isinstance(each, ast.Starred) for each in given):
+            return ast.Call(self.visit(node.func), given, [])
+        if isinstance(function, Family):
+            return self._member(function, given)
+        if function in BY_AXIS:
+            return self._by_axis(function, given)
+        if function is vectors.length and self._axes == 1:
+            return self._by_axis(function, given, ("abs({a}[{i}])", " + "))
+        if function in (min, max) and len(given) == 2:
+            return self._extreme("<" if function is max else ">", given)
+        if isinstance(function, type) and hasattr(function, "_fields"):
+            fields = ast.Tuple(given, ast.Load())
+            named = self._alias(function, function.__name__)
+            return ast.Call(ast.Name("new_", ast.Load()), [named, fields], [])
+        if isinstance(function, FunctionType) and _is_short(function):
+            return self._in_place(function, given)
+        return ast.Call(self.visit(node.func), given, [])
+
+    def _member(self, family: Family, given: list[ast.expr]) -> ast.expr:
+        """Return the call of the law for the type of the first argument."""
+        t, members = self._new(), _members(family, self._axes)
+        first = ast.NamedExpr(ast.Name(t, ast.Store()), given[0])
+        kind = ast.Call(ast.Name("type", ast.Load()), [first], [])
+        law = ast.Subscript(self._alias(members, family.name), kind, ast.Load())
+        return ast.Call(law, [ast.Name(t, ast.Load()), *given[1:]], [])
+
+    def _new(self) -> str:
+        return f"t{next(self._temporary)}_"
+
+    def _if_long(self, t: str, value: ast.expr, then: ast.expr, other: ast.expr) -> ast.expr:
+        """Return ``then`` where a value, from here on ``t``, has one element per axis."""
+        named = ast.NamedExpr(ast.Name(t, ast.Store()), value)
+        size = ast.Call(ast.Name("len", ast.Load()), [named], [])
+        test = ast.Compare(size, [ast.Eq()], [ast.Constant(self._axes)])
+        return ast.IfExp(test, then, other)
+
+    def _called(self, function: Any, given: list[ast.expr]) -> ast.expr:
+        return ast.Call(self._alias(function, function.__name__), given, [])
+
+    def _held(self, value: ast.expr) -> tuple[str, str]:
+        """Return what stands for a value where it is first used, and after that."""
+        if isinstance(value, ast.Name | ast.Constant):
+            return ast.unparse(value), ast.unparse(value)
+        t = self._new()
+        return f"({t} := {ast.unparse(value)})", t
+
+    def _by_axis(
+        self, function: Any, given: list[ast.expr], how: tuple[str, str] | None = None
+    ) -> ast.expr:
+        form, joined = how or BY_AXIS[function]
+        t = self._new()
+        first, then = self._held(given[1]) if len(given) > 1 else ("", "")
+        cells = []
+        for i in range(self._axes):
+            text = form.replace("{b}", first, 1) if i == 0 else form
+            cells.append(text.format(a=t, b=then, i=i))
+        whole = joined.join(cells) if joined else f"({', '.join(cells)},)"
+        rest = [ast.Name(t, ast.Load()), *map(deepcopy, given[1:])]
+        return self._if_long(t, given[0], expression_of(whole), self._called(function, rest))
+
+    def _each(self, law: ast.expr, rows: list[ast.expr], shared: list[ast.expr]) -> ast.expr:
+        of_rows = [self.visit(row) for row in rows]
+        of_all = [self.visit(one) for one in shared]
+        if any(isinstance(one, ast.Starred) for one in of_all):
+            every = [ast.Tuple(of_rows, ast.Load()), *of_all]
+            each_ = self._alias(vectors.each, "each")
+            return ast.Call(each_, [self.visit(law), *every], [])
+        t = self._new()
+        other = [self._held(row) for row in of_rows[1:]]
+        for_all = [self._held(one) for one in of_all]
+        chosen, cells = self._value(law), list[ast.expr]()
+        for i in range(self._axes):
+            of_one = [f"{t}[{i}]", *[f"{pair[i > 0]}[{i}]" for pair in other]]
+            texts = [*of_one, *[pair[i > 0] for pair in for_all]]
+            known = [expression_of(text) for text in texts]
+            if isinstance(chosen, Family):
+                cells.append(self._member(chosen, known))
+            elif isinstance(chosen, FunctionType) and _is_short(chosen):
+                cells.append(self._in_place(chosen, known))
+            else:
+                cells.append(ast.Call(self.visit(deepcopy(law)), known, []))
+        every = [ast.Name(t, ast.Load()), *map(deepcopy, of_rows[1:])]
+        rest = [ast.Tuple(every, ast.Load()), *map(deepcopy, of_all)]
+        loop = self._called(vectors.each, [self.visit(law), *rest])
+        return self._if_long(t, of_rows[0], ast.Tuple(cells, ast.Load()), loop)
+
+    def _extreme(self, sign: str, given: list[ast.expr]) -> ast.expr:
+        """Return the larger (<) or smaller (>) of two, the first where none is."""
+        (first, a), (second, b) = map(self._held, given)
+        return expression_of(f"{b} if {first} {sign} {second} else {a}")
+
+    def _in_place(self, law: FunctionType, given: list[ast.expr]) -> ast.expr:
+        """Return the expression of a short law with its arguments put in."""
+        expression: Any = deepcopy(returned(law))
+        places = Places({}, {})
+        heads = []
+        for argument, value in zip(definition(law).args.args, given, strict=True):
+            if isinstance(value, ast.Name):
+                places.names[argument.arg] = value.id
+                continue
+            t, inside = self._new(), self._new()
+            places.names[argument.arg] = t
+            if in_order(expression) or uses(expression, argument.arg) == 1:
+                places.first[argument.arg] = inside
+                places.values[inside] = value
+            else:
+                heads.append(f"({t} := {ast.unparse(value)})")
+        outer = self._of, self._local
+        self._enter(law)
+        body = self.visit(places.visit(expression))
+        self._of, self._local = outer
+        body = Values(places.values).visit(body)
+        if heads:
+            return expression_of(f"({', '.join(heads)}, {ast.unparse(body)})[-1]")
+        return body  # type: ignore[no-any-return]
+
+
+@cache
+def _is_short(law: FunctionType) -> bool:
+    """Tell whether a law stands where it is called."""
+    if not law.__module__.startswith(LAWS) or law in _BUILDING:
+        return False
+    expression = returned(law)
+    return expression is not None and sum(1 for _ in ast.walk(expression)) <= LONGEST
+
+
+_BUILDING: tuple[Any, ...] = (vectors.each, vectors.chain, vectors.columns, *BY_AXIS)
