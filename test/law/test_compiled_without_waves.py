@@ -99,7 +99,9 @@ def test_both_ends(kind: str, axes: int) -> None:
         x = x + H * xd
         flags = (False, False, False, False)
         wave = tuple((x + rng.normal(size=axes) * 0.01).tolist())
-        packet = Packet(n + 1, n, H, wave, nothing, energy_j, wave, *flags, (), n in (0, 90), 0)
+        packet = Packet(
+            n + 1, n, H, wave, nothing, energy_j, wave, *flags, (), 0, n in (0, 90), 0, 0
+        )
         given = (
             end, arrivals, e, packet, tuple(x.tolist()), tuple(xd.tolist()),
             bool(rng.random() < 0.1), p, q, rules,

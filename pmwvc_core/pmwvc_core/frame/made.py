@@ -18,7 +18,6 @@ from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, NoFilter
-from pmwvc_core.law.port.position import NoPosition
 from pmwvc_core.law.port.sensing import NEVER_NS, Sensing
 from pmwvc_core.law.port.strict_state import (
     Node,
@@ -33,6 +32,10 @@ from pmwvc_core.law.port.velocity_filter import (
     resting_in_force,
     velocity_params,
 )
+from pmwvc_core.law.position.error import PositionParams
+from pmwvc_core.law.position.feedback import NoPosition, position_lent
+from pmwvc_core.law.position.plain import resting_budgeted, resting_published
+from pmwvc_core.law.position.strict import resting_on_strict
 from pmwvc_core.law.safety.hand_brake import RETURN_S as DEVICE_LETS_GO_S
 from pmwvc_core.law.safety.hand_brake import brake_stiffness
 from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
@@ -41,6 +44,7 @@ from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
+from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
@@ -120,16 +124,17 @@ def user_params(
 def _master_params(
     master: MasterParams, b: Any, arrivals: ArrivalsParams, *, strict: bool
 ) -> StrictMasterParams | PlainMasterParams:
-    impedance_, nowhere = made_impedance(b), NoPosition(0)
+    impedance_ = made_impedance(b)
+    position = _position_params(master, impedance_, strict=strict)
     filters = filters_params(master, impedance_)
     if strict:
         return StrictMasterParams(
-            impedance_, master.tick_s, filters, nowhere, False, arrivals.playout
+            impedance_, master.tick_s, filters, position, master.position.is_on, arrivals.playout
         )
     chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     ticks = master.rate_drop if master.ramps else 1
     return PlainMasterParams(
-        impedance_, master.tick_s, master.frame_s, ticks, chosen, filters, nowhere
+        impedance_, master.tick_s, master.frame_s, ticks, chosen, filters, position
     )
 
 
@@ -157,7 +162,7 @@ def no_packet(axes: int) -> Packet:
     """Return what stands for the newest packet before the first."""
     rest = (0.0,) * axes
     flags = (False, False, False, False)
-    return Packet(0, 0, 0.0, rest, rest, 0.0, rest, *flags, (), False, 0)
+    return Packet(0, 0, 0.0, rest, rest, 0.0, rest, *flags, (), 0, False, 0, 0)
 
 
 def filters_params(master: MasterParams, b: Any) -> FilteredParams | NoFilter:
@@ -188,14 +193,15 @@ def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | NoFil
 def _resting_master(
     master: MasterParams, p: UserParams, axes: int, *, strict: bool
 ) -> StrictMaster | PlainMaster:
-    rest, nowhere = (0.0,) * axes, NoPosition(0)
+    rest = (0.0,) * axes
+    position = _resting_position(master, p.port.position, rest, strict=strict)
     filters = resting_filters(master, p.port.filters, axes)
     waves = rest, rest, rest
     if strict:
         return StrictMaster(
-            Node(0.0, 0.0, 0.0, 0.0),
+            Node(position_lent(position, p.port.position), 0.0, 0.0, 0.0),
             filters,
-            nowhere,
+            position,
             waves,
             rest,
             rest,
@@ -211,4 +217,32 @@ def _resting_master(
         Hold(rest, rest, rest, 0),
         resting_filter(master.filter, axes, p.port.filter),
     )
-    return PlainMaster(hold, filter_, filters, nowhere, waves, rest, rest, rest, energies)
+    return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, energies)
+
+
+def _position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams | NoPosition:
+    position = master.position
+    if not position.is_on:
+        return NoPosition(0)
+    lags = (0.0, 0.0) if strict else (float(filter_lag_s(master)), hold_lag_s(master))
+    return PositionParams(
+        b,
+        master.tick_s,
+        master.frame_s,
+        *lags,
+        position.of_residual,
+        master.rate_drop,
+        float(position.gain),
+        position.adapts,
+        float(position.storage_j),
+        float(position.most_j),
+    )
+
+
+def _resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool) -> Any:
+    if not isinstance(p, PositionParams):
+        return p
+    if strict:
+        return resting_on_strict(rest)
+    published = master.position.as_published
+    return resting_published(rest) if published else resting_budgeted(rest, p)

@@ -173,7 +173,9 @@ def _gone(
     if passed_j > 0.0:
         packing, port = pay(packing, passed_j), passed_through(port, passed_j)
     sent = Sent(port.v_s, minus(port.x_s, port.offset), port.sums.account_j, port.extra)
-    about = About(now_ns, lacks(arrivals), waits(arrivals), s.anew, False, 0)
+    about = About(
+        now_ns, lacks(arrivals), waits(arrivals), s.anew, False, arrivals.silence.number, 0
+    )
     packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
     return Guest(s.presence, s.anew, arrivals, packing), port, Answer(packet, sends)
 
@@ -182,5 +184,5 @@ def _nothing(s: Guest, port: UserPort) -> Packet:
     """Return a packet that is not sent."""
     rest = zero(port.x_s)
     return Packet(
-        0, 0, 0.0, rest, rest, 0.0, rest, False, False, False, False, port.extra, False, 0
+        0, 0, 0.0, rest, rest, 0.0, rest, False, False, False, False, port.extra, 0, False, 0, 0
     )

@@ -81,7 +81,8 @@ def send(s: User, now_ns: int, sample: Sample, p: UserParams) -> tuple[User, Pac
     held = held_j(s.limits, p.limits)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held, p.port)
     limited = s.limits.interventions.events
-    about = About(now_ns, lacks(arrivals), waits(arrivals), False, False, limited)
+    about = About(now_ns, lacks(arrivals), waits(arrivals), False, False, arrivals.silence.number,
+                  limited)  # fmt: skip
     packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
     s = User(s.frames, s.frame_s, packing, arrivals, s.newest, s.servers, port, s.limits,
              s.sensing, s.due, s.coupled)  # fmt: skip

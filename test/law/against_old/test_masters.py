@@ -25,7 +25,6 @@ from pmwvc_core.law.port.master import (
 )  # fmt: skip
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import NoFilter
-from pmwvc_core.law.port.position import NoPosition
 from pmwvc_core.law.port.strict_state import (
     Node,
     StrictEnergies,
@@ -33,6 +32,7 @@ from pmwvc_core.law.port.strict_state import (
     StrictMasterParams,
     Under,
 )  # fmt: skip
+from pmwvc_core.law.position.feedback import NoPosition
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import impedance
@@ -182,7 +182,8 @@ def same_ticks(strict, axes, seed, filters):
             s = port_packet(
                 s, a,
                 Packet(
-                    number, 0, 0.008, w, w, 0.0, zero, short, False, False, False, (), False, 0
+                    number, 0, 0.008, w, w, 0.0, zero, short, False, False, False, (), 0,
+                    False, 0, 0,
                 ),
                 p,
             )  # fmt: skip

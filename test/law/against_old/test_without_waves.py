@@ -107,7 +107,19 @@ class Way:
             self.followed = life
             flags = (False, False, False, False)
             self.newest = Packet(
-                number, sent, FRAME_S, wave, position, energy_j, position, *flags, (), fresh, 0
+                number,
+                sent,
+                FRAME_S,
+                wave,
+                position,
+                energy_j,
+                position,
+                *flags,
+                (),
+                0,
+                fresh,
+                0,
+                life,
             )
             self.arrivals = arrive(self.arrivals, self.newest, n, RULES)
             self.old_newest = WavePacket(

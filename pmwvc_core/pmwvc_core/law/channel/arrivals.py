@@ -127,7 +127,10 @@ def start_of(strict: bool, timeout_s: float, period_s: float) -> PlainStart | St
 def _arrive(s: PlainArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) -> PlainArrivals:
     sum_j = packet.energy_j if packet.fresh else max(packet.energy_j, s.sum_j)
     gained_j = 0.0 if packet.fresh else sum_j - s.sum_j
-    silence, in_all_j = noted_packet(s.silence, now_ns, False), s.received_j + gained_j
+    silence, in_all_j = (
+        noted_packet(s.silence, packet.number, now_ns, False),
+        s.received_j + gained_j,
+    )
     return PlainArrivals(silence, packet.wave, packet.position, True, sum_j, in_all_j)
 
 
@@ -137,7 +140,7 @@ def _arrive_strict(
 ) -> StrictArrivals:
     passed_s = (now_ns - s.silence.accepted_ns) * 1e-9
     counting, segment = count(s.counting, packet, passed_s, p.longest)
-    silence = noted_packet(s.silence, now_ns, packet.waits)
+    silence = noted_packet(s.silence, packet.number, now_ns, packet.waits)
     playout = s.playout
     if segment.begins:
         playout = begin(playout)

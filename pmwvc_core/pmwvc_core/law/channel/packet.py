@@ -22,9 +22,11 @@ class Packet(NamedTuple):
     anew: bool  # flips whenever the server places the user's avatar anew
     leaves: bool  # the last one of its sender
     extra: Vector  # signals that a controller declares, beside the wave
+    echo: int  # number of the newest packet that the sender had of the other end; 0: none
     # Found by the receiver:
     fresh: bool  # begins: the first one, or of a sender that started again
     lost: int  # numbers between it and the one accepted before
+    epoch: int  # of the sender: another one where it started again
 
 
 class Sent(NamedTuple):

@@ -52,6 +52,7 @@ class About(NamedTuple):
     waits: bool
     anew: bool
     leaves: bool
+    echo: int
     other: int  # flags of no law: a change of them needs a packet
 
 
@@ -99,7 +100,7 @@ def pack(
     own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
     packet = Packet(
         number, about.now_ns, period_s, wave, integral, own, sent.position, about.short,
-        about.waits, about.anew, about.leaves, sent.extra, False, 0,
+        about.waits, about.anew, about.leaves, sent.extra, about.echo, False, 0, 0,
     )  # fmt: skip
     return s, packet, not held_back
 

@@ -26,22 +26,23 @@ class Silence(NamedTuple):
     interval_s: float  # for which packets stand
     lateness_s: float  # mean deviation of their arrivals from it
     unreceived_ns: int  # since when the other end waits; NEVER_NS where it does not
+    number: int  # of the newest packet; 0: none yet
 
 
 def resting_silence(timeout_s: float, period_s: float) -> Silence:
     """Return the silence before the first packet, with the least time until it counts [s]."""
     limit_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
-    return Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS)
+    return Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
 
 
-def noted_packet(s: Silence, now_ns: int, waits: bool) -> Silence:
-    """Note a packet; ``waits``: its sender has no waves of this end."""
+def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
+    """Note a packet by its number; ``waits``: its sender has no waves of this end."""
     unreceived_ns = s.unreceived_ns
     if not waits:
         unreceived_ns = NEVER_NS
     elif unreceived_ns == NEVER_NS:
         unreceived_ns = now_ns
-    return Silence(now_ns, s.limit_ns, s.interval_s, s.lateness_s, unreceived_ns)
+    return Silence(now_ns, s.limit_ns, s.interval_s, s.lateness_s, unreceived_ns, number)
 
 
 def followed(
@@ -52,7 +53,7 @@ def followed(
     interval_s = max(s.interval_s + SMOOTHED * (period_s - s.interval_s), period_s)
     usual_s = 3.0 * interval_s + LATENESSES * lateness_s
     limit_ns = round(max(timeout_s, usual_s) * 1e9)
-    return Silence(s.accepted_ns, limit_ns, interval_s, lateness_s, s.unreceived_ns)
+    return Silence(s.accepted_ns, limit_ns, interval_s, lateness_s, s.unreceived_ns, s.number)
 
 
 def is_silent(s: Silence, now_ns: int) -> bool:

@@ -18,3 +18,4 @@ port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the
 port_signals = Family("port_signals")  # (s) -> (u_m, u_m_lp, v_m)
 # (s, arrivals) -> energies since the start [J]: of u_m, sent, received, of v_m, and the port's own
 port_energies = Family("port_energies")
+port_opened = Family("port_opened")  # (s) -> s: lists made here, where a session is compiled

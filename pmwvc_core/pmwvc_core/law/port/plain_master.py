@@ -29,20 +29,23 @@ from pmwvc_core.law.port.master import (
     port_applied,
     port_energies,
     port_measure,
+    port_opened,
     port_packet,
     port_send,
     port_signals,
     port_tick,
 )
 from pmwvc_core.law.port.port_filters import answered, filters_up, force_velocity, wave_shortened
-from pmwvc_core.law.port.position import (
+from pmwvc_core.law.port.sensing import known_motion
+from pmwvc_core.law.position.feedback import (
     position_down,
+    position_energies,
+    position_opened,
     position_packet,
     position_send,
     position_there,
     position_up,
 )
-from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.vectors import Vector, dot, minus, squared, zero
 from pmwvc_core.law.wave.anti_aliasing import filter_sample, filter_step
 from pmwvc_core.law.wave.hold import Hold, hold, load
@@ -172,4 +175,19 @@ def _signals(s: PlainMaster) -> tuple[Vector, Vector, Vector]:
 @port_energies.member(PlainMaster)
 def _energies(s: PlainMaster, arrivals: Any) -> Vector:
     e = s.energies
-    return e.u_m, e.u_tx, e.v_rx, e.v_m
+    return (e.u_m, e.u_tx, e.v_rx, e.v_m) + position_energies(s.position)  # noqa: RUF005
+
+
+@port_opened.member(PlainMaster)
+def _opened(s: PlainMaster) -> PlainMaster:
+    return PlainMaster(
+        s.hold,
+        s.filter,
+        s.filters,
+        position_opened(s.position),
+        s.waves,
+        s.x,
+        s.xd,
+        s.f_m,
+        s.energies,
+    )

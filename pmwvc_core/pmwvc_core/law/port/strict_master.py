@@ -55,20 +55,13 @@ from pmwvc_core.law.port.master import (
     port_applied,
     port_energies,
     port_measure,
+    port_opened,
     port_packet,
     port_send,
     port_signals,
     port_tick,
 )
 from pmwvc_core.law.port.port_filters import answered, filters_up, force_velocity
-from pmwvc_core.law.port.position import (
-    position_down,
-    position_lent,
-    position_packet,
-    position_send,
-    position_there,
-    position_up,
-)
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.port.strict_state import (
     Node,
@@ -76,6 +69,16 @@ from pmwvc_core.law.port.strict_state import (
     StrictMaster,
     StrictMasterParams,
     Under,
+)
+from pmwvc_core.law.position.feedback import (
+    position_down,
+    position_energies,
+    position_lent,
+    position_opened,
+    position_packet,
+    position_send,
+    position_there,
+    position_up,
 )
 from pmwvc_core.law.vectors import Vector, dot, each, length, plus, scaled, squared, zero
 from pmwvc_core.law.wave.wave import damper, wave_force, wave_u
@@ -258,7 +261,16 @@ def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
 @port_energies.member(StrictMaster)
 def _energies(s: StrictMaster, a: StrictArrivals) -> Vector:
     e, m = s.energies, a.playout.moved
-    return (
+    own = (
         e.u_m, e.u_tx, m.received_j, e.v_m, s.node.node_j, m.given_j, m.released_j,
         free_j(a.playout), m.discarded_j,
+    )  # fmt: skip
+    return own + position_energies(s.position)
+
+
+@port_opened.member(StrictMaster)
+def _opened(s: StrictMaster) -> StrictMaster:
+    return StrictMaster(
+        s.node, s.filters, position_opened(s.position), s.waves, s.x, s.xd, s.counts, s.integral,
+        s.under, s.unpaid, s.asks, s.energies,
     )  # fmt: skip

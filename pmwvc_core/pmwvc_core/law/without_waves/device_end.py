@@ -16,6 +16,7 @@ from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_measure,
+    port_opened,
     port_packet,
     port_send,
     port_signals,
@@ -134,3 +135,8 @@ def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
 def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
     nothing = zero(s.motion.x)
     return nothing, nothing, nothing
+
+
+@port_opened.member(DeviceEnd)
+def _opened(s: DeviceEnd) -> DeviceEnd:
+    return s

@@ -15,7 +15,7 @@ from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.plant.device import device_step
 from pmwvc_core.law.plant.forces import hand_force, hand_hold
-from pmwvc_core.law.port.master import port_energies, port_signals
+from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
 from pmwvc_core.law.port.sensing import Sample
 from pmwvc_core.law.server.body import kinetic_j
 from pmwvc_core.law.server.contacts import touching
@@ -25,7 +25,7 @@ from pmwvc_core.law.user_tick import User, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each, squared
 from pmwvc_core.numeric import Array, Integers
 
-OF_PACKET = 6  # columns behind wave, integral and position: energy, period, time, three flags
+OF_PACKET = 7  # columns behind wave, integral and position: energy, period, time, flags, echo
 
 
 class End(NamedTuple):
@@ -185,7 +185,7 @@ def _longest_down(p: EndParams) -> float:
 def _opened_end(s: End, nothing: Vector) -> End:
     u = s.user
     user = User(u.frames, u.frame_s, u.packing, arrivals_of(u.arrivals, nothing), u.newest,
-                u.servers, u.port, u.limits, u.sensing, u.due, u.coupled)  # fmt: skip
+                u.servers, port_opened(u.port), u.limits, u.sensing, u.due, u.coupled)  # fmt: skip
     return End(user, s.device, s.hand, s.acts, s.sent, s.blocks)
 
 
@@ -222,6 +222,7 @@ def _write(packet: Packet, link: int, row: int, packets: Array) -> None:
     packets[link, row, 3 * n + 3] = packet.short
     packets[link, row, 3 * n + 4] = packet.waits
     packets[link, row, 3 * n + 5] = packet.anew
+    packets[link, row, 3 * n + 6] = packet.echo
 
 
 def _taken(
@@ -241,7 +242,7 @@ def _taken(
                 k + 1, int(packets[link, k, 3 * n + 2]), packets[link, k, 3 * n + 1], wave,
                 integral, packets[link, k, 3 * n], position, packets[link, k, 3 * n + 3] != 0.0,
                 packets[link, k, 3 * n + 4] != 0.0, packets[link, k, 3 * n + 5] != 0.0, False, (),
-                rows[row, 3] != 0, rows[row, 4],
+                int(packets[link, k, 3 * n + 6]), rows[row, 3] != 0, rows[row, 4], 0,
             ))  # fmt: skip
     return taken, fit
 

@@ -6,11 +6,13 @@ import numpy as np
 
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.law.plant.task import offset, task_of
+from pmwvc_core.master.position.feedback import ENTRIES as OF_POSITION
 from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.master.strict_accounts import DISCARDED, FREE, GIVEN, NODE, RELEASED
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.avatar_brake import BRAKES
+from pmwvc_core.simulation.bulk.loop import OF_PACKET
 from pmwvc_core.simulation.bulk.run import Run
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.network_traces import fate_traces, taken_traces
@@ -76,7 +78,10 @@ def _user(run: Run, number: int) -> UserTraces:
     blocks = blocks[: len(ends)]
     causes = blocks[:, 0].astype(np.int64)
     energies = np.concatenate([blocks[:, 4:8], blocks[:, 2:4]], axis=1).T.copy()
-    own = OF_STRICT if run.scenario.strict else ()
+    strict, position = run.scenario.strict, user.master.position
+    own = list(OF_STRICT if strict else ())
+    if position.is_on:
+        own += OF_POSITION[:1] if strict or position.as_published else OF_POSITION
     return UserTraces(
         name=user.name,
         tick_s=tick_s,
@@ -140,7 +145,7 @@ def _looks_ns(scenario: Scenario, way: int) -> list[int]:
 def _packets(
     topic: str, link: SimulatedLink, rows: Array, these: list[int], at_ns: list[int]
 ) -> PacketTraces:
-    found, dof = rows[np.array(these, dtype=np.int64)], (rows.shape[1] - 6) // 3
+    found, dof = rows[np.array(these, dtype=np.int64)], (rows.shape[1] - OF_PACKET) // 3
     epoch = link.sent[0].epoch if link.sent else 0
     return PacketTraces(
         topic=topic,

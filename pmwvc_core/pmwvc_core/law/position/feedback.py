@@ -22,6 +22,8 @@ position_down = Family("position_down")
 position_up = Family("position_up")  # (s, u, f, xd, p) -> s: the wave of a tick that goes on
 position_send = Family("position_send")  # (s, wave, number, frame_s, p) -> (s, wave)
 position_lent = Family("position_lent")  # (s, p) -> energy lent at the start [J]
+position_opened = Family("position_opened")  # (s) -> s, its lists made here
+position_energies = Family("position_energies")  # (s) -> sums and levels [J], as they are named
 
 
 class NoPosition(NamedTuple):
@@ -62,3 +64,13 @@ def _send(
 @position_lent.member(NoPosition)
 def _lent(s: NoPosition, p: NoPosition) -> float:
     return 0.0
+
+
+@position_energies.member(NoPosition)
+def _energies(s: NoPosition) -> Vector:
+    return ()
+
+
+@position_opened.member(NoPosition)
+def _opened(s: NoPosition) -> NoPosition:
+    return s

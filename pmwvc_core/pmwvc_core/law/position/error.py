@@ -1,0 +1,214 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The position error between device and avatar, the part of it that waves in flight explain, and
+the change of the returning wave that it asks for: - K_p e (App. E, Eq. 3).
+
+At either port xd = (u + v)/sqrt(2b), so with U, V the integrals of the waves
+
+    sqrt(2b) (x_m - x_s - x_ref) = (U_m - U_s) - (V_s - V_m),
+
+the waves on their way to the server less those on their way back. Known are the wave in the
+filter (group delay tau, sampled at frame ends), those sent after the packet that the server has
+answered (its echo names it), the packet that is about to be played, and the wave in the hold::
+
+    lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - down
+    down = w T + (M-1)/2 T_c v (first-order hold), or what the playout holds
+
+The residual is lost or distorted motion: lost packets, saturation, aliasing. ``x_ref`` makes the
+residual zero at the first packet of an avatar: its position then (before the face of the object,
+late) does not count. Both ends need equal impedances: with others the avatar moves on another
+scale. K_p is given, or follows the round trip tau that packets show: K_p = c sqrt(2b)/tau.
+
+Equations: docs/theory.md 9.1, 9.2, 9.3, 9.8.
+"""
+
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
+from pmwvc_core.law.wave.wave import free_velocity, wave_u
+
+KEPT = 1024  # packets sent whose integral is kept
+SMOOTHED_S = 0.5  # time constant of the round trip as packets show it
+ADAPTED = 0.5  # c = K_p tau/sqrt(2b) of an adapted gain
+
+
+class Posted(NamedTuple):
+    """A packet sent: its number, integral of the waves and time of all up to it."""
+
+    number: int
+    integral: Vector  # [sqrt(W) s]
+    time_s: float
+
+
+class Sending(NamedTuple):
+    """What goes to the server. The list is never changed in place."""
+
+    integral: Vector  # of the packets so far [sqrt(W) s]
+    time_s: float  # for which they stand
+    frame_s: float  # of the last one
+    since: Vector  # integral of the waves after it
+    y: Vector  # of the filter when it was sent [sqrt(W)]
+    posted: list[Posted]
+
+
+class Seen(NamedTuple):
+    """The avatar by the newest packet; ``answered``: U_tx(echo), where it is remembered."""
+
+    epoch: int  # -1: none yet
+    number: int
+    anew: bool
+    x: Vector  # [m]
+    wave: Vector  # w T [sqrt(W) s]
+    answered: Vector
+    remembered: bool
+    fresh: bool  # since the last tick
+
+
+class PositionError(NamedTuple):
+    """What is known of the error."""
+
+    sending: Sending
+    seen: Seen
+    v: Vector  # of the tick before
+    reference: Vector  # [m]
+    referenced: bool
+    residual: Vector  # [m]
+    left: int  # ticks for which it is known
+    round_trip_s: float  # lag of slow motion once around; 0: not known yet
+    there: bool  # the server is not silent
+
+
+class PositionParams(NamedTuple):
+    """Position feedback: impedance, lags of filter and hold, and what it acts on and may spend."""
+
+    impedance: Any
+    tick_s: float
+    frame_s: float
+    filter_s: float  # tau - (M-1)/2 T_c; 0 on the strict channel
+    hold_s: float  # (M-1)/2 T_c of the first-order hold
+    of_residual: bool
+    residual_ticks: int
+    gain: float  # [sqrt(W)/m]
+    adapts: bool
+    lent_j: float
+    most_j: float
+
+
+def resting_error(nothing: Vector) -> PositionError:
+    """Return what is known before the first packet."""
+    sending = Sending(nothing, 0.0, 0.0, nothing, nothing, [Posted(0, nothing, 0.0)])
+    seen = Seen(-1, 0, False, nothing, nothing, nothing, False, False)
+    return PositionError(sending, seen, nothing, nothing, False, nothing, 0, 0.0, False)
+
+
+def error_opened(s: PositionError) -> PositionError:
+    """Return what is known before the first packet, its list made here."""
+    d = s.sending
+    posted = [Posted(0, d.integral, 0.0)]
+    sending = Sending(d.integral, d.time_s, d.frame_s, d.since, d.y, posted)
+    return _with(s, sending)
+
+
+def error_sent(
+    s: PositionError, y: Vector, wave: Vector, number: int, frame_s: float
+) -> PositionError:
+    """Note the filter's output, and what of it a packet carries [sqrt(W)]."""
+    d = s.sending
+    integral, time_s = plus(d.integral, scaled(wave, frame_s)), d.time_s + frame_s
+    kept = d.posted[1:] if len(d.posted) > KEPT else d.posted
+    posted = [*kept, Posted(number, integral, time_s)]
+    sending = Sending(integral, time_s, frame_s, zero(y), y, posted)
+    return _with(s, sending)
+
+
+def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
+    """Note the wave of a tick that goes on to the server [sqrt(W)]."""
+    d = s.sending
+    since = plus(d.since, scaled(u, h))
+    sending = Sending(d.integral, d.time_s, d.frame_s, since, d.y, d.posted)
+    return _with(s, sending)
+
+
+def is_news(s: PositionError, packet: Packet) -> bool:
+    """Tell whether a packet is another one than the newest so far."""
+    return packet.epoch != s.seen.epoch or packet.number != s.seen.number
+
+
+def is_same_avatar(s: PositionError, packet: Packet) -> bool:
+    """Tell whether a packet is of the avatar seen last."""
+    return packet.epoch == s.seen.epoch and packet.anew == s.seen.anew
+
+
+def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
+    """Note the newest packet, which is news."""
+    d, place, round_trip_s = s.sending, -1, s.round_trip_s
+    for i in range(len(d.posted)):
+        if d.posted[i].number == packet.echo and packet.echo > 0:
+            place = i
+    referenced, answered = s.referenced and is_same_avatar(s, packet), s.seen.answered
+    if place >= 0:
+        answered = d.posted[place].integral
+        waiting_s = p.filter_s + 0.5 * d.frame_s + d.time_s - d.posted[place].time_s
+        now_s = waiting_s + packet.period_s + p.hold_s
+        ratio = packet.period_s / SMOOTHED_S if round_trip_s > 0.0 else 1.0
+        round_trip_s += min(ratio, 1.0) * (now_s - round_trip_s)
+        d = Sending(d.integral, d.time_s, d.frame_s, d.since, d.y, d.posted[place:])
+    wave = scaled(packet.wave, packet.period_s)
+    seen = Seen(packet.epoch, packet.number, packet.anew, packet.position, wave, answered,
+                place >= 0, True)  # fmt: skip
+    return PositionError(d, seen, s.v, s.reference, referenced, s.residual, s.left, round_trip_s,
+                         s.there)  # fmt: skip
+
+
+def error_there(s: PositionError, there: bool) -> PositionError:
+    """Note whether the server is there."""
+    return PositionError(s.sending, s.seen, s.v, s.reference, s.referenced, s.residual, s.left,
+                         s.round_trip_s, there)  # fmt: skip
+
+
+def error_tick(
+    s: PositionError, x: Vector, avatar_x: Vector, v: Vector, down: Vector, p: PositionParams
+) -> tuple[PositionError, Vector]:
+    """Return e [m] for a device at x, once a tick: zero until an avatar's first packet.
+
+    ``avatar_x`` is where the avatar is taken to be, ``down`` the integral of the waves on their
+    way back [sqrt(W) s], v the wave of the tick.
+    """
+    seen, reference, referenced = s.seen, s.reference, s.referenced
+    residual, left, error = s.residual, s.left, zero(x)
+    rested = seen.fresh and seen.remembered
+    rest = reference
+    if rested:
+        d = s.sending
+        up = plus(scaled(d.y, p.filter_s), d.since)
+        up = plus(up, minus(d.integral, seen.answered))
+        lag = scaled(free_velocity(p.impedance, minus(up, down)), 0.5)
+        rest = minus(minus(x, seen.x), lag)
+        if not referenced:
+            reference, referenced = rest, True
+    if referenced and p.of_residual:
+        if rested:
+            residual, left = minus(rest, reference), p.residual_ticks
+        left -= 1
+        error = residual if left >= 0 else error
+    elif referenced:
+        error = minus(minus(x, avatar_x), reference)
+    if seen.fresh:
+        seen = Seen(seen.epoch, seen.number, seen.anew, seen.x, seen.wave, seen.answered,
+                    seen.remembered, False)  # fmt: skip
+    s = PositionError(s.sending, seen, v, reference, referenced, residual, left, s.round_trip_s,
+                      s.there)  # fmt: skip
+    return s, error
+
+
+def asked(s: PositionError, error: Vector, p: PositionParams) -> Vector:
+    """Return - K_p e [sqrt(W)]."""
+    if p.adapts and s.round_trip_s > 0.0:
+        return scaled(wave_u(p.impedance, error, zero(error)), -ADAPTED / s.round_trip_s)
+    return scaled(error, -p.gain)
+
+
+def _with(s: PositionError, sending: Sending) -> PositionError:
+    return PositionError(sending, s.seen, s.v, s.reference, s.referenced, s.residual, s.left,
+                         s.round_trip_s, s.there)  # fmt: skip

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions with position feedback as pure functions are those of the classes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from support import golden
+
+from pmwvc_core.compiled import compiled
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.simulation.bulk.run import can_run, run, session
+from pmwvc_core.simulation.bulk.traces import traces_of
+from pmwvc_core.simulation.session import simulate_one
+
+CONFIG = Path(__file__).resolve().parents[3] / "pmwvc_bringup" / "config"
+POSITIONS = {
+    "printed": {"feedback": "printed", "gain": 30.0},
+    "budgeted": {"feedback": "budgeted", "gain": 30.0, "storage_j": 0.01},
+    "adapts": {"feedback": "budgeted", "adapts": True, "storage_j": 0.02},
+    "integral": {"feedback": "integral", "gain": 20.0, "storage_j": 0.003},
+    "poor": {"feedback": "budgeted", "gain": 100.0, "most_j": 0.002},
+}
+
+
+def scenario_of(name, channel, position, dof=1, seconds=1.5):
+    mapping = yaml.safe_load((CONFIG / f"{name}.yaml").read_text("utf-8"))
+    master = mapping.get("master", {}) | {"position": POSITIONS[position]}
+    given = {"channel": channel, "dof": dof, "duration_s": seconds, "master": master}
+    return parse_scenario(mapping | given)
+
+
+@pytest.mark.parametrize(
+    ("name", "dof"), [("wifi_bursty", 1), ("wifi_bursty", 3), ("wall", 1), ("reorder_storm", 1)]
+)
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+@pytest.mark.parametrize("position", POSITIONS)
+def test_a_session_is_that_of_the_classes(position, channel, name, dof):
+    if position == "printed" and channel == "strict":
+        pytest.skip("refused: it can make energy")
+    scenario = scenario_of(name, channel, position, dof)
+    assert can_run(scenario)
+    left = run(scenario, session)
+    was, now = golden.record_of(simulate_one(scenario)), golden.record_of(traces_of(left))
+    assert golden.differences(was, now, 1e-9) == []
+
+
+@pytest.mark.parametrize(("channel", "position"), [("plain", "adapts"), ("strict", "adapts")])
+def test_compiled_it_is_the_same(channel, position):
+    scenario = scenario_of("wifi_bursty", channel, position)
+    one, other = run(scenario, session), run(scenario, compiled(session))
+    for name, wanted, got in zip(one.book._fields, one.book, other.book, strict=True):
+        scale = max(1.0, float(np.abs(wanted).max(initial=0.0)))
+        assert np.abs(got - wanted).max(initial=0.0) <= 1e-12 * scale, name
