@@ -58,7 +58,7 @@ def are_made(scenario: "scenarios.Scenario") -> bool:
         has_waves(scenario.controller)
         and scenario.server.coupling in COUPLINGS
         and scenario.server.environment in OBJECTS
-        and not any(m.bank.is_on or m.velocity_filter.is_on for m in masters)
+        and all(m.local_model.kind == "spring_damper" for m in masters if m.bank.is_on)
         and not any(user.master.impedance_matrix for user in scenario.users)
         and not any(user.contact.impedance_matrix for user in scenario.users)
     )

@@ -33,10 +33,11 @@ from pmwvc_core.law.port.local_model import (
     SpringDamper,
     local_answer,
     local_offer,
+    local_stored_j,
     resting_local,
     spring_damper,
 )
-from pmwvc_core.law.port.port_filters import part_down, part_offer, part_up
+from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared
 from pmwvc_core.law.wave.cascade import (
     Cascade,
@@ -139,3 +140,10 @@ def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, 
         e.high_out + squared(v2) * half_s,
     )
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
+
+
+@part_energies.member(Bank)
+def _bank_energies(s: Bank, p: BankFilters) -> Vector:
+    e, local = s.energies, s.local
+    stored_j = local_stored_j(local, p.local)
+    return e.low_in, e.low_out, e.high_in, e.high_out, stored_j, local.dissipated_j

@@ -16,6 +16,6 @@ port_answer = Family("port_answer")  # (s, wave, silent, frame_s, p) -> s: its w
 port_tick = Family("port_tick")  # (s, arrivals, x, xd, p) -> (s, arrivals, force wanted [N])
 port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the limits let through
 port_signals = Family("port_signals")  # (s) -> (u_m, u_m_lp, v_m)
-# (s, arrivals) -> energies since the start [J]: of u_m, sent, received, of v_m, and the port's own
+# (s, arrivals, p) -> energies since the start [J]: of u_m, sent, received, v_m, and the port's own
 port_energies = Family("port_energies")
 port_opened = Family("port_opened")  # (s) -> s: lists made here, where a session is compiled

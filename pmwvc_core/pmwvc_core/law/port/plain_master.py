@@ -35,7 +35,13 @@ from pmwvc_core.law.port.master import (
     port_signals,
     port_tick,
 )
-from pmwvc_core.law.port.port_filters import answered, filters_up, force_velocity, wave_shortened
+from pmwvc_core.law.port.port_filters import (
+    answered,
+    filters_energies,
+    filters_up,
+    force_velocity,
+    wave_shortened,
+)
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.position.feedback import (
     position_down,
@@ -173,9 +179,10 @@ def _signals(s: PlainMaster) -> tuple[Vector, Vector, Vector]:
 
 
 @port_energies.member(PlainMaster)
-def _energies(s: PlainMaster, arrivals: Any) -> Vector:
+def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
     e = s.energies
-    return (e.u_m, e.u_tx, e.v_rx, e.v_m) + position_energies(s.position)  # noqa: RUF005
+    others = filters_energies(s.filters, p.filters) + position_energies(s.position)
+    return (e.u_m, e.u_tx, e.v_rx, e.v_m) + others  # noqa: RUF005
 
 
 @port_opened.member(PlainMaster)

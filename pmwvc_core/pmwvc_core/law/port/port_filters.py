@@ -26,6 +26,7 @@ force_velocity = Family("force_velocity")  # (s, xd, p, impedance) -> (s, veloci
 # (s, u_m, v_m, missing) -> (u_m, v_m, deficit): the longest wave that is paid for with so much
 # more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened")
+filters_energies = Family("filters_energies")  # (s, p) -> those of its parts [J]
 filters_up = Family("filters_up")  # (s, u, p) -> (s, what of the outgoing wave goes on)
 
 
@@ -33,6 +34,7 @@ part_down = Family("part_down")  # (s, v, p) -> (s, what it lets through of the 
 # (s, x, p, impedance) -> (s, v0, g): its answer v0 + g u to the wave of the tick
 part_offer = Family("part_offer")
 part_up = Family("part_up")  # (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
+part_energies = Family("part_energies")  # (s, p) -> sums and levels [J], as they are named
 part_velocity = Family("part_velocity")  # (s, xd, p, impedance) -> (s, velocity for the force)
 
 
@@ -166,3 +168,19 @@ def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, V
     near, u = part_up(s.near, u, p.near, p.impedance)
     far, u = part_up(s.far, u, p.far, p.impedance)
     return Filtered(near, far, s.force, s.held, s.gain), u
+
+
+@part_energies.member(NoFilter)
+def _part_energies(s: NoFilter, p: NoFilter) -> Vector:
+    return ()
+
+
+@filters_energies.member(NoFilter)
+def _energies(s: NoFilter, p: NoFilter) -> Vector:
+    return ()
+
+
+@filters_energies.member(Filtered)
+def _filtered_energies(s: Filtered, p: FilteredParams) -> Vector:
+    outer: Vector = part_energies(s.near, p.near) + part_energies(s.far, p.far)
+    return outer + part_energies(s.force, p.force)

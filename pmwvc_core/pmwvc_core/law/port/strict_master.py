@@ -61,7 +61,7 @@ from pmwvc_core.law.port.master import (
     port_signals,
     port_tick,
 )
-from pmwvc_core.law.port.port_filters import answered, filters_up, force_velocity
+from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.port.strict_state import (
     Node,
@@ -259,13 +259,14 @@ def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
 
 
 @port_energies.member(StrictMaster)
-def _energies(s: StrictMaster, a: StrictArrivals) -> Vector:
+def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vector:
     e, m = s.energies, a.playout.moved
     own = (
         e.u_m, e.u_tx, m.received_j, e.v_m, s.node.node_j, m.given_j, m.released_j,
         free_j(a.playout), m.discarded_j,
     )  # fmt: skip
-    return own + position_energies(s.position)
+    others = filters_energies(s.filters, p.filters) + position_energies(s.position)
+    return own + others
 
 
 @port_opened.member(StrictMaster)

@@ -26,7 +26,13 @@ Equations: docs/theory.md 7.1, 7.2, 7.3.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.port.port_filters import part_down, part_offer, part_up, part_velocity
+from pmwvc_core.law.port.port_filters import (
+    part_down,
+    part_energies,
+    part_offer,
+    part_up,
+    part_velocity,
+)
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared
 from pmwvc_core.law.wave.cascade import (
     Cascade,
@@ -157,3 +163,18 @@ def _complementary_up(
     kept = squared(u) - squared(on) + squared(s.w) - squared(back)
     kept_j = s.kept_j + kept * (0.5 * p.tick_s)
     return Complementary(up, s.down, first, second, s.w, s.passed, kept_j), on
+
+
+@part_energies.member(Exact)
+def _exact_energies(s: Exact, p: VelocityParams) -> Vector:
+    return (s.kept_j,)
+
+
+@part_energies.member(InForce)
+def _in_force_energies(s: InForce, p: VelocityParams) -> Vector:
+    return (s.kept_j,)
+
+
+@part_energies.member(Complementary)
+def _complementary_energies(s: Complementary, p: VelocityParams) -> Vector:
+    return (s.kept_j,)

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position feedback on the strict channel: v_m - K_p e, paid out of the node.
 
-The node that pays for packets (:mod:`pmwvc_core.law.port.strict_master`) pays for this as well: what v_m brings less
-energy than the playout gave is missing from it. It begins with the energy declared as lent, E0,
-and is filled up to it again from whatever comes in beyond what packets need, before packets get
-it. A tick takes at most what is free, spread over ``SPREAD_S``: in one tick it would be a force
-step. Motion that playouts hold or have not delivered is part of e, so that after an outage device
-and avatar come together.
+The node that pays for packets (:mod:`pmwvc_core.law.port.strict_master`) pays for this as well:
+what v_m brings less energy than the playout gave is missing from it. It begins with the energy
+declared as lent, E0, and is filled up to it again from whatever comes in beyond what packets need,
+before packets get it. A tick takes at most what is free, spread over ``SPREAD_S``: in one tick it
+would be a force step. Motion that playouts hold or have not delivered is part of e, so that after
+an outage device and avatar come together.
 
 A packet tells where the avatar is once a step; in between e follows a line from packet to packet,
 else it would have the steps of the server in it.

@@ -135,7 +135,7 @@ def session(
                 return False
         ends = each(_ran, (ends, users, arrived, clock.users), tick, now_ns, signals)
         if last or begins(tick + 1, clock):
-            ends = each(_noted, (ends, clock.users), tick, last, blocks)
+            ends = each(_noted, (ends, users, clock.users), tick, last, blocks)
     return True
 
 
@@ -277,7 +277,7 @@ def _ran(
     return End(user, device, hand, acts, s.sent, s.blocks)
 
 
-def _noted(s: End, number: int, tick: int, last: bool, blocks: Array) -> End:
+def _noted(s: End, p: EndParams, number: int, tick: int, last: bool, blocks: Array) -> End:
     """Note a frame that is over."""
     if not last and tick + 1 < s.user.frames.next_frame:
         return s
@@ -286,7 +286,7 @@ def _noted(s: End, number: int, tick: int, last: bool, blocks: Array) -> End:
     blocks[number, k, 1] = user.limits.interventions.events
     blocks[number, k, 2] = s.device.against_j
     blocks[number, k, 3] = s.device.by_hand_j
-    energies = port_energies(user.port, user.arrivals)
+    energies = port_energies(user.port, user.arrivals, p.user.port)
     for i in range(len(energies)):
         blocks[number, k, 4 + i] = energies[i]
     return End(user, s.device, s.hand, s.acts, s.sent, k + 1)

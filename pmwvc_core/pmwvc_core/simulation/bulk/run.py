@@ -17,7 +17,7 @@ from pmwvc_core.simulation.bulk.loop import OF_PACKET, Book, Clock, End, EndPara
 from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_of, plan_of
 
 SIGNALS = 8  # of a tick
-OF_BLOCK = 4 + 13  # cause, interventions, work; energies of a port at most
+OF_BLOCK = 4 + 21  # cause, interventions, work; energies of a port at most
 
 
 class Run(NamedTuple):

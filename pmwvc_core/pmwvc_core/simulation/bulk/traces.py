@@ -4,12 +4,17 @@
 
 import numpy as np
 
+from pmwvc_core.account import Entry
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.law.plant.task import offset, task_of
+from pmwvc_core.master.port_filters.filter_bank import ENTRIES as OF_BANK
+from pmwvc_core.master.port_filters.local_model import ENTRIES as OF_LOCAL_MODEL
+from pmwvc_core.master.port_filters.velocity_filter import IN_FORCE, IN_WAVE
 from pmwvc_core.master.position.feedback import ENTRIES as OF_POSITION
 from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.master.strict_accounts import DISCARDED, FREE, GIVEN, NODE, RELEASED
 from pmwvc_core.numeric import Array
+from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.avatar_brake import BRAKES
 from pmwvc_core.simulation.bulk.loop import OF_PACKET
@@ -78,10 +83,7 @@ def _user(run: Run, number: int) -> UserTraces:
     blocks = blocks[: len(ends)]
     causes = blocks[:, 0].astype(np.int64)
     energies = np.concatenate([blocks[:, 4:8], blocks[:, 2:4]], axis=1).T.copy()
-    strict, position = run.scenario.strict, user.master.position
-    own = list(OF_STRICT if strict else ())
-    if position.is_on:
-        own += OF_POSITION[:1] if strict or position.as_published else OF_POSITION
+    own = _accounts(user.master, strict=run.scenario.strict)
     return UserTraces(
         name=user.name,
         tick_s=tick_s,
@@ -99,6 +101,21 @@ def _user(run: Run, number: int) -> UserTraces:
         safety_events=int(blocks[-1, 1]),
         **dict(zip(SIGNALS, signals, strict=True)),
     )
+
+
+def _accounts(master: MasterParams, *, strict: bool) -> list[Entry]:
+    """Return the energies of a port behind those of any port, in their order."""
+    velocity, position = master.velocity_filter, master.position
+    found = list(OF_STRICT if strict else ())
+    if velocity.is_on and not velocity.in_force:
+        found.append(IN_WAVE)
+    if master.bank.is_on:
+        found += OF_BANK + OF_LOCAL_MODEL
+    if velocity.is_on and velocity.in_force:
+        found.append(IN_FORCE)
+    if position.is_on:
+        found += OF_POSITION[:1] if strict or position.as_published else OF_POSITION
+    return found
 
 
 def _server(run: Run) -> ServerTraces:

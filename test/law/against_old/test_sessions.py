@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions with position feedback as pure functions are those of the classes."""
+"""Sessions with position feedback and port filters as pure functions are those of the classes."""
 
 from pathlib import Path
 
@@ -16,6 +16,17 @@ from pmwvc_core.simulation.bulk.traces import traces_of
 from pmwvc_core.simulation.session import simulate_one
 
 CONFIG = Path(__file__).resolve().parents[3] / "pmwvc_bringup" / "config"
+FILTERS = {
+    "equivalent": {"velocity_filter": {"kind": "equivalent", "order": 1, "alpha": 0.9}},
+    "exact": {"velocity_filter": {"kind": "exact", "order": 2, "cutoff_hz": 40.0}},
+    "complementary": {"velocity_filter": {"kind": "complementary", "order": 1, "cutoff_hz": 30.0}},
+    "bank": {
+        "bank": {"kind": "complementary"},
+        "local_model": {"acts": "above", "begins_m": -0.03, "stiffness": 300.0},
+        "velocity_filter": {"kind": "equivalent", "order": 1, "alpha": 0.9},
+    },
+    "published bank": {"bank": {"kind": "dissertation"}},
+}
 POSITIONS = {
     "printed": {"feedback": "printed", "gain": 30.0},
     "budgeted": {"feedback": "budgeted", "gain": 30.0, "storage_j": 0.01},
@@ -26,8 +37,12 @@ POSITIONS = {
 
 
 def scenario_of(name, channel, position, dof=1, seconds=1.5):
+    return scenario_with(name, channel, {"position": POSITIONS[position]}, dof, seconds)
+
+
+def scenario_with(name, channel, settings, dof=1, seconds=1.5):
     mapping = yaml.safe_load((CONFIG / f"{name}.yaml").read_text("utf-8"))
-    master = mapping.get("master", {}) | {"position": POSITIONS[position]}
+    master = mapping.get("master", {}) | settings
     given = {"channel": channel, "dof": dof, "duration_s": seconds, "master": master}
     return parse_scenario(mapping | given)
 
@@ -40,16 +55,27 @@ def scenario_of(name, channel, position, dof=1, seconds=1.5):
 def test_a_session_is_that_of_the_classes(position, channel, name, dof):
     if position == "printed" and channel == "strict":
         pytest.skip("refused: it can make energy")
-    scenario = scenario_of(name, channel, position, dof)
+    compare(scenario_of(name, channel, position, dof))
+
+
+@pytest.mark.parametrize(("name", "dof"), [("wifi_bursty", 1), ("wall", 3)])
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+@pytest.mark.parametrize("filters", FILTERS)
+def test_a_session_with_filters_is_that_of_the_classes(filters, channel, name, dof):
+    compare(scenario_with(name, channel, FILTERS[filters], dof))
+
+
+def compare(scenario):
     assert can_run(scenario)
     left = run(scenario, session)
     was, now = golden.record_of(simulate_one(scenario)), golden.record_of(traces_of(left))
     assert golden.differences(was, now, 1e-9) == []
 
 
-@pytest.mark.parametrize(("channel", "position"), [("plain", "adapts"), ("strict", "adapts")])
-def test_compiled_it_is_the_same(channel, position):
-    scenario = scenario_of("wifi_bursty", channel, position)
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+def test_compiled_it_is_the_same(channel):
+    settings = {"position": POSITIONS["adapts"]} | FILTERS["bank"]
+    scenario = scenario_with("wifi_bursty", channel, settings)
     one, other = run(scenario, session), run(scenario, compiled(session))
     for name, wanted, got in zip(one.book._fields, one.book, other.book, strict=True):
         scale = max(1.0, float(np.abs(wanted).max(initial=0.0)))
