@@ -5,6 +5,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from pmwvc_core.controllers.library import has_waves, is_strict
 from pmwvc_core.frame.made import arrivals_params, made_impedance
 from pmwvc_core.law.channel.arrivals import start_of
@@ -16,12 +18,14 @@ from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, BodyLaw, body_law, wall_law
 from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring
 from pmwvc_core.law.server.implicit import Implicit
+from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
 from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario import scenario as scenarios
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
 COUPLINGS: Mapping[str, Callable[[float, float], Any]] = {
     "implicit": lambda old_s, new_s: Implicit(0),
@@ -59,8 +63,6 @@ def are_made(scenario: "scenarios.Scenario") -> bool:
         and scenario.server.coupling in COUPLINGS
         and scenario.server.environment in OBJECTS
         and all(m.local_model.kind == "spring_damper" for m in masters if m.bank.is_on)
-        and not any(user.master.impedance_matrix for user in scenario.users)
-        and not any(user.contact.impedance_matrix for user in scenario.users)
     )
 
 
@@ -87,12 +89,28 @@ def server_params(
         )
         for user in users
     )
+    coupling = coupling_of(server)
+    if isinstance(coupling, Implicit) and _are_coupled(users):
+        coupling = ImplicitCoupled(0)
     environment = EnvironmentParams(
-        coupling_of(server), OBJECTS[server.environment](server), is_strict(controller, channel)
+        coupling, OBJECTS[server.environment](server), is_strict(controller, channel)
     )
     return ServerStepParams(
         guests, environment, server.period_s, times.release_s, times.soft_start_s
     )
+
+
+def _are_coupled(users: Sequence["scenarios.User"]) -> bool:
+    """Tell whether any impedance of the server couples the axes."""
+    return any(isinstance(user.server_impedance, MatrixImpedance) for user in users)
+
+
+def _impedance(user: "scenarios.User", users: Sequence["scenarios.User"], axes: int) -> Impedance:
+    """Return a user's impedance; a matrix where any user's is one."""
+    b = user.server_impedance
+    if isinstance(b, MatrixImpedance) or not _are_coupled(users):
+        return b
+    return MatrixImpedance(np.full(axes, float(b)), np.eye(axes))
 
 
 def resting_server(
@@ -103,7 +121,7 @@ def resting_server(
     ports, guests = [], []
     for user, guest in zip(users, p.guests, strict=True):
         contact = contact_of(user.contact, side=user.side, size=server.object_size_m, axes=axes)
-        b = made_impedance(user.server_impedance)
+        b = made_impedance(_impedance(user, users, axes))
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         brake = AvatarBrake(resting_brake(rest), 0.0)
         ports.append(UserPort(avatar, brake, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))

@@ -65,6 +65,32 @@ def test_a_session_with_filters_is_that_of_the_classes(filters, channel, name, d
     compare(scenario_with(name, channel, FILTERS[filters], dof))
 
 
+MATRIX = "30 6 0; 6 20 4; 0 4 25"
+SERVERS = {
+    "grip": {"contact": "grip"},
+    "two-sided": {"contact": "bilateral"},
+    "unwrapped grip": {"contact": "grip", "coupling": "unwrapped"},
+    "unwrapped": {"contact": "bilateral", "coupling": "unwrapped", "integrator": "trapezoid"},
+    "one step": {"contact": "bilateral", "coupling": "one_step_delay"},
+}
+
+
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+@pytest.mark.parametrize("server", SERVERS)
+def test_a_session_with_coupled_axes_is_that_of_the_classes(server, channel):
+    compare(coupled(server, channel))
+
+
+def coupled(server, channel):
+    """Return a session whose first user has a matrix, and loses packets for a while."""
+    mapping = yaml.safe_load((CONFIG / "carry_16ms.yaml").read_text("utf-8"))
+    mapping["server"] = mapping.get("server", {}) | SERVERS[server]
+    user = {"master": {"impedance_matrix": MATRIX}, "link": {"loss": 0.3, "delay_s": 0.01}}
+    mapping |= {"channel": channel, "dof": 3, "duration_s": 1.5, "user1": user}
+    mapping["task"] = {"grip_s": 0.1, "grip_rise_s": 0.3, "move_s": 0.5, "sideways_m": 0.03}
+    return parse_scenario(mapping)
+
+
 def compare(scenario):
     assert can_run(scenario)
     left = run(scenario, session)
@@ -72,10 +98,17 @@ def compare(scenario):
     assert golden.differences(was, now, 1e-9) == []
 
 
+def test_compiled_coupled_axes_are_the_same():
+    check_compiled(coupled("grip", "plain"))
+
+
 @pytest.mark.parametrize("channel", ["plain", "strict"])
 def test_compiled_it_is_the_same(channel):
     settings = {"position": POSITIONS["adapts"]} | FILTERS["bank"]
-    scenario = scenario_with("wifi_bursty", channel, settings)
+    check_compiled(scenario_with("wifi_bursty", channel, settings))
+
+
+def check_compiled(scenario):
     one, other = run(scenario, session), run(scenario, compiled(session))
     for name, wanted, got in zip(one.book._fields, one.book, other.book, strict=True):
         scale = max(1.0, float(np.abs(wanted).max(initial=0.0)))

@@ -179,12 +179,13 @@ def contact_heat(c: Contact, rate: Vector) -> float:
 
 def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: float) -> Vector:
     """Return the force [N] that fits xd = free - f/b and a move of weight xd (App. C, Eq. 4)."""
-    return each(_unwrapped, (c.springs, free, xd_o), b, weight, touching(c), c.law)
+    return each(unwrapped_axis, (c.springs, free, xd_o), b, weight, touching(c), c.law)
 
 
-def _unwrapped(
+def unwrapped_axis(
     s: Spring, free: float, xd_o: float, b: float, weight: float, held: bool, law: ContactLaw
 ) -> float:
+    """Return the force along an axis [N], as above."""
     gain = law.damping + weight * law.stiffness
     loose = law.stiffness * s.deflection + gain * free - law.damping * xd_o
     if s.one_sided:

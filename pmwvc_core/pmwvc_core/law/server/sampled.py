@@ -32,7 +32,8 @@ from typing import NamedTuple
 
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, pushed_body
-from pmwvc_core.law.server.contacts import contact_force, contact_heat, contact_unwrapped, slid
+from pmwvc_core.law.server.contacts import contact_force, contact_heat, slid
+from pmwvc_core.law.server.coupled_axes import loaded, solved_contact
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
 
@@ -125,15 +126,11 @@ def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar,
         return a, 0.0
     contact, lost_j = slid(a.contact, scaled(a.xd, p.old_s))
     free = free_velocity(a.impedance, a.u)
-    f = contact_unwrapped(contact, free, xd_o, a.impedance.b, p.new_s)
-    xd = each(_loaded, (free, f), a.impedance.b)
+    f = solved_contact(a.impedance, contact, free, xd_o, p.new_s)
+    xd = loaded(a.impedance, free, f)
     contact, dropped_j = slid(contact, scaled(xd, p.new_s))
     lost_j += dropped_j + h * contact_heat(contact, minus(xd, xd_o))
     return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
-
-
-def _loaded(free: float, f: float, b: float) -> float:
-    return free - f / b
 
 
 @couple.member(OneFrameLate)

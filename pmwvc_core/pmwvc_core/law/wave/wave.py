@@ -38,16 +38,15 @@ Rows = tuple[Vector, ...]
 
 
 class MatrixImpedance(NamedTuple):
-    """A symmetric positive wave impedance B [N s/m], by rows: itself, its inverse, its roots; its
-    eigenvalues, and the principal axes by columns.
+    """A symmetric positive wave impedance B [N s/m], by rows: itself, its inverse, its roots; and
+    the numbers of the axes, 0, 1 ...
     """
 
     b: Rows
     inverse: Rows
     root_2b: Rows
     root_2_over_b: Rows
-    values: Vector
-    axes: Rows
+    numbers: tuple[int, ...]
 
 
 def applied(matrix: Rows, a: Vector) -> Vector:
