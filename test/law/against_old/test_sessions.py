@@ -98,17 +98,9 @@ def compare(scenario):
     assert golden.differences(was, now, 1e-9) == []
 
 
-def test_compiled_coupled_axes_are_the_same():
-    check_compiled(coupled("grip", "plain"))
-
-
-@pytest.mark.parametrize("channel", ["plain", "strict"])
-def test_compiled_it_is_the_same(channel):
+def test_compiled_it_is_the_same():
     settings = {"position": POSITIONS["adapts"]} | FILTERS["bank"]
-    check_compiled(scenario_with("wifi_bursty", channel, settings))
-
-
-def check_compiled(scenario):
+    scenario = scenario_with("wifi_bursty", "strict", settings)
     one, other = run(scenario, session), run(scenario, compiled(session))
     for name, wanted, got in zip(one.book._fields, one.book, other.book, strict=True):
         scale = max(1.0, float(np.abs(wanted).max(initial=0.0)))
