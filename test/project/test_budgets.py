@@ -45,7 +45,7 @@ ROOMS = {
     ),
     "links and packets": Room(4_225, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        7_324,
+        7_192,
         4_700,
         (
             *inside("pmwvc_core", "params", "plant", "scenario", "frame", "simulation", "*.py"),

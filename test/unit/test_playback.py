@@ -4,7 +4,6 @@
 
 import numpy as np
 import pytest
-from scipy import io
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import OperatorParams
@@ -99,42 +98,9 @@ def test_arrays_of_words_or_objects_are_refused(tmp_path):
     assert "not a NumPy array" in refusal(tmp_path / "c.npy")
 
 
-def test_matlab_values_by_path(tmp_path):
-    values = np.column_stack([np.arange(40.0), -np.arange(40.0)])
-    signals = np.empty(2, dtype=object)
-    signals[:] = [{"values": values, "label": "a"}, {"values": 10 * values, "label": "b"}]
-    scope = {"time": 5.0 + TICK_S * np.arange(40), "signals": signals}
-    file = tmp_path / "scope.mat"
-    io.savemat(file, {"scope": scope, "plain": np.arange(40.0)})
-    got = load(file, columns="scope.signals[1].values[:,0], plain", time_column="scope.time")
-    np.testing.assert_allclose(got, np.outer(np.arange(40), [10.0, 1.0]), atol=1e-9)
-    assert load(file, columns="scope.signals[0].values").shape == (40, 2)
-    text = refusal(file)
-    assert "operator.columns is empty" in text and "there are plain, scope" in text
-    assert "no variable 'scop'; there are plain, scope" in refusal(file, columns="scop")
-    assert "scope has no signal; it is a struct with" in refusal(file, columns="scope.signal[0]")
-    text = refusal(file, columns="scope.signals[2].values")
-    assert "scope.signals has no [2]; it is an array of shape (2,)" in text
-    assert "scope is a struct with time, signals" in refusal(file, columns="scope")
-    assert "cannot read 'scope..time'" in refusal(file, columns="scope..time")
-    text = refusal(file, columns="plain", time_column="scope.signals[0].values[1:]")
-    assert "has no [1:]" in text
-    (tmp_path / "broken.mat").write_bytes(b"MATLAB 5.0" + bytes(200))
-    assert "not a MATLAB 5 file" in refusal(tmp_path / "broken.mat", columns="x")
-
-
-def test_columns_of_different_length_are_refused_with_their_lengths(tmp_path):
-    io.savemat(tmp_path / "a.mat", {"a": np.arange(5.0), "b": np.arange(6.0)})
-    assert "(a: 5, b: 6)" in refusal(tmp_path / "a.mat", columns="a,b")
-    text = refusal(tmp_path / "a.mat", columns="a", time_column="b")
-    assert "b has 6 rows, the data 5" in text
-
-
 def test_the_recorded_hand_has_its_published_stroke_and_force(recorded_data):
     got = load(
-        recorded_data / "tue_spring.mat",
-        columns="scope.signals[0].values[:,0], scope.signals[1].values[:,0]",
-        time_column="scope.time",
+        recorded_data / "tue_spring.csv", columns="angle_rad, torque_nm", time_column="time_s"
     )
     assert got.shape == (4909, 2)
     position, force = got[:, 0] * 0.075, got[:, 1] / 0.075
@@ -142,7 +108,7 @@ def test_the_recorded_hand_has_its_published_stroke_and_force(recorded_data):
     assert np.abs(np.diff(position)).max() / TICK_S == pytest.approx(0.17, abs=0.02)
     assert force.mean() == pytest.approx(6.8, abs=0.1)
     assert (force.min(), force.max()) == pytest.approx((2.2, 11.6), abs=0.3)
-    reference = load(recorded_data / "tue_spring.mat", columns="handRef", rate_hz=2000.0)
+    reference = load(recorded_data / "tue_hand.csv", rate_hz=2000.0)
     assert reference.shape == (5000, 1)
     assert (reference.min(), reference.max()) == pytest.approx((-0.167, 0.160), abs=0.002)
 

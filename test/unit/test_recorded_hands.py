@@ -45,8 +45,7 @@ def test_a_recorded_motion_that_ends_holds_on_where_it_ended(tmp_path):
 def test_a_recorded_hand_from_a_real_teleoperator_stays_in_hand(recorded_data):
     hand = operator(
         "playback_motion",
-        file=str(recorded_data / "tue_spring.mat"),
-        columns="handRef",
+        file=str(recorded_data / "tue_hand.csv"),
         rate_hz=2000.0,
         scale=0.075,
         grip_stiffness=1000.0,

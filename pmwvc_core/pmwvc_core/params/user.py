@@ -150,7 +150,7 @@ class OperatorParams(Validated):
     file: str = parameter(
         "",
         "-",
-        "playback, remote: CSV, MAT or NPY file (remote: times and targets; empty: the task's)",
+        "playback, remote: CSV or NPY file (remote: times and targets; empty: the task's)",
         read_only=True,
     )
     columns: str = parameter(

@@ -1,19 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded force or motion from a file: CSV or other text, MATLAB 5 ``.mat``, or NumPy ``.npy``.
+"""Recorded force or motion from a file: CSV or other text, or NumPy ``.npy``.
 
 How a column is named (several are separated by commas):
 
 * text: the name in the header line, or the number of the column, counted from 0; columns are
   separated by comma, semicolon, tab or blanks; lines that begin with ``#`` are skipped;
-* MAT: a variable, with fields and indices from 0 as in Python, ``scope.signals[1].values[:,0]``; a
-  two-dimensional one brings all its columns;
 * NPY: the number of the column, counted from 0.
 
 Without a name a file with a single column of data is taken as it is.
 """
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +18,8 @@ import numpy as np
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.matlab import MatlabFile
 from pmwvc_core.plant.resampling import fade, resample
 from pmwvc_core.plant.tables import Table, read_npy, read_text
-
-_OUTSIDE_BRACKETS = re.compile(r",(?![^\[]*\])")
 
 
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
@@ -61,11 +55,11 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
     """
     file = Path(params.file).expanduser()
     if not params.file:
-        raise RecordingError("operator.file is empty: name the CSV, MAT or NPY file to play")
+        raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
     source = _open(file)
-    names = [name.strip() for name in _OUTSIDE_BRACKETS.split(params.columns) if name.strip()]
+    names = [name.strip() for name in params.columns.split(",") if name.strip()]
     values = source.data(names, params.time_column)
     count = values.shape[1]
     if count not in (1, dof):
@@ -80,11 +74,6 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
 
 def _check(file: str, values: Array, times: Array, time_column: str) -> None:
     """Refuse what cannot be played."""
-    if len(values) != len(times):
-        raise RecordingError(
-            f"{file}: {time_column} has {len(times)} rows, the data {len(values)}; "
-            "choose columns of equal length"
-        )
     if len(values) < 2:
         raise RecordingError(f"{file}: {len(values)} rows; a recording needs at least 2")
     broken = ~(np.isfinite(values).all(axis=1) & np.isfinite(times))
@@ -98,15 +87,11 @@ def _check(file: str, values: Array, times: Array, time_column: str) -> None:
         raise RecordingError(f"{file}: {time_column} does not rise at row {row} (from 0)")
 
 
-def _open(file: Path) -> Table | MatlabFile:
+def _open(file: Path) -> Table:
     """Return the file's columns; its suffix decides the kind."""
     suffix = file.suffix.lower()
-    if suffix == ".mat":
-        return MatlabFile(file)
     if suffix == ".npy":
         return read_npy(file)
     if suffix in (".csv", ".txt", ".tsv", ".dat"):
         return read_text(file)
-    raise RecordingError(
-        f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .mat, .npy"
-    )
+    raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
