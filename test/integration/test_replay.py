@@ -92,20 +92,26 @@ def test_a_replay_is_the_recording_to_the_last_bit(recorded, tmp_path, hand):
     assert min(session["force_peak_n"] for session in found["sessions"]) > 1.0
 
 
-def test_a_simulation_with_other_packet_fates_does_not(recorded):
-    """The control: other fates of the packets move the devices by more than the tolerance.
+def test_a_simulation_over_a_worse_network_does_not(recorded):
+    """The control: fates of packets that matter move the devices by more than the tolerance.
 
-    One seed alone may lose the same packets that matter, so more are taken until one does not.
+    The same losses for other packets need not: they are made up for.
     """
     traces, scenario = read_session(recorded), read_scenario(recorded)
-
-    def differs(seed):
-        other = simulate_one(replace(scenario, seed=seed))
-        for one, two in zip(traces.users, other.users, strict=True):
-            shared = min(len(one.tick), len(two.tick))
-            yield np.abs(one.x_m[:shared] - two.x_m[:shared]).max() > POSITION_M
-
-    assert any(any(differs(seed)) for seed in range(1, 9))
+    worse = [
+        replace(
+            user,
+            link_up=replace(user.link_up, loss=0.6),
+            link_down=replace(user.link_down, loss=0.6),
+        )
+        for user in scenario.users
+    ]
+    other = simulate_one(replace(scenario, users=tuple(worse)))
+    for one, two in zip(traces.users, other.users, strict=True):
+        shared = min(len(one.tick), len(two.tick))
+        if np.abs(one.x_m[:shared] - two.x_m[:shared]).max() > 2.0 * POSITION_M:
+            return
+    raise AssertionError("no device moved otherwise")
 
 
 def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_path):
