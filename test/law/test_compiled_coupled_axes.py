@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pmwvc_core.compiled import compiled
-from pmwvc_core.frame.made_server import resting_server, server_params
 from pmwvc_core.law.server.server_port import Environment, environment_step, joined
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.vectors import each
+from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.reader import parse_scenario
 
@@ -61,8 +61,11 @@ def test_compiled_coupled_axes_are_the_same(coupling):
         channel=scenario.channel,
         server=scenario.server,
         times=server_times(user.safety for user in scenario.users),
+        axes=3,
     )
-    rest = resting_server(scenario.users, p, scenario.server, 3).environment
+    rest = resting_server(
+        scenario.users, p, controller=scenario.controller, server=scenario.server, axes=3
+    ).environment
     ports = tuple(
         joined(port, (-0.05 + 0.1 * k, 0.0, 0.0), rest.body)[0]
         for k, port in enumerate(rest.ports)

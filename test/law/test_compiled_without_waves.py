@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.laws import assert_same, in_bulk
 
-from pmwvc_core.frame.made_server import contact_of
 from pmwvc_core.law.channel.arrivals import (
     ArrivalsParams,
     arrivals_of,
@@ -39,6 +38,7 @@ from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.law.without_waves import direct, pspm, tdpa, virtual_coupling
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
 from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
+from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
 from pmwvc_core.params.baselines import TdpaParams
 

@@ -54,10 +54,12 @@ CORE = {
     "baselines": BASE | {"server", "network"},  # the same users, contacts and links
     "controllers": BASE | {"master", "server", "baselines"},
     "scenario": BASE | {"controllers", "network", "server"},
-    "frame": BASE | {"law", "plant", "master", "server", "controllers", "scenario"},
+    "made": BASE | {"law", "plant", "master", "server", "controllers", "scenario", "frame"},
+    "frame": BASE | {"law", "made", "plant", "master", "server", "controllers", "scenario"},
     "simulation": BASE
     | {
         "law",
+        "made",
         "master",
         "server",
         "plant",

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from pmwvc_core.frame.rows import ServerRow
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, flatten
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults, add_learned
@@ -113,7 +113,11 @@ class SessionBatch:
             late_ns = np.array(server.ran_ns) - np.array(server.ticks) * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         add_faults(traces, self.server)
-        add_learned(traces, self.server, run)
+        for i, user in enumerate(traces.users):
+            learned = self.server.server.learned(i)
+            if learned is not None:
+                ratio = flatten(learned)[min(run, np.size(learned) - 1)]
+                add_learned(traces, user.name, float(ratio))
         self._network.add_to(traces, run)
         traces.taken = dict(self._taken)
         return traces

@@ -10,7 +10,7 @@ import numpy as np
 
 from pmwvc_core.frame.rows import SIGNALS, FrameReport, ServerRow
 from pmwvc_core.frame.server_step import ServerStep
-from pmwvc_core.numeric import Array, Integers, Value, flatten, where
+from pmwvc_core.numeric import Array, Integers, Value, where
 from pmwvc_core.simulation.columns import Accounts, Columns
 from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, SessionTraces, UserTraces
@@ -191,15 +191,12 @@ def _names(common: Sequence[str], each: Sequence[str], users: Sequence[str]) -> 
     return [*common, *(f"{name}{i}" for i in range(len(users)) for name in each)]
 
 
-def add_learned(traces: SessionTraces, server: ServerStep, run: int) -> None:
-    """Add what the server's ports learned of contacts beyond K T + 2B <= b."""
-    for i, user in enumerate(traces.users):
-        learned = server.server.learned(i)
-        ratio = 0.0 if learned is None else flatten(learned)[min(run, np.size(learned) - 1)]
-        if ratio > 1.0:
-            what = f"its server port learned K T + 2B = {ratio:.3g} b"
-            event = {"time_s": None, "who": user.name, "kind": "environment", "what": what}
-            traces.events.append(event)
+def add_learned(traces: SessionTraces, user: str, ratio: float) -> None:
+    """Add what a server's port learned of a contact, (K T + 2B)/b, where that is above 1."""
+    if ratio > 1.0:
+        what = f"its server port learned K T + 2B = {ratio:.3g} b"
+        event = {"time_s": None, "who": user, "kind": "environment", "what": what}
+        traces.events.append(event)
 
 
 def add_faults(traces: SessionTraces, server: ServerStep) -> None:

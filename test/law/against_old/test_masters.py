@@ -7,7 +7,6 @@ import random
 import numpy as np
 import pytest
 
-from pmwvc_core.frame.made import filters_params, resting_filters
 from pmwvc_core.law.channel.arrivals import StrictArrivals, arrivals_of, start_of
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import PlayoutParams, add
@@ -36,6 +35,7 @@ from pmwvc_core.law.position.feedback import NoPosition
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import impedance
+from pmwvc_core.made.waves import filters_params, resting_filters
 from pmwvc_core.master import strict_port
 from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.port import WaveMaster

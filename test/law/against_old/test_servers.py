@@ -12,6 +12,7 @@ from pmwvc_core.law.safety.brake_force import resting_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, body_law, changed_body, kinetic_j, wall_law
 from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring, touching
+from pmwvc_core.law.server.energies import potential_j
 from pmwvc_core.law.server.implicit import Implicit
 from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
 from pmwvc_core.law.server.server_port import (
@@ -23,7 +24,6 @@ from pmwvc_core.law.server.server_port import (
     environment_step,
     joined,
     left,
-    potential_j,
 )
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.wave.wave import impedance

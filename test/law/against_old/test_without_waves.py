@@ -9,7 +9,6 @@ import pytest
 from support.laws import assert_same, old_form
 
 from pmwvc_core.controllers.ends import make_master, make_server
-from pmwvc_core.frame.made_server import contact_of
 from pmwvc_core.law.channel.arrivals import (
     ArrivalsParams,
     arrivals_of,
@@ -29,6 +28,7 @@ from pmwvc_core.law.port.master import (
 )
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, body_law, wall_law
+from pmwvc_core.law.server.energies import potential_j
 from pmwvc_core.law.server.server_port import (
     Environment,
     Sums,
@@ -36,13 +36,12 @@ from pmwvc_core.law.server.server_port import (
     environment_step,
     joined,
     left,
-    potential_j,
 )
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.wave.wave import impedance
-from pmwvc_core.law.without_waves import direct, pspm, tdpa, virtual_coupling
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
+from pmwvc_core.made.server import contact_of
+from pmwvc_core.made.without_waves import CONTROLLERS, device_params, resting_device_end
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams
 from pmwvc_core.transport.packet import WavePacket
@@ -55,28 +54,7 @@ KINDS = ("direct", "virtual_coupling", "tdpa", "pspm")
 
 def at_device(kind, axes, baseline):
     """Return state and parameters of a device's end."""
-    nothing = (0.0,) * axes
-    coupling = baseline.virtual_coupling
-    states = {
-        "direct": direct.Held(nothing),
-        "virtual_coupling": virtual_coupling.resting_coupling(axes),
-        "tdpa": tdpa.resting_tdpa(axes),
-        "pspm": pspm.resting_pspm(axes, baseline.pspm.initial_j),
-    }
-    laws = {
-        "direct": direct.Direct(0),
-        "virtual_coupling": virtual_coupling.VirtualCoupling(coupling.stiffness, coupling.damping),
-        "tdpa": tdpa.tdpa_law(baseline.tdpa, TICK_S),
-        "pspm": pspm.Pspm(baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j),
-    }
-    return resting_end(states[kind], axes), DeviceEndParams(TICK_S, laws[kind])
-
-
-def kept_at_avatar(kind, axes, baseline):
-    return {
-        "tdpa": tdpa.RESTING_OBSERVER,
-        "pspm": pspm.resting_spring(axes, baseline.pspm.initial_j),
-    }.get(kind, direct.NothingKept(0))
+    return resting_device_end(kind, baseline, axes), device_params(kind, baseline, TICK_S)
 
 
 class Way:
@@ -157,7 +135,7 @@ def test_both_ends_of_a_lossy_link(kind: str, axes: int, seed: int) -> None:
         UserPort(
             Avatar(False, impedance(25.0), nothing, nothing, nothing,
                    contact_of(contact, side=side, size=size, axes=axes), nothing),
-            kept_at_avatar(kind, axes, baseline), nothing, nothing, nothing,
+            CONTROLLERS[kind].at_avatar(baseline, axes), nothing, nothing, nothing,
             Sums(0.0, 0.0, -1.0), (),
         )
         for side in (-1, 1)

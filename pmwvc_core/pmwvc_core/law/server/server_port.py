@@ -29,7 +29,6 @@ from pmwvc_core.law.server.contacts import (
     attached,
     changed_contact,
     cleared,
-    contact_energy,
     detached,
     offset_of,
     slid,
@@ -134,15 +133,6 @@ def changed_port(
     avatar = Avatar(a.present, impedance, a.u, a.xd, a.f, contact, a.kept)
     port = UserPort(avatar, s.brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
     return port, lost_j
-
-
-def potential_j(s: Environment) -> float:
-    """Return the energy of all contact springs [J]."""
-    total = 0.0
-    for i in range(len(s.ports)):
-        if s.ports[i].avatar.present:
-            total += contact_energy(s.ports[i].avatar.contact)
-    return total
 
 
 @environment_step.member(EnvironmentParams)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, BodyLaw
+from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.server.contacts import (
     Contact,
     contact_heat,
@@ -23,9 +23,17 @@ from pmwvc_core.law.server.contacts import (
     offset_of,
     slid,
 )
+from pmwvc_core.law.server.energies import (
+    PortShown,
+    environment_energies,
+    in_touch,
+    port_shown,
+    potential_j,
+)
 from pmwvc_core.law.server.sampled import object_pushed
 from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
+from pmwvc_core.law.without_waves.device_end import controller_energies
 
 
 class AvatarEndParams(NamedTuple):
@@ -88,6 +96,21 @@ def _meet(
     sums = Sums(s.sums.u_j + max(flow_j, 0.0), s.sums.v_j + max(-flow_j, 0.0), met.sent_j)
     lost_j = met.lost_j + h * contact_heat(met.contact, met.rate)
     return UserPort(avatar, met.kept, s.offset, x_s, answer, sums, s.extra), lost_j
+
+
+@environment_energies.member(AvatarEndParams)
+def _energies(p: AvatarEndParams, s: Environment) -> Vector:
+    accounts = controller_energies(s.ports[0].brake)
+    for i in range(1, len(s.ports)):
+        accounts = plus(accounts, controller_energies(s.ports[i].brake))
+    stored: Vector = (kinetic_j(s.body, p.body), potential_j(s))
+    return stored + accounts
+
+
+@port_shown.member(AvatarEndParams)
+def _shown(p: AvatarEndParams, s: Environment, user: int) -> PortShown:
+    port = s.ports[user]
+    return PortShown(zero(port.v_s), in_touch(port), 0.0)
 
 
 class Pulled(NamedTuple):

@@ -15,6 +15,7 @@ from pmwvc_core.law.family import Family
 from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
+    port_energies,
     port_measure,
     port_opened,
     port_packet,
@@ -55,6 +56,7 @@ device_receives = Family("device_receives")  # (law, packet, received_j, p) -> l
 # (law, wave, silent, motion, p) -> law: what the newest packet carries, or let go
 device_answer = Family("device_answer")
 device_force = Family("device_force")  # (law, motion, p) -> (law, force wanted [N])
+controller_energies = Family("controller_energies")  # (state at either end) -> accounts [J]
 device_applied = Family("device_applied")  # (law, f, p) -> law: the force let through [N]
 
 
@@ -135,6 +137,12 @@ def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
 def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
     nothing = zero(s.motion.x)
     return nothing, nothing, nothing
+
+
+@port_energies.member(DeviceEnd)
+def _energies(s: DeviceEnd, arrivals: Any, p: DeviceEndParams) -> Vector:
+    of_port: Vector = (s.given_j, s.given_j, s.taken_j, s.taken_j)
+    return of_port + controller_energies(s.law)
 
 
 @port_opened.member(DeviceEnd)

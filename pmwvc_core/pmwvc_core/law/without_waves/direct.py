@@ -9,7 +9,7 @@ when it last reported; ``xd_s`` is the velocity as reported::
     f_s(n) = K [x_m + offset - x_o(n)] + B [xd_m - xd_o(n)],    F_m = f_s as last received
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.safety.avatar_brake import released_brake
 from pmwvc_core.law.server.body import Body
@@ -19,6 +19,7 @@ from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
 from pmwvc_core.law.without_waves.device_end import (
     DeviceEndParams,
     DeviceMotion,
+    controller_energies,
     device_answer,
     device_applied,
     device_force,
@@ -54,6 +55,13 @@ device_moved.member(Held)(same_moved)
 device_sends.member(Held)(sends_no_energy)
 device_receives.member(Held)(same_received)
 device_applied.member(Held)(same_applied)
+
+
+@controller_energies.member(Held)
+@controller_energies.member(NothingKept)
+def no_accounts(s: Any) -> Vector:
+    """Keep no accounts."""
+    return ()
 
 
 @device_answer.member(Held)

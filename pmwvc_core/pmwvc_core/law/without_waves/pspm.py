@@ -44,6 +44,7 @@ from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
 from pmwvc_core.law.without_waves.device_end import (
     DeviceEndParams,
     DeviceMotion,
+    controller_energies,
     device_answer,
     device_applied,
     device_force,
@@ -178,6 +179,16 @@ def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
 @device_applied.member(PspmDevice)
 def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
     return PspmDevice(s.spring, f, s.coupled)
+
+
+@controller_energies.member(ModulatedSpring)
+def _of_spring(s: ModulatedSpring) -> Vector:
+    return (s.tank_j, s.spring_j)
+
+
+@controller_energies.member(PspmDevice)
+def _of_device(s: PspmDevice) -> Vector:
+    return _of_spring(s.spring)
 
 
 @released_brake.member(ModulatedSpring)

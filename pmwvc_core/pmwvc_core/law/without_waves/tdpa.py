@@ -39,6 +39,7 @@ from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
 from pmwvc_core.law.without_waves.device_end import (
     DeviceEndParams,
     DeviceMotion,
+    controller_energies,
     device_answer,
     device_applied,
     device_force,
@@ -164,6 +165,16 @@ def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[Tdp
 @device_applied.member(TdpaDevice)
 def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
     return TdpaDevice(s.observer, s.force, s.damping, f, s.damping)
+
+
+@controller_energies.member(Observer)
+def _of_observer(s: Observer) -> Vector:
+    return (s.dissipated_j, s.allowance_j)
+
+
+@controller_energies.member(TdpaDevice)
+def _of_device(s: TdpaDevice) -> Vector:
+    return _of_observer(s.observer)
 
 
 @released_brake.member(Observer)

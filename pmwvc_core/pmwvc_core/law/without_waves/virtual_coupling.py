@@ -24,6 +24,7 @@ from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
 from pmwvc_core.law.without_waves.device_end import (
     DeviceEndParams,
     DeviceMotion,
+    controller_energies,
     device_answer,
     device_applied,
     device_force,
@@ -34,7 +35,7 @@ from pmwvc_core.law.without_waves.device_end import (
     same_moved,
     sends_no_energy,
 )
-from pmwvc_core.law.without_waves.direct import NothingKept
+from pmwvc_core.law.without_waves.direct import NothingKept, no_accounts
 
 
 class VirtualCoupling(NamedTuple):
@@ -62,6 +63,7 @@ def resting_coupling(axes: int) -> AvatarSeen:
 device_moved.member(AvatarSeen)(same_moved)
 device_sends.member(AvatarSeen)(sends_no_energy)
 device_applied.member(AvatarSeen)(same_applied)
+controller_energies.member(AvatarSeen)(no_accounts)
 
 
 @device_receives.member(AvatarSeen)

@@ -17,9 +17,7 @@ from pmwvc_core.law.plant.device import device_step
 from pmwvc_core.law.plant.forces import hand_force, hand_hold
 from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
 from pmwvc_core.law.port.sensing import Sample
-from pmwvc_core.law.server.body import kinetic_j
-from pmwvc_core.law.server.contacts import touching
-from pmwvc_core.law.server.server_port import potential_j
+from pmwvc_core.law.server.energies import environment_energies, port_shown
 from pmwvc_core.law.server_step import Answer, Guest, GuestParams, Server, server_step
 from pmwvc_core.law.user_tick import User, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each, squared
@@ -75,8 +73,8 @@ class Book(NamedTuple):
     blocks
         ``(users, blocks, 4 + energies)``: cause, interventions, work, energies of the port.
     steps, energies, presence
-        Of the server: ``(2 + 5 users, steps, axes)``, ``(steps, 4 + 4 users)``, ``(steps,
-        users)``.
+        Of the server: ``(2 + 5 users, steps, axes)``, ``(steps, 4 + 4 users + accounts)``,
+        ``(steps, users)``.
     """
 
     up: Integers
@@ -296,8 +294,11 @@ def _note_step(
     server: Server, row: int, p: Any, steps: Array, energies: Array, presence: Integers
 ) -> None:
     at = server.environment
-    energies[row, 0] = kinetic_j(at.body, p.environment.body)
-    energies[row, 1] = potential_j(at)
+    counted, first = environment_energies(p.environment, at), 4 + 4 * len(at.ports)
+    energies[row, 0] = counted[0]
+    energies[row, 1] = counted[1]
+    for i in range(2, len(counted)):
+        energies[row, first + i - 2] = counted[i]
     energies[row, 2] = at.dissipated_j
     energies[row, 3] = max(server.task_s, 0.0) if server.task_s < math.inf else 0.0
     for i in range(len(at.body.x)):
@@ -306,13 +307,14 @@ def _note_step(
     for k in range(len(at.ports)):
         port = at.ports[k]
         presence[row, k] = server.guests[k].presence
+        seen = port_shown(p.environment, at, k)
         energies[row, 4 + 4 * k] = port.sums.u_j
         energies[row, 5 + 4 * k] = port.sums.v_j
-        energies[row, 6 + 4 * k] = port.avatar.present and touching(port.avatar.contact)
-        energies[row, 7 + 4 * k] = port.brake.heat_j
+        energies[row, 6 + 4 * k] = seen.touches
+        energies[row, 7 + 4 * k] = seen.learned
         for i in range(len(port.x_s)):
             steps[2 + 5 * k, row, i] = port.x_s[i]
             steps[3 + 5 * k, row, i] = port.avatar.xd[i]
             steps[4 + 5 * k, row, i] = port.avatar.f[i]
             steps[5 + 5 * k, row, i] = port.avatar.u[i]
-            steps[6 + 5 * k, row, i] = port.v_s[i]
+            steps[6 + 5 * k, row, i] = seen.v_s[i]

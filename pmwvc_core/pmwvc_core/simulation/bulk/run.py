@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.frame.made import resting_user, user_params
-from pmwvc_core.frame.made_server import are_made, resting_server, server_params
 from pmwvc_core.law.plant.device import resting_device, simulated_params
+from pmwvc_core.made.server import are_made, resting_server, server_params
+from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.hands import Place, make_hand
 from pmwvc_core.scenario.scenario import Scenario
@@ -18,6 +18,7 @@ from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_o
 
 SIGNALS = 8  # of a tick
 OF_BLOCK = 4 + 21  # cause, interventions, work; energies of a port at most
+OF_STEP = 8  # accounts of an environment at most
 
 
 class Run(NamedTuple):
@@ -46,8 +47,15 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
         channel=scenario.channel,
         server=scenario.server,
         times=server_times(user.safety for user in scenario.users),
+        axes=scenario.dof,
     )
-    server = resting_server(scenario.users, p, scenario.server, scenario.dof)
+    server = resting_server(
+        scenario.users,
+        p,
+        controller=scenario.controller,
+        server=scenario.server,
+        axes=scenario.dof,
+    )
     ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
     clock = Clock(
         network.ticks,
@@ -75,7 +83,7 @@ def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
     at = Place(user.side, half, user.side * (half + user.contact.gap_m), tick_s, axes)
     device = simulated_params(user.device, tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    loop = resting_user(user, p, axes, packet_s)
+    loop = resting_user(user, p, controller=scenario.controller, axes=axes, packet_s=packet_s)
     start = End(loop, resting_device(at.start, device), hand, False, 0, 0)
     return start, EndParams(p, device, of_hand)
 
@@ -92,6 +100,6 @@ def _book(network: Network, plan: Plan) -> Book:
         np.zeros((users, SIGNALS, ticks, axes)),
         np.zeros((users, blocks, OF_BLOCK)),
         np.zeros((2 + 5 * users, steps, axes)),
-        np.zeros((steps, 4 + 4 * users)),
+        np.zeros((steps, 4 + 4 * users + OF_STEP)),
         np.zeros((steps, users), dtype=np.int64),
     )

@@ -4,19 +4,13 @@
 
 import numpy as np
 
-from pmwvc_core.account import Entry
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.law.plant.task import offset, task_of
-from pmwvc_core.master.port_filters.filter_bank import ENTRIES as OF_BANK
-from pmwvc_core.master.port_filters.local_model import ENTRIES as OF_LOCAL_MODEL
-from pmwvc_core.master.port_filters.velocity_filter import IN_FORCE, IN_WAVE
-from pmwvc_core.master.position.feedback import ENTRIES as OF_POSITION
+from pmwvc_core.made.accounts import accounts_of_server, accounts_of_user
 from pmwvc_core.master.safety.states import state_of, text_of
-from pmwvc_core.master.strict_accounts import DISCARDED, FREE, GIVEN, NODE, RELEASED
 from pmwvc_core.numeric import Array
-from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.avatar_brake import BRAKES
+from pmwvc_core.simulation.buffers import add_learned
 from pmwvc_core.simulation.bulk.loop import OF_PACKET
 from pmwvc_core.simulation.bulk.run import Run
 from pmwvc_core.simulation.links import SimulatedLink
@@ -32,8 +26,6 @@ from pmwvc_core.traces import (
 )
 from pmwvc_core.transport.reception import counts, passage
 
-OF_STRICT = (NODE, GIVEN, RELEASED, FREE, DISCARDED)  # behind the energies of any port
-
 
 def traces_of(run: Run) -> SessionTraces:
     """Return the traces of a session."""
@@ -47,6 +39,7 @@ def traces_of(run: Run) -> SessionTraces:
     )
     for user in users:
         name = scenario.users[user].name
+        add_learned(traces, name, run.book.energies[-1, 7 + 4 * user])
         ends = (("up", f"/{name}", f"/server/{name}"), ("down", f"/server/{name}", f"/{name}"))
         for way, (which, sender, receiver) in enumerate(ends):
             link, topic = (plan.up, plan.down)[way][user], f"wave_{which}"
@@ -83,7 +76,7 @@ def _user(run: Run, number: int) -> UserTraces:
     blocks = blocks[: len(ends)]
     causes = blocks[:, 0].astype(np.int64)
     energies = np.concatenate([blocks[:, 4:8], blocks[:, 2:4]], axis=1).T.copy()
-    own = _accounts(user.master, strict=run.scenario.strict)
+    own = accounts_of_user(run.scenario, user.master)
     return UserTraces(
         name=user.name,
         tick_s=tick_s,
@@ -103,26 +96,15 @@ def _user(run: Run, number: int) -> UserTraces:
     )
 
 
-def _accounts(master: MasterParams, *, strict: bool) -> list[Entry]:
-    """Return the energies of a port behind those of any port, in their order."""
-    velocity, position = master.velocity_filter, master.position
-    found = list(OF_STRICT if strict else ())
-    if velocity.is_on and not velocity.in_force:
-        found.append(IN_WAVE)
-    if master.bank.is_on:
-        found += OF_BANK + OF_LOCAL_MODEL
-    if velocity.is_on and velocity.in_force:
-        found.append(IN_FORCE)
-    if position.is_on:
-        found += OF_POSITION[:1] if strict or position.as_published else OF_POSITION
-    return found
-
-
 def _server(run: Run) -> ServerTraces:
     scenario, book = run.scenario, run.book
     steps, users = len(book.energies), range(len(scenario.users))
     each = {name: [book.steps[2 + 5 * i + k] for i in users] for k, name in enumerate(OF_AVATARS)}
-    heat: Array = np.sum([book.energies[:, 7 + 4 * i] for i in users], axis=0)
+    first = 4 + 4 * len(users)
+    accounts = {
+        entry.name: book.energies[:, first + k].copy()
+        for k, entry in enumerate(accounts_of_server(scenario))
+    }
     return ServerTraces(
         users=[user.name for user in scenario.users],
         periods_s=np.full(steps, scenario.server.period_s),
@@ -138,7 +120,7 @@ def _server(run: Run) -> ServerTraces:
         kinetic=book.energies[:, 0].copy(),
         potential=book.energies[:, 1].copy(),
         dissipated=book.energies[:, 2].copy(),
-        accounts={BRAKES: heat} if scenario.strict else {},
+        accounts=accounts,
         changes=np.zeros(steps, dtype=np.int64),
         looked_ns=np.zeros(steps, dtype=np.int64),
         **each,

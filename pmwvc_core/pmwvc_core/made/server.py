@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.controllers.library import has_waves, is_strict
-from pmwvc_core.frame.made import arrivals_params, made_impedance
+from pmwvc_core.controllers.library import is_strict
+from pmwvc_core.law.black_box.black_box import BlackBoxParams
 from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.packing import packing_params, resting_packing
 from pmwvc_core.law.safety.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
@@ -22,11 +22,17 @@ from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
 from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
+from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
+from pmwvc_core.made.black_box import black_box_params, is_made, resting_box
+from pmwvc_core.made.user import arrivals_params
+from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.made.without_waves import CONTROLLERS
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
+UNKNOWN = "unknown"  # the coupling of black boxes
 COUPLINGS: Mapping[str, Callable[[float, float], Any]] = {
     "implicit": lambda old_s, new_s: Implicit(0),
     "one_frame_late": lambda old_s, new_s: OneFrameLate(0),
@@ -57,12 +63,16 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
 
 def are_made(scenario: "scenarios.Scenario") -> bool:
     """Tell whether there are laws for all that a scenario consists of."""
+    server, controller = scenario.server, scenario.controller
     masters = [user.master for user in scenario.users]
-    return (
-        has_waves(scenario.controller)
-        and scenario.server.coupling in COUPLINGS
-        and scenario.server.environment in OBJECTS
-        and all(m.local_model.kind == "spring_damper" for m in masters if m.bank.is_on)
+    if controller in CONTROLLERS:
+        return server.environment in OBJECTS
+    if controller != "pmwvc":
+        return False
+    known = server.coupling in COUPLINGS and server.environment in OBJECTS
+    boxed = server.coupling == UNKNOWN and is_made(server)
+    return (known or boxed) and all(
+        m.local_model.kind == "spring_damper" for m in masters if m.bank.is_on
     )
 
 
@@ -73,6 +83,7 @@ def server_params(
     channel: str,
     server: ServerParams,
     times: ServerTimes,
+    axes: int,
 ) -> ServerStepParams:
     """Return the parameters of the server's step."""
     guests = tuple(
@@ -89,15 +100,36 @@ def server_params(
         )
         for user in users
     )
-    coupling = coupling_of(server)
-    if isinstance(coupling, Implicit) and _are_coupled(users):
-        coupling = ImplicitCoupled(0)
-    environment = EnvironmentParams(
-        coupling, OBJECTS[server.environment](server), is_strict(controller, channel)
-    )
+    strict = is_strict(controller, channel)
+    environment = _environment_params(users, controller, server, axes, strict=strict)
     return ServerStepParams(
         guests, environment, server.period_s, times.release_s, times.soft_start_s
     )
+
+
+def _environment_params(
+    users: Sequence["scenarios.User"],
+    controller: str,
+    server: ServerParams,
+    axes: int,
+    *,
+    strict: bool,
+) -> Any:
+    if controller in CONTROLLERS:
+        made, body = CONTROLLERS[controller], OBJECTS[server.environment](server)
+        laws = tuple(made.law(user.baseline, user.master.tick_s) for user in users)
+        return AvatarEndParams(laws, body, made.sprung)
+    if server.coupling == UNKNOWN:
+        return black_box_params(server, _contacts(users, server, axes), axes, brakes=strict)
+    coupling = coupling_of(server)
+    if isinstance(coupling, Implicit) and _are_coupled(users):
+        coupling = ImplicitCoupled(0)
+    return EnvironmentParams(coupling, OBJECTS[server.environment](server), strict)
+
+
+def _contacts(users: Sequence["scenarios.User"], server: ServerParams, axes: int) -> list[Contact]:
+    size = server.object_size_m
+    return [contact_of(user.contact, side=user.side, size=size, axes=axes) for user in users]
 
 
 def _are_coupled(users: Sequence["scenarios.User"]) -> bool:
@@ -114,19 +146,28 @@ def _impedance(user: "scenarios.User", users: Sequence["scenarios.User"], axes: 
 
 
 def resting_server(
-    users: Sequence["scenarios.User"], p: ServerStepParams, server: ServerParams, axes: int
+    users: Sequence["scenarios.User"],
+    p: ServerStepParams,
+    *,
+    controller: str,
+    server: ServerParams,
+    axes: int,
 ) -> Server:
     """Return the server with no user present."""
     rest = (0.0,) * axes
-    ports, guests = [], []
-    for user, guest in zip(users, p.guests, strict=True):
-        contact = contact_of(user.contact, side=user.side, size=server.object_size_m, axes=axes)
+    contacts, ports, guests = _contacts(users, server, axes), [], []
+    for user, guest, contact in zip(users, p.guests, contacts, strict=True):
         b = made_impedance(_impedance(user, users, axes))
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
-        brake = AvatarBrake(resting_brake(rest), 0.0)
-        ports.append(UserPort(avatar, brake, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))
+        kept: Any = AvatarBrake(resting_brake(rest), 0.0)
+        if controller in CONTROLLERS:
+            kept = CONTROLLERS[controller].at_avatar(user.baseline, axes)
+        ports.append(UserPort(avatar, kept, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes)))
-    environment = Environment(tuple(ports), Body(rest, rest), 0.0)
+    body: Any = Body(rest, rest)
+    if isinstance(p.environment, BlackBoxParams):
+        body = resting_box(server, contacts, [user.server_impedance for user in users], axes)
+    environment = Environment(tuple(ports), body, 0.0)
     return Server(tuple(guests), environment, float("inf"))

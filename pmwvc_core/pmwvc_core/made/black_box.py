@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Environments known by their forces only, made from parameters."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+import pmwvc_core.law.black_box.box_energies  # noqa: F401  # joins the families
+from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.compensations import (
+    AsPublished,
+    Corrected,
+    JointLedger,
+    Untreated,
+    compensation_params,
+)
+from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
+from pmwvc_core.law.black_box.seen import resting_seen
+from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
+from pmwvc_core.law.server.body import Body, body_law, wall_law
+from pmwvc_core.law.server.contacts import Contact
+from pmwvc_core.law.server.sampled import weights
+from pmwvc_core.params import ServerParams
+from pmwvc_core.wave import impedance as impedances
+
+Contacts = Sequence[Contact]
+COMPENSATIONS: Mapping[str, Callable[[int], Any]] = {
+    "none": lambda users: Untreated(0),
+    "printed": lambda users: AsPublished((0.0,) * users),
+    "corrected": lambda users: Corrected(0.0),
+    "ledger": lambda users: JointLedger(0.0, 0.0, 0.0),
+}
+
+
+def _visitors(contacts: Contacts, axes: int) -> tuple[Visitor, ...]:
+    return tuple(Visitor(False, (0.0,) * axes, contact) for contact in contacts)
+
+
+def _resting(axes: int) -> Body:
+    return Body((0.0,) * axes, (0.0,) * axes)
+
+
+def _wall(server: ServerParams, contacts: Contacts, axes: int) -> tuple[Wall, Drive]:
+    return Wall(_visitors(contacts, axes), _resting(axes), 0.0), Drive((0.0,) * axes, 0.0)
+
+
+def _driven(server: ServerParams, contacts: Contacts, axes: int) -> tuple[Wall, Drive]:
+    drive = server.active_wall
+    amplitude = (drive.amplitude_m, *(0.0,) * (axes - 1))
+    wall, _ = _wall(server, contacts, axes)
+    return wall, Drive(amplitude, 2.0 * math.pi * drive.frequency_hz)
+
+
+def _cube(server: ServerParams, contacts: Contacts, axes: int) -> tuple[FreeCube, Any]:
+    law = body_law(server.object_mass, server.object_damping, server.period_s)
+    return FreeCube(_visitors(contacts, axes), _resting(axes)), law
+
+
+def _soft(server: ServerParams, contacts: Contacts, axes: int) -> tuple[SoftBody, Any]:
+    soft, rest = server.hunt_crossley, (0.0,) * (axes - 1)
+    dents = tuple(
+        Dent(False, 0.0, 0.0, contact.law.stiffness, (contact.law.inward, *rest))
+        for contact in contacts
+    )
+    face = 0.5 * server.object_size_m
+    return SoftBody(dents), SoftBodyParams(soft.exponent, soft.damping, face)
+
+
+ENVIRONMENTS: Mapping[str, Callable[[ServerParams, Contacts, int], tuple[Any, Any]]] = {
+    "wall": _wall,
+    "wall_with_slope": _wall,
+    "active_wall": _driven,
+    "cube": _cube,
+    "hunt_crossley": _soft,
+}
+SLOPED = ("wall_with_slope", "hunt_crossley")
+
+
+def is_made(server: ServerParams) -> bool:
+    """Tell whether there are laws for environment and compensation."""
+    return server.environment in ENVIRONMENTS and server.compensation in COMPENSATIONS
+
+
+def black_box_params(
+    server: ServerParams, contacts: Contacts, axes: int, *, brakes: bool
+) -> BlackBoxParams:
+    """Return the parameters of a black box and its ports."""
+    _, law = ENVIRONMENTS[server.environment](server, contacts, axes)
+    sloped = server.environment in SLOPED
+    return BlackBoxParams(
+        law,
+        compensation_params(server),
+        wall_law(server.period_s),
+        brakes,
+        *weights(server.integrator, server.period_s),
+        sloped,
+        server.learns and not sloped,
+        tuple(tuple(row) for row in np.eye(axes).tolist()),
+    )
+
+
+def resting_box(
+    server: ServerParams, contacts: Contacts, users_b: Sequence[Any], axes: int
+) -> BlackBox:
+    """Return a black box that nobody touches, given the impedances of the users [N s/m]."""
+    rest = (0.0,) * axes
+    state, _ = ENVIRONMENTS[server.environment](server, contacts, axes)
+    scales = [float(impedances.smallest(b)) / server.period_s for b in users_b]
+    return BlackBox(
+        rest,
+        rest,
+        state,
+        COMPENSATIONS[server.compensation](len(users_b)),
+        tuple(resting_seen(rest, scale) for scale in scales),
+        0.0,
+        -1.0,
+        Accounts(0.0, 0.0, 0.0, 0.0),
+    )
