@@ -66,6 +66,11 @@ def in_order(expression: ast.expr) -> bool:
     )
 
 
+def names_values(expression: ast.expr) -> bool:
+    """Tell whether an expression gives names to values."""
+    return any(isinstance(node, ast.NamedExpr) for node in ast.walk(expression))
+
+
 def uses(expression: ast.expr, name: str) -> int:
     """Return how often a name stands in an expression."""
     return sum(isinstance(node, ast.Name) and node.id == name for node in ast.walk(expression))

@@ -26,6 +26,7 @@ from pmwvc_core.pieces import (
     expression_of,
     in_order,
     is_text,
+    names_values,
     returned,
     uses,
 )
@@ -264,13 +265,16 @@ class _Unrolling(ast.NodeTransformer):
                 continue
             t, inside = self._new(), self._new()
             places.names[argument.arg] = t
-            if in_order(expression) or uses(expression, argument.arg) == 1:
+            # What names a value on its way must be evaluated, whichever way the law goes.
+            once = uses(expression, argument.arg) == 1 and not names_values(value)
+            if in_order(expression) or once:
                 places.first[argument.arg] = inside
                 places.values[inside] = value
             else:
                 heads.append(f"({t} := {ast.unparse(value)})")
         outer = self._of, self._local
         self._enter(law)
+        self._local |= {*places.names.values()}  # of the caller
         body = self.visit(places.visit(expression))
         self._of, self._local = outer
         body = Values(places.values).visit(body)

@@ -16,6 +16,7 @@ Time is an argument: integer nanoseconds of any monotonic clock.
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from pmwvc_core.frame.device_sample import LATE_NS, STALE_NS, DeviceSample
 from pmwvc_core.frame.end import ProtocolEnd, waiting
@@ -24,7 +25,7 @@ from pmwvc_core.frame.schedule import Frames
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.numeric import Value, truth
-from pmwvc_core.params import MasterParams
+from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.transport.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
@@ -92,6 +93,48 @@ class ForceLoop(ProtocolEnd):
         before, it would push the device away from its avatar against a force held back.
         """
         return truth(self.safety.ready)
+
+    @property
+    def next_frame(self) -> int:
+        """Tick with which the next frame starts."""
+        return self.frames.next_frame
+
+    @property
+    def rate_drop(self) -> int:
+        """Ticks of a frame."""
+        return self.frames.rate_drop
+
+    def starts(self, tick: int) -> bool:
+        """Tell whether a tick is the first of its frame to run."""
+        return self.frames.starts(tick)
+
+    @property
+    def max_force(self) -> Value:
+        """Longest force that the device is given [N]."""
+        return self.safety.params.max_force
+
+    @property
+    def state(self) -> Any:
+        """State of the limits."""
+        return self.safety.state
+
+    @property
+    def reason(self) -> Any:
+        """Why they are in that state."""
+        return self.safety.reason
+
+    @property
+    def safety_events(self) -> Any:
+        """How often the limits intervened."""
+        return self.safety.events
+
+    def configure_safety(self, safety: SafetyParams) -> None:
+        """Take other limits over."""
+        self.safety.configure(safety)
+
+    def rearm(self) -> None:
+        """Leave a fault."""
+        self.safety.rearm()
 
     def configure(self, master: MasterParams) -> None:
         """Take other parameters over at a frame start: those of the controller, the rate drop, the

@@ -99,6 +99,38 @@ class ServerStep(ProtocolEnd):
             for user in range(len(self.presence)):
                 self._leave(user)
 
+    @property
+    def flags(self) -> int:
+        """Flags of all packets."""
+        return self.server.flags
+
+    @property
+    def faults(self) -> Any:
+        """What went wrong in environment or coupling."""
+        return self.server.faults
+
+    @property
+    def x_o(self) -> Value:
+        """Position of the object [m]."""
+        return self.server.x_o
+
+    @property
+    def target_m(self) -> Value:
+        """Where the object is to be brought [m]."""
+        return self.target.position_m
+
+    def avatar(self, user: int) -> tuple[Value, Value]:
+        """Return where a user's avatar is [m], and its force on the object [N]."""
+        return self.server.x_s[user], self.server.f_s[user]
+
+    def offset(self, user: int) -> Value:
+        """Return how far an avatar is from its device without a force [m]."""
+        return self.server.ports[user].offset
+
+    def learned(self, user: int) -> Any:
+        """Return (K T + 2B)/b of what a user touches, where its port learns it."""
+        return self.server.learned(user)
+
     def configure(self, params: ServerParams, *, first_s: float) -> None:
         """Take other parameters over before a step.
 

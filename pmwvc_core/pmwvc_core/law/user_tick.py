@@ -73,15 +73,17 @@ class Tick(NamedTuple):
     f: Vector
 
 
-def send(s: User, now_ns: int, sample: Sample, p: UserParams) -> tuple[User, Packet, bool]:
-    """Return the packet of the frame that ends, and whether it is sent."""
+def send(
+    s: User, now_ns: int, sample: Sample, leaves: bool, p: UserParams
+) -> tuple[User, Packet, bool]:
+    """Return the packet of the frame that ends, and whether it is sent; the last one is."""
     port, arrivals, number = s.port, s.arrivals, s.packing.number + 1
     if age_ns(s.sensing, sample, now_ns) <= STALE_NS:
         port = port_measure(port, sample.x, sample.xd, p.port)
     held = held_j(s.limits, p.limits)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held, p.port)
     limited = s.limits.interventions.events
-    about = About(now_ns, lacks(arrivals), waits(arrivals), False, False, arrivals.silence.number,
+    about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves, arrivals.silence.number,
                   limited)  # fmt: skip
     packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
     s = User(s.frames, s.frame_s, packing, arrivals, s.newest, s.servers, port, s.limits,

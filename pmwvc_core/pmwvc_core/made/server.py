@@ -27,11 +27,12 @@ from pmwvc_core.made.black_box import black_box_params, is_made, resting_box
 from pmwvc_core.made.user import arrivals_params
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.made.without_waves import CONTROLLERS
-from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params import ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
+WAVES = "pmwvc"  # the controller
 UNKNOWN = "unknown"  # the coupling of black boxes
 COUPLINGS: Mapping[str, Callable[[float, float], Any]] = {
     "implicit": lambda old_s, new_s: Implicit(0),
@@ -63,17 +64,27 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
 
 def are_made(scenario: "scenarios.Scenario") -> bool:
     """Tell whether there are laws for all that a scenario consists of."""
-    server, controller = scenario.server, scenario.controller
-    masters = [user.master for user in scenario.users]
+    controller = scenario.controller
+    return is_server_made(controller, scenario.server) and all(
+        is_user_made(controller, user.master) for user in scenario.users
+    )
+
+
+def is_user_made(controller: str, master: MasterParams) -> bool:
+    """Tell whether there are laws for a user's end; plug-ins have none."""
+    if controller != WAVES:
+        return controller in CONTROLLERS
+    return not (master.bank.is_on and master.local_model.is_plugin)
+
+
+def is_server_made(controller: str, server: ServerParams) -> bool:
+    """Tell whether there are laws for the server's end; plug-ins have none."""
     if controller in CONTROLLERS:
         return server.environment in OBJECTS
-    if controller != "pmwvc":
-        return False
+    if controller == WAVES and server.coupling == UNKNOWN:
+        return is_made(server)
     known = server.coupling in COUPLINGS and server.environment in OBJECTS
-    boxed = server.coupling == UNKNOWN and is_made(server)
-    return (known or boxed) and all(
-        m.local_model.kind == "spring_damper" for m in masters if m.bank.is_on
-    )
+    return controller == WAVES and known
 
 
 def server_params(

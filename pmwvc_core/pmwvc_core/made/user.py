@@ -88,7 +88,7 @@ def resting_user(
     else:
         port = resting_waves(master, p.port, axes)
     return User(
-        Frames(0, 0),
+        Frames(0, 0, master.rate_drop),
         master.frame_s,
         resting_packing(axes),
         start_of(p.arrivals.plays_on, timeout_s, packet_s),

@@ -63,7 +63,9 @@ def waves_params(
 ) -> StrictMasterParams | PlainMasterParams:
     """Return the parameters of a master behind an impedance [N s/m]."""
     impedance_ = made_impedance(b)
-    position = _position_params(master, impedance_, strict=strict)
+    position: Any = NoPosition(0)
+    if master.position.is_on:
+        position = position_params(master, impedance_, strict=strict)
     filters = filters_params(master, impedance_)
     if strict:
         return StrictMasterParams(
@@ -106,7 +108,7 @@ def resting_waves(
 ) -> StrictMaster | PlainMaster:
     """Return a master at rest."""
     rest, strict = (0.0,) * axes, isinstance(p, StrictMasterParams)
-    position = _resting_position(master, p.position, rest, strict=strict)
+    position = resting_position(master, p.position, rest, strict=strict)
     filters = resting_filters(master, p.filters, axes)
     waves = rest, rest, rest
     if isinstance(p, StrictMasterParams):
@@ -132,10 +134,9 @@ def resting_waves(
     return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, energies)
 
 
-def _position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams | NoPosition:
+def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:
+    """Return the parameters of position feedback."""
     position = master.position
-    if not position.is_on:
-        return NoPosition(0)
     lags = (0.0, 0.0) if strict else (float(filter_lag_s(master)), hold_lag_s(master))
     return PositionParams(
         b,
@@ -151,7 +152,8 @@ def _position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionP
     )
 
 
-def _resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool) -> Any:
+def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool) -> Any:
+    """Return position feedback at rest."""
     if not isinstance(p, PositionParams):
         return p
     if strict:

@@ -103,7 +103,7 @@ class SessionBatch:
                     run,
                     first=user.ticks.first,
                     tick_s=self.tick_s,
-                    safety_events=_of_run(user.loop.safety.events, run),
+                    safety_events=_of_run(user.loop.safety_events, run),
                 )
                 for user, buffer in zip(self.users, self.user_buffers, strict=True)
             ],
@@ -114,7 +114,7 @@ class SessionBatch:
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         add_faults(traces, self.server)
         for i, user in enumerate(traces.users):
-            learned = self.server.server.learned(i)
+            learned = self.server.learned(i)
             if learned is not None:
                 ratio = flatten(learned)[min(run, np.size(learned) - 1)]
                 add_learned(traces, user.name, float(ratio))

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.frame.rows import SIGNALS, FrameReport, ServerRow
-from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array, Integers, Value, where
 from pmwvc_core.simulation.columns import Accounts, Columns
 from pmwvc_core.simulation.ticks import Frame
@@ -199,9 +198,9 @@ def add_learned(traces: SessionTraces, user: str, ratio: float) -> None:
         traces.events.append(event)
 
 
-def add_faults(traces: SessionTraces, server: ServerStep) -> None:
+def add_faults(traces: SessionTraces, server: Any) -> None:
     """Add how often an environment, or the solution of a step, failed, and why at last."""
-    faults = server.server.faults
+    faults = server.faults
     if faults is None or not faults.steps:
         return
     if faults.replaced:

@@ -8,15 +8,15 @@ over. A link as recorded stays as it is.
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
-from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.user import SimulatedUser
 
 
 def hand_over(
     users: Sequence[SimulatedUser],
-    server: ServerStep,
+    server: Any,
     old: Scenario,
     new: Scenario,
     lasts: Callable[[float], float],
@@ -40,7 +40,7 @@ def _change_user(user: SimulatedUser, old: User, new: User) -> None:
     if new.master is not old.master:
         loop.hand_over(partial(loop.configure, new.master))
     if new.safety is not old.safety:
-        loop.hand_over(partial(loop.safety.configure, new.safety))
+        loop.hand_over(partial(loop.configure_safety, new.safety))
     if new.link_up is not old.link_up:
         user.up.configure(new.link_up)
     if new.link_down is not old.link_down:

@@ -3,11 +3,11 @@
 """The traces of a simulated network: packets on both sides of it, their fates and receptions."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.user import SimulatedUser
@@ -26,7 +26,7 @@ class NetworkTraces:
     """
 
     def __init__(
-        self, users: Sequence[SimulatedUser], server: ServerStep, *, runs: int, dof: int
+        self, users: Sequence[SimulatedUser], server: Any, *, runs: int, dof: int
     ) -> None:
         self._tables: list[PacketTable] = []
         self._fates: dict[str, FateTraces] = {}

@@ -3,7 +3,9 @@
 """One user in virtual time: device, hand, force loop, and the links both ways."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
+from pmwvc_core.ends.assembly import user_end_of
 from pmwvc_core.frame.assembly import force_loop_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
@@ -32,7 +34,8 @@ class SimulatedUser:
         conditions: Conditions,
     ) -> None:
         self.settings = user = scenario.users[index]
-        self.loop = force_loop_of(scenario, index, schedule=conditions.schedule)
+        make = force_loop_of if runs > 1 else user_end_of
+        self.loop: Any = make(scenario, index, schedule=conditions.schedule)
         self.up, self.down = links_of(scenario, index, (inbox, self.loop.inbox), conditions.links)
         self.device, self.operator = conditions.device_and_hand(scenario, index, runs)
         tick_ns = round(scenario.tick_s * 1e9)
@@ -64,7 +67,7 @@ class SimulatedUser:
     def run(self, before_ns: int) -> Iterator[Frame]:
         """Run the ticks that are due before an instant [ns], frame by frame."""
         while self.send(before_ns - 1):
-            ends = self.ticks.first + self.loop.frames.next_frame
+            ends = self.ticks.first + self.loop.next_frame
             ticks, over = self.ticks.take(before_ns, ends)
             times_ns = self.ticks.at_ns[ticks.start : ticks.stop]
             yield Frame(ticks, times_ns, self._advance(ticks, times_ns), ends if over else None)

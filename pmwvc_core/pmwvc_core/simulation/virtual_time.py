@@ -9,7 +9,9 @@ where the loops of a recorded session ran.
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
 
+from pmwvc_core.ends.assembly import server_end_of
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.scenario.scenario import Scenario
@@ -47,7 +49,7 @@ class VirtualTime:
         conditions: Conditions = FROM_SCENARIO,
     ) -> None:
         self._present, self.tick_ns = scenario, round(scenario.tick_s * 1e9)
-        self.server = server_step_of(scenario)
+        self.server: Any = (server_step_of if runs > 1 else server_end_of)(scenario)
         self.users = [
             SimulatedUser(scenario, i, ticks=ticks, runs=runs, inbox=inbox, conditions=conditions)
             for i, inbox in enumerate(self.server.inboxes)

@@ -11,10 +11,13 @@ from typing import NamedTuple
 
 
 class Frames(NamedTuple):
-    """The tick with which the next frame starts, and that which takes the next answer."""
+    """The tick with which the next frame starts, that which takes the next answer, and the length
+    on whose grid the frame that starts next lies.
+    """
 
     next_frame: int
     next_answer: int
+    rate_drop: int
 
 
 class FrameParams(NamedTuple):
@@ -32,13 +35,15 @@ def next_on_grid(now: int, every: int, phase: int) -> int:
 
 def begin_frame(s: Frames, tick: int, p: FrameParams) -> tuple[Frames, float]:
     """Begin a frame with a tick; return how long it lasts [s]."""
-    begun = tick - tick % p.rate_drop
+    begun = tick - tick % s.rate_drop
     ends = next_on_grid(tick, p.rate_drop, 0)
-    return Frames(ends, min(begun + p.answer_tick, ends - 1)), (ends - begun) * p.tick_s
+    return Frames(ends, min(begun + p.answer_tick, ends - 1), p.rate_drop), (
+        ends - begun
+    ) * p.tick_s
 
 
 def take_answer(s: Frames, tick: int, p: FrameParams) -> tuple[Frames, bool]:
     """Tell once a frame that the answer is taken with this tick."""
     if tick < s.next_answer:
         return s, False
-    return Frames(s.next_frame, s.next_answer + p.rate_drop), True
+    return Frames(s.next_frame, s.next_answer + p.rate_drop, s.rate_drop), True

@@ -35,6 +35,7 @@ class Packing(NamedTuple):
     sent_integral: Vector  # up to them
     wave: Vector  # of the last packet
     flags: int  # of the last packet
+    events: int  # of the limits, as noted last
 
 
 class PackingParams(NamedTuple):
@@ -53,7 +54,7 @@ class About(NamedTuple):
     anew: bool
     leaves: bool
     echo: int
-    other: int  # flags of no law: a change of them needs a packet
+    events: int  # of the limits: new ones need a packet
 
 
 def packing_params(deadband: DeadbandParams) -> PackingParams:
@@ -65,19 +66,20 @@ def packing_params(deadband: DeadbandParams) -> PackingParams:
 def resting_packing(axes: int) -> Packing:
     """Return a sender that has sent nothing."""
     zero = (0.0,) * axes
-    return Packing(0, zero, 0.0, 0.0, zero, zero, 0)
+    return Packing(0, zero, 0.0, 0.0, zero, zero, 0, 0)
 
 
 def pay(s: Packing, energy_j: float) -> Packing:
     """Let the next packet bring more energy than its wave needs."""
     return Packing(
-        s.number, s.integral, s.energy_j + energy_j, s.held_s, s.sent_integral, s.wave, s.flags
-    )
+        s.number, s.integral, s.energy_j + energy_j, s.held_s, s.sent_integral, s.wave, s.flags,
+        s.events,
+    )  # fmt: skip
 
 
-def flags_of(about: About) -> int:
+def flags_of(about: About, events: int) -> int:
     """Return a number that changes with what a packet says beside its sample."""
-    return about.other * 8 + about.waits * 4 + about.anew * 2
+    return (about.events != events) * 8 + about.waits * 4 + about.anew * 2 + about.leaves
 
 
 def pack(
@@ -86,17 +88,18 @@ def pack(
     """Add a sample; return its packet, and whether that is sent."""
     integral = each(_grown, (s.integral, sent.wave), period_s)
     energy_j = s.energy_j + squared(sent.wave) * (0.5 * period_s)
-    flags = flags_of(about)
+    flags = flags_of(about, s.events)
     number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
     held_back = _is_held_back(s, sent.wave, period_s, flags, p)
     if held_back:
         before = s.sent_integral if held_s > 0.0 else s.integral
-        s = Packing(s.number, integral, energy_j, held_s + period_s, before, s.wave, s.flags)
+        s = Packing(s.number, integral, energy_j, held_s + period_s, before, s.wave, s.flags,
+                    about.events)  # fmt: skip
     else:
         if held_s > 0.0:
             period_s += held_s
             wave = scaled(minus(integral, s.sent_integral), 1.0 / period_s)
-        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags)
+        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags, about.events)
     own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
     packet = Packet(
         number, about.now_ns, period_s, wave, integral, own, sent.position, about.short,

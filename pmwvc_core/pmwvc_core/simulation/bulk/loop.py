@@ -196,7 +196,7 @@ def _sent(s: End, p: EndParams, number: int, tick: int, now_ns: int, packets: Ar
     if tick < s.user.frames.next_frame:
         return s
     sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns)
-    user, packet, _ = send(s.user, now_ns, sample, p.user)
+    user, packet, _ = send(s.user, now_ns, sample, False, p.user)
     _write(packet, 2 * number, s.sent, packets)
     return End(begin(user, tick, p.user), s.device, s.hand, s.acts, s.sent + 1, s.blocks)
 

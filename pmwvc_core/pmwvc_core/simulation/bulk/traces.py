@@ -76,7 +76,7 @@ def _user(run: Run, number: int) -> UserTraces:
     blocks = blocks[: len(ends)]
     causes = blocks[:, 0].astype(np.int64)
     energies = np.concatenate([blocks[:, 4:8], blocks[:, 2:4]], axis=1).T.copy()
-    own = accounts_of_user(run.scenario, user.master)
+    own = accounts_of_user(run.scenario.controller, run.scenario.channel, user.master)
     return UserTraces(
         name=user.name,
         tick_s=tick_s,
@@ -103,7 +103,9 @@ def _server(run: Run) -> ServerTraces:
     first = 4 + 4 * len(users)
     accounts = {
         entry.name: book.energies[:, first + k].copy()
-        for k, entry in enumerate(accounts_of_server(scenario))
+        for k, entry in enumerate(
+            accounts_of_server(scenario.controller, scenario.channel, scenario.server)
+        )
     }
     return ServerTraces(
         users=[user.name for user in scenario.users],

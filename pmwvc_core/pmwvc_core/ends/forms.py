@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Signals and packets in the two forms they have: outside and in the laws.
+
+Outside a signal of one axis is a float, one of several an array ``(dof,)``; in the laws both are
+tuples.
+"""
+
+import numpy as np
+
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.vectors import Vector
+from pmwvc_core.numeric import Value
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, FLAG_WAITING, WavePacket
+
+
+def vector(value: Value) -> Vector:
+    """Return a signal as the laws have it."""
+    if isinstance(value, np.ndarray):
+        return tuple(value.tolist()) if value.ndim else (float(value),)
+    return (float(value),)
+
+
+def value(signal: Vector) -> Value:
+    """Return a signal of the laws as others have it."""
+    return signal[0] if len(signal) == 1 else np.array(signal)
+
+
+def known(packet: WavePacket, *, fresh: bool, lost: int) -> Packet:
+    """Return an accepted packet as the laws have it."""
+    flags = packet.flags
+    return Packet(
+        packet.seq,
+        packet.sent_ns,
+        packet.period,
+        vector(packet.wave),
+        vector(packet.integral),
+        float(packet.energy),
+        vector(packet.position),
+        bool(packet.short),
+        bool(flags & FLAG_WAITING),
+        bool(flags & FLAG_ANEW),
+        bool(flags & FLAG_LEAVING),
+        (),
+        packet.echo_seq,
+        fresh,
+        lost,
+        packet.epoch,
+    )
+
+
+def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) -> WavePacket:
+    """Return a packet of the laws for the link: its sender's life, flags of no law, and the echo
+    of what came (:meth:`pmwvc_core.transport.receiver.Receiver.echo`).
+    """
+    flags |= packet.waits * FLAG_WAITING | packet.anew * FLAG_ANEW | packet.leaves * FLAG_LEAVING
+    return WavePacket(
+        epoch,
+        packet.number,
+        packet.sent_ns,
+        packet.period_s,
+        value(packet.wave),
+        value(packet.integral),
+        packet.energy_j,
+        value(packet.position),
+        *echo,
+        flags,
+        short=packet.short,
+    )

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The receiver of an end: it judges packets, and hands those accepted to the laws."""
+
+from collections.abc import Iterable
+
+from pmwvc_core.controllers.library import has_waves, is_strict
+from pmwvc_core.ends.forms import known
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.wave.impedance import Impedance
+from pmwvc_core.wave.limits import largest_wave
+
+LONGEST_PERIOD_S = 10.0  # of a packet on the strict channel
+ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
+
+
+class Inbox(Receiver):
+    """The receiver of a session's controller and channel at a port of some impedance [N s/m].
+
+    Attributes
+    ----------
+    other_controller
+        Packets of another kind of controller, which are ignored.
+    """
+
+    def __init__(
+        self,
+        controller: str,
+        channel: str,
+        dof: int,
+        impedance: Impedance,
+        *,
+        period_s: float,
+        timeout_s: float,
+    ) -> None:
+        self._waves = has_waves(controller)
+        longest = largest_wave(impedance, waves=self._waves)
+        super().__init__(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+        self.flags = 0 if self._waves else FLAG_DIRECT  # of packets that this end sends
+        self._any_period = is_strict(controller, channel)
+        self.other_controller = 0
+
+    def take(self, packets: Iterable[WavePacket], now_ns: int) -> list[Packet]:
+        """Return those accepted, in the order of their arrival."""
+        taken = []
+        for packet in packets:
+            if packet.refusal is None and (packet.flags ^ self.flags) & FLAG_DIRECT:
+                self.other_controller += 1
+                continue
+            lost = self.lost
+            verdict = self.push(packet, now_ns)
+            if verdict is ACCEPTED or verdict is NEW_EPOCH:
+                fresh = verdict is NEW_EPOCH
+                taken.append(known(packet, fresh=fresh, lost=self.lost - lost))
+        return taken
+
+    def match(self, impedance: Impedance) -> None:
+        """Expect the waves of a port of another impedance [N s/m]."""
+        self.max_wave = largest_wave(impedance, waves=self._waves)
+
+    def expect(self, silence_ns: int) -> None:
+        """Count the other end as silent after so long."""
+        self._silence_ns = silence_ns
+
+    def _lasts(self, period_s: float) -> bool:
+        if self._any_period:
+            return 0.0 < period_s <= LONGEST_PERIOD_S
+        return super()._lasts(period_s)

@@ -1,0 +1,330 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server's end of a session: what :mod:`pmwvc_core.law.server_step` has in order, with the
+packets, changes and observers.
+
+A user joins with its first packet (or with a new epoch: it was restarted), is rendered a matched
+damper while it is silent (braked on the strict channel, also while it does not hear the server),
+and leaves with its last packet or after ``release_s`` of silence.
+Time is an argument: integer nanoseconds of any monotonic clock.
+"""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from pmwvc_core.ends.changes import Changes
+from pmwvc_core.ends.forms import message, value
+from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
+from pmwvc_core.law.channel.arrivals import arrivals_of, arrive
+from pmwvc_core.law.channel.packet import Packet, Sent
+from pmwvc_core.law.channel.packing import About, pack
+from pmwvc_core.law.server.energies import environment_energies, port_shown
+from pmwvc_core.law.server.server_port import UserPort, changed_port, left
+from pmwvc_core.law.server_step import ABSENT, server_step
+from pmwvc_core.law.vectors import zero
+from pmwvc_core.made.accounts import accounts_of_server
+from pmwvc_core.made.server import resting_server, server_params
+from pmwvc_core.made.server_changes import changed_server
+from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import ContactParams, ServerParams, TaskParams
+from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.plant.task import Task
+from pmwvc_core.scenario.scenario import User
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
+from pmwvc_core.unrolled import unrolled
+from pmwvc_core.wave.impedance import Impedance
+
+PRESENCES = tuple(Presence)  # by their numbers, which are those of the law
+
+
+class ServerEnd:
+    """All users' ports around one environment.
+
+    Parameters
+    ----------
+    users
+        Of each the side, contact, baseline, and the impedance and frame of the master.
+    controller, channel, dof, server, task
+        Of the session.
+    times
+        Silence, release and start.
+    epochs
+        Of the packets to each user.
+    idle_until_joined
+        Whether steps begin with the first user rather than with the first tick.
+
+    Attributes
+    ----------
+    params, period_s
+        Parameters of the server, and time of the present step [s].
+    inboxes
+        One receiver per user.
+    steps
+        Steps made so far.
+    paused
+        Whether it stands still.
+    """
+
+    faults = None  # with an environment from outside
+
+    def __init__(
+        self,
+        users: Sequence[User],
+        *,
+        controller: str,
+        channel: str,
+        dof: int,
+        server: ServerParams,
+        task: TaskParams,
+        times: ServerTimes,
+        epochs: Sequence[int],
+        idle_until_joined: bool = False,
+    ) -> None:
+        self._users, self.params, self._epochs = list(users), server, list(epochs)
+        self._session: dict[str, Any] = {
+            "controller": controller,
+            "channel": channel,
+            "times": times,
+            "axes": dof,
+        }
+        self._p = self._made(server.period_s)
+        s = resting_server(users, self._p, controller=controller, server=server, axes=dof)
+        rest = (0.0,) * dof
+        guests = (guest._replace(arrivals=arrivals_of(guest.arrivals, rest)) for guest in s.guests)
+        self._s = s._replace(guests=tuple(guests))
+        self.inboxes = [
+            Inbox(
+                controller,
+                channel,
+                dof,
+                user.server_impedance,
+                period_s=user.master.frame_s,
+                timeout_s=times.timeout_s,
+            )
+            for user in users
+        ]
+        self._step = unrolled(server_step, dof)
+        self._task, self._dof = Task(task), dof
+        self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
+        self._changes = Changes()
+        self.hand_over = self._changes.hand_over
+        self.steps = 0
+        self.paused = False
+        self._idle = idle_until_joined
+
+    def _made(self, period_s: float) -> Any:
+        server = dataclasses.replace(self.params, period_s=period_s)
+        return server_params(self._users, server=server, **self._session)
+
+    @property
+    def period_s(self) -> float:
+        """Time of the present step [s]."""
+        return self._p.period_s  # type: ignore[no-any-return]
+
+    @property
+    def presence(self) -> list[Presence]:
+        """State of every user."""
+        return [PRESENCES[guest.presence] for guest in self._s.guests]
+
+    @property
+    def changes(self) -> int:
+        """Steps that took changes over."""
+        return self._changes.made
+
+    @property
+    def other_controller(self) -> int:
+        """Packets of another kind of controller, which are ignored."""
+        return sum(inbox.other_controller for inbox in self.inboxes)
+
+    @property
+    def flags(self) -> int:
+        """Flags of all packets."""
+        return self.inboxes[0].flags
+
+    @property
+    def x_o(self) -> Value:
+        """Position of the object [m]."""
+        return value(self._s.environment.body.x)
+
+    @property
+    def target_m(self) -> Value:
+        """Where the object is to be brought [m]."""
+        time_s = self._s.task_s
+        return self._task.offset(max(time_s, 0.0) if time_s < math.inf else 0.0, dof=self._dof)
+
+    def avatar(self, user: int) -> tuple[Value, Value]:
+        """Return where a user's avatar is [m], and its force on the object [N]."""
+        port = self._s.environment.ports[user]
+        return value(port.x_s), value(port.avatar.f)
+
+    def offset(self, user: int) -> Value:
+        """Return how far an avatar is from its device without a force [m]."""
+        return value(self._s.environment.ports[user].offset)
+
+    def learned(self, user: int) -> float | None:
+        """Return (K T + 2B)/b of what a user touches, where its port learns it."""
+        p, s = self._p.environment, self._s.environment
+        return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
+
+    def pause(self, paused: bool) -> None:
+        """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
+        meanwhile is not where its avatar was.
+        """
+        self.paused = paused
+        if paused:
+            e = self._s.environment
+            ports, dropped_j = zip(*map(left, e.ports), strict=True)
+            e = e._replace(ports=ports, dissipated_j=e.dissipated_j + sum(dropped_j))
+            guests = tuple(guest._replace(presence=ABSENT) for guest in self._s.guests)
+            self._s = self._s._replace(guests=guests, environment=e)
+
+    def configure(self, params: ServerParams, *, first_s: float) -> None:
+        """Take other parameters over before a step.
+
+        Parameters
+        ----------
+        params
+            Of the server.
+        first_s
+            Time of the step that begins [s]; another one than the period where that changes and
+            the steps after it lie on another grid.
+        """
+        self.params = params
+        regular = math.isclose(first_s, params.period_s)
+        self._last(params.period_s if regular else first_s)
+
+    def _last(self, period_s: float) -> None:
+        """Let the steps from here on last so long [s]."""
+        p = self._made(period_s)
+        self._s = self._s._replace(environment=changed_server(self._s.environment, self._p, p))
+        self._p = p
+
+    def configure_user(self, user: int, contact: ContactParams, impedance: Impedance) -> None:
+        """Take other parameters of a user's contact, port and sender over."""
+        self._users[user] = dataclasses.replace(self._users[user], contact=contact)
+        e = self._s.environment
+        stiffness, damping = contact.contact_stiffness, contact.contact_damping
+        b = made_impedance(impedance)
+        port, lost_j = changed_port(e.ports[user], stiffness, damping, b)
+        ports = (*e.ports[:user], port, *e.ports[user + 1 :])
+        e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
+        self._s = self._s._replace(environment=e)
+        arrivals = [guest.arrivals for guest in self._p.guests]
+        self._p = self._made(self.period_s)
+        # What a receiver was made for stays; the longest wave is the receiver's to know.
+        guests = zip(self._p.guests, arrivals, strict=True)
+        kept = tuple(guest._replace(arrivals=of) for guest, of in guests)
+        self._p = self._p._replace(guests=kept)
+        self.inboxes[user].match(impedance)
+
+    def tick(
+        self, now_ns: int, packets: Sequence[Iterable[WavePacket]], missed_s: float = 0.0
+    ) -> tuple[list[WavePacket | None], ServerRow | None]:
+        """Take in what has arrived, advance the environment by its period, answer.
+
+        Parameters
+        ----------
+        packets
+            Of each user, arrived since the last step, in the order of arrival.
+        missed_s
+            For how long steps that were due before this one did not run [s].
+
+        Returns
+        -------
+        tuple
+            Each user's answer (None for an absent one, but where its sender has to prove itself,
+            and where the deadband holds it back), and the server after the step (None while it
+            waits for the first user, or is paused).
+        """
+        if self.period_s != self.params.period_s:
+            self._last(self.params.period_s)
+        self._changes.take()
+        pairs = zip(self.inboxes, packets, strict=True)
+        taken = tuple(inbox.take(arrived, now_ns) for inbox, arrived in pairs)
+        nothing: list[WavePacket | None] = [None for _ in self.inboxes]
+        if self.paused:
+            self._note(now_ns, taken)
+            return nothing, None
+        if self._idle and not any(taken):
+            return nothing, None
+        self._idle = False
+        self.steps += 1
+        self._s, answers = self._step(self._s, now_ns, taken, missed_s, self._p)
+        self._expect()
+        sent: list[WavePacket | None] = []
+        for user, answer in enumerate(answers):
+            inbox, absent = self.inboxes[user], self._s.guests[user].presence == ABSENT
+            if answer.sends:
+                echo = inbox.echo(now_ns)
+                sent.append(message(answer.packet, self._epochs[user], inbox.flags, echo))
+            else:
+                asks = absent and inbox.challenges(now_ns)
+                sent.append(self._challenge(user, now_ns) if asks else None)
+        return sent, self._row()
+
+    def _note(self, now_ns: int, packets: Sequence[list[Packet]]) -> None:
+        """Count what comes while nothing is stepped."""
+        guests = []
+        for guest, p, taken in zip(self._s.guests, self._p.guests, packets, strict=True):
+            arrivals = guest.arrivals
+            for packet in taken:
+                arrivals = arrive(arrivals, packet, now_ns, p.arrivals)
+            guests.append(guest._replace(arrivals=arrivals))
+        self._s = self._s._replace(guests=tuple(guests))
+        self._expect()
+
+    def _expect(self) -> None:
+        """Tell the receivers from when on users are silent."""
+        for inbox, guest in zip(self.inboxes, self._s.guests, strict=True):
+            inbox.expect(guest.arrivals.silence.limit_ns)
+
+    def _challenge(self, user: int, now_ns: int) -> WavePacket:
+        """Ask a sender that has to prove itself, with a packet of nothing."""
+        guest, inbox = self._s.guests[user], self.inboxes[user]
+        port = self._s.environment.ports[user]
+        rest = zero(port.x_s)
+        about = About(now_ns, False, False, guest.anew, False, 0, 1)
+        sent = Sent(rest, rest, port.sums.account_j, port.extra)
+        packing, packet, _ = pack(
+            guest.packing, sent, self.period_s, about, self._p.guests[user].packing
+        )
+        guests = list(self._s.guests)
+        guests[user] = guest._replace(packing=packing)
+        self._s = self._s._replace(guests=tuple(guests))
+        flags = inbox.flags | FLAG_CHALLENGE
+        return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
+
+    def _row(self) -> ServerRow:
+        """Return the server as it is now."""
+        p, e = self._p.environment, self._s.environment
+        kinetic, potential, *accounts = environment_energies(p, e)
+        ports = [_port_row(port, port_shown(p, e, i)) for i, port in enumerate(e.ports)]
+        return ServerRow(
+            value(e.body.x),
+            value(e.body.xd),
+            self.target_m,
+            kinetic,
+            potential,
+            e.dissipated_j,
+            ports,
+            tuple(self.presence),
+            dict(zip(self._accounts, accounts, strict=False)),
+        )
+
+
+def _port_row(port: UserPort, shown: Any) -> PortRow:
+    a = port.avatar
+    return PortRow(
+        value(port.x_s),
+        value(a.xd),
+        value(a.f),
+        value(a.u),
+        value(shown.v_s),
+        port.sums.u_j,
+        port.sums.v_j,
+        shown.touches,
+    )

@@ -1,0 +1,291 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The master's end of a session: what :mod:`pmwvc_core.law.user_tick` has in order, with packets,
+changes and observers.
+
+::
+
+    tick 0 of a frame     the packet: the port's wave of the ticks before; changes
+    every tick            packets to the receiver; motion -> port -> limits -> force
+    answer tick           the newest wave to the port, once a frame
+
+Time is an argument: integer nanoseconds of any monotonic clock.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from pmwvc_core.ends.changes import Changes
+from pmwvc_core.ends.forms import message, value, vector
+from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.rows import FrameReport, Row
+from pmwvc_core.frame.schedule import FrameSchedule
+from pmwvc_core.law.channel.arrivals import arrivals_of
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
+from pmwvc_core.law.port.sensing import NEVER_NS, Sample
+from pmwvc_core.law.safety.limits import rearm
+from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.made.accounts import accounts_of_user
+from pmwvc_core.made.user import resting_user, user_params
+from pmwvc_core.made.user_changes import changed_master, changed_safety
+from pmwvc_core.master.safety.states import state_of, text_of
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import MasterParams, SafetyParams
+from pmwvc_core.scenario.scenario import User
+from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
+from pmwvc_core.unrolled import unrolled
+
+NO_PACKETS: list[Packet] = []
+
+
+class UserEnd:
+    """One user's force loop.
+
+    Parameters
+    ----------
+    user
+        Of it master, baseline and safety.
+    controller, channel, dof, server_period_s
+        Of the session: controller and channel by name, axes, time step of the server [s].
+    epoch
+        Of this life of the sender.
+    schedule
+        Phases of a frame.
+    workspace_m
+        Half extent that the device declares [m].
+
+    Attributes
+    ----------
+    inbox
+        The receiver of the returning packets.
+    ended
+        State and energies when the last frame ended, its last packet included.
+    """
+
+    def __init__(
+        self,
+        user: User,
+        *,
+        controller: str,
+        channel: str,
+        dof: int,
+        server_period_s: float,
+        epoch: int,
+        schedule: FrameSchedule,
+        workspace_m: float | None = None,
+    ) -> None:
+        self._user, self._epoch, self._schedule = user, epoch, schedule
+        self._session: dict[str, Any] = {
+            "controller": controller,
+            "channel": channel,
+            "packet_s": server_period_s,
+            "workspace_m": workspace_m,
+        }
+        self._p = self._made()
+        rest = (0.0,) * dof
+        s = resting_user(user, self._p, controller=controller, axes=dof, packet_s=server_period_s)
+        self._s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
+        self.inbox = Inbox(
+            controller,
+            channel,
+            dof,
+            user.impedance,
+            period_s=server_period_s,
+            timeout_s=user.safety.timeout_s,
+        )
+        self._accounts: list[str] = []
+        self._name_accounts()
+        self._tick, self._send, self._begin = (
+            unrolled(law, dof) for law in (user_tick, send, begin)
+        )
+        self.ended: FrameReport | None = None
+        self._changes = Changes()
+        self.hand_over = self._changes.hand_over
+        self._measured_ns = NEVER_NS
+
+    def _made(self) -> Any:
+        master = self._user.master
+        answer_tick = self._schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
+        return user_params(self._user, answer_tick=answer_tick, **self._session)
+
+    def _name_accounts(self) -> None:
+        """Name the energies of the port; one that was ever kept goes on."""
+        kept = accounts_of_user(
+            self._session["controller"], self._session["channel"], self._user.master
+        )
+        if len(kept) >= len(self._accounts):
+            self._accounts = [entry.name for entry in kept]
+
+    @property
+    def rate_drop(self) -> int:
+        """Ticks of a frame."""
+        return self._p.frames.rate_drop  # type: ignore[no-any-return]
+
+    @property
+    def next_frame(self) -> int:
+        """Tick with which the next frame starts."""
+        return self._s.frames.next_frame
+
+    @property
+    def ready(self) -> bool:
+        """True once the server has answered and the soft start is over.
+
+        From then on a simulated hand may act against the force that the controller renders;
+        before, it would push the device away from its avatar against a force held back.
+        """
+        return self._s.limits.fading.ready
+
+    @property
+    def coupled(self) -> bool:
+        """Whether the server had answered and the soft start was over when an answer was taken."""
+        return self._s.coupled
+
+    @property
+    def x(self) -> Value:
+        """Last valid position [m]."""
+        return value(self._s.sensing.x)
+
+    @property
+    def late_samples(self) -> int:
+        """Ticks so far with an old sample, or none."""
+        return self._s.sensing.late
+
+    @property
+    def changes(self) -> int:
+        """Frames that took changes over."""
+        return self._changes.made
+
+    @property
+    def other_controller(self) -> int:
+        """Packets of another kind of controller, which are ignored."""
+        return self.inbox.other_controller
+
+    @property
+    def max_force(self) -> float:
+        """Longest force that the device is given [N]."""
+        return self._p.limits.max_force  # type: ignore[no-any-return]
+
+    @property
+    def state(self) -> int:
+        """State of the limits."""
+        return int(state_of(self._s.limits.cause))
+
+    @property
+    def reason(self) -> str:
+        """Why they are in that state."""
+        return str(text_of(self._s.limits.cause, self._user.safety))
+
+    @property
+    def safety_events(self) -> int:
+        """How often the limits intervened."""
+        return self._s.limits.interventions.events
+
+    def configure(self, master: MasterParams) -> None:
+        """Take other parameters of the master over, at a frame start."""
+        old = self._user.master
+        self._user = dataclasses.replace(self._user, master=master)
+        self._s, self._p = changed_master(self._s, self._p, self._made(), old, master)
+        self._name_accounts()
+
+    def configure_safety(self, safety: SafetyParams) -> None:
+        """Take other limits over, at a frame start."""
+        self._user = dataclasses.replace(self._user, safety=safety)
+        self._s, self._p = changed_safety(self._s, self._p, self._made())
+        self.inbox.expect(self._s.arrivals.silence.limit_ns)
+
+    def rearm(self) -> None:
+        """Leave a fault; the force starts from zero again."""
+        self._s = self._s._replace(limits=rearm(self._s.limits))
+
+    def starts(self, tick: int) -> bool:
+        """Tell whether a tick is the first of its frame to run."""
+        return tick >= self._s.frames.next_frame
+
+    def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
+        """Return the packet where a frame starts with this tick; None inside a frame, and where
+        the deadband holds it back.
+
+        ``tick`` does this itself. A caller whose answers come within the same instant calls it
+        before: the packet leaves, the answer arrives, the tick begins.
+        """
+        if not self.starts(tick):
+            return None
+        packet = self._sent(now_ns, self._known(sample, now_ns), leaves=False)
+        self._changes.take()
+        self._s = self._begin(self._s, tick, self._p)
+        return packet
+
+    def tick(
+        self, tick: int, now_ns: int, sample: DeviceSample, packets: Sequence[WavePacket]
+    ) -> tuple[Value, WavePacket | None, Row]:
+        """Run one tick.
+
+        Parameters
+        ----------
+        tick
+            Its number; frames start at the multiples of the rate drop.
+        sample
+            Of the device at the start of the tick. Where it cannot be trusted (not valid, or
+            older than ``STALE_NS``), no force is rendered, and after it the force rises from zero.
+        packets
+            Arrived since the last tick, in the order of arrival.
+
+        Returns
+        -------
+        tuple
+            Force that the device may render until the next tick [N]; packet to send, at a frame
+            start; signals of the tick (``SIGNALS``).
+        """
+        packet = None
+        if self.starts(tick):
+            packet = self.start_frame(tick, now_ns, sample)
+            self.ended = self.report()
+        taken = self.inbox.take(packets, now_ns) if packets else NO_PACKETS
+        sensed = self._known(sample, now_ns)
+        self._s, out = self._tick(self._s, tick, now_ns, sensed, taken, self._p)
+        if taken:
+            self.inbox.expect(self._s.arrivals.silence.limit_ns)
+        u_m, u_m_lp, v_m = port_signals(self._s.port)
+        if len(out.f) == 1:
+            signals = sample.f_h, out.f_m[0], out.f[0], u_m[0], u_m_lp[0], v_m[0]
+            return out.f[0], packet, (sample.x, sample.xd, *signals)
+        f, arrays = value(out.f), (value(u_m), value(u_m_lp), value(v_m))
+        return f, packet, (sample.x, sample.xd, sample.f_h, value(out.f_m), f, *arrays)
+
+    def leave(self, now_ns: int) -> WavePacket:
+        """Return the last packet: the user leaves."""
+        x = self._s.sensing.x
+        packet = self._sent(now_ns, Sample(x, x, False, NEVER_NS), leaves=True)
+        assert packet is not None  # no deadband holds a goodbye back
+        return packet
+
+    def report(self) -> FrameReport:
+        """Return safety state and energies as they are now."""
+        s = self._s
+        energies = port_energies(s.port, s.arrivals, self._p.port)
+        accounts = dict(zip(self._accounts, energies[4:], strict=False))
+        u_m, u_tx, v_rx, v_m = energies[:4]
+        return FrameReport(self.state, self.reason, u_m, u_tx, v_rx, v_m, accounts)
+
+    def _known(self, sample: DeviceSample, now_ns: int) -> Sample:
+        """Return a sample as the laws have it."""
+        if sample.fresh:
+            self._measured_ns = now_ns if sample.measured_ns is None else sample.measured_ns
+        x, xd = sample.x, sample.xd
+        if type(x) is float and type(xd) is float:
+            return Sample((x,), (xd,), sample.valid, self._measured_ns)
+        return Sample(vector(x), vector(xd), sample.valid, self._measured_ns)
+
+    def _sent(self, now_ns: int, sample: Sample, *, leaves: bool) -> WavePacket | None:
+        """Send what a frame leaves."""
+        echo, before = self.inbox.echo(now_ns), self._s.packing.events
+        self._s, packet, sends = self._send(self._s, now_ns, sample, leaves, self._p)
+        if not sends:
+            return None
+        events, flags = self.safety_events, self.inbox.flags
+        if events != before and not leaves:
+            flags |= FLAG_LIMITED
+        return message(packet, self._epoch, flags, echo)
