@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The force loop in real time: it gives :class:`pmwvc_core.frame.force_loop.ForceLoop` samples,
+"""The force loop in real time: it gives :class:`pmwvc_core.ends.user_end.UserEnd` samples,
 packets and times on the grid of the monotonic clock that all processes of a machine share. No ROS
 here: the wires to the outside are an argument.
 """
@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from pmwvc_core.frame.force_loop import ForceLoop
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
 from pmwvc_master.blocks import TraceBlocks, Wires
@@ -25,7 +25,7 @@ class MasterLoop:
 
     def __init__(
         self,
-        protocol: ForceLoop,
+        protocol: UserEnd,
         device: HapticDevice,
         *,
         wires: Wires,
@@ -41,7 +41,7 @@ class MasterLoop:
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self._clock = clock
-        ticks = protocol.frames.rate_drop
+        ticks = protocol.rate_drop
         self._trace = TraceBlocks(ticks, dof, self.work, lambda b: wires.publish_trace(b, self))
         self._begun = False
 
@@ -60,21 +60,21 @@ class MasterLoop:
             self.device.stop()
         finally:
             self.link.send(self.protocol.leave(self._clock()))
-            self._trace.close(self.protocol.report(), self.protocol.frames.rate_drop)
+            self._trace.close(self.protocol.report(), self.protocol.rate_drop)
             self._trace.publish()
 
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
         protocol = self.protocol
-        if not self._begun and tick.grid % protocol.frames.rate_drop:
+        if not self._begun and tick.grid % protocol.rate_drop:
             return  # begin with a whole frame
         self._begun = True
-        starts, coupled = protocol.frames.starts(tick.grid), protocol.coupled
+        starts, coupled = protocol.starts(tick.grid), protocol.coupled
         self.missed += tick.skipped
         sample = self.device.read(tick.due_ns)
         self.work.moved(protocol.x, sample)
         if tick.skipped and not starts:
-            self._trace.close(protocol.report(), protocol.frames.rate_drop)
+            self._trace.close(protocol.report(), protocol.rate_drop)
         packets = self.link.take()
         looked_ns = self._clock()
         f, packet, row = protocol.tick(tick.grid, looked_ns, sample, packets)
@@ -82,11 +82,11 @@ class MasterLoop:
         if packet is not None:
             self.link.send(packet)
         if starts:
-            self._trace.close(protocol.ended, protocol.frames.rate_drop)
+            self._trace.close(protocol.ended, protocol.rate_drop)
         if protocol.coupled and not coupled:
             self.device.couple()
         self.work.held = f, sample.f_h
-        last = tick.grid + 1 == protocol.frames.next_frame
+        last = tick.grid + 1 == protocol.next_frame
         if self._trace.reaches(TRACE_TICK, last=last):
             self._trace.publish()
         if self._trace.reaches(MOTION_TICK, last=last):

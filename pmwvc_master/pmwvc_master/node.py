@@ -91,7 +91,7 @@ class Master:
     def _use_profile(self) -> None:
         """Show the force limit that holds; warn of parameters that do not fit the device."""
         node, asked = self.node, self.settings.safety.max_force
-        allowed = self.loop.protocol.safety.params.max_force
+        allowed = self.loop.protocol.max_force
         if allowed < asked:
             node.get_logger().warning(
                 f"safety.max_force = {asked:g} N: lowered to the device's limit of {allowed:g} N"
@@ -128,12 +128,12 @@ class Master:
         self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:
-        safety = self.loop.protocol.safety
-        self.loop.protocol.hand_over(lambda: safety.configure(params))
+        protocol = self.loop.protocol
+        protocol.hand_over(lambda: protocol.configure_safety(params))
 
     def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Let the force come back after a fault."""
-        self.loop.protocol.hand_over(self.loop.protocol.safety.rearm)
+        self.loop.protocol.hand_over(self.loop.protocol.rearm)
         response.success = True
         response.message = "force rises from zero once the device is slow enough"
         return response
@@ -142,24 +142,24 @@ class Master:
         """Return level, text and values of the diagnostics, once a second."""
         loop = self.loop
         values, missed = self._watch.look()
-        safety, inbox = loop.protocol.safety, loop.protocol.inbox
+        protocol = loop.protocol
         late, self._late = loop.protocol.late_samples - self._late, loop.protocol.late_samples
-        state = STATES[int(safety.state)]
+        state = STATES[int(protocol.state)]
         values |= {
             "device samples": loop.work.samples,
             LATE_SAMPLES: loop.protocol.late_samples,
             "state": state,
-            "reason": safety.reason,
-            "safety events": safety.events,
+            "reason": protocol.reason,
+            "safety events": protocol.safety_events,
             "packets of another controller": loop.protocol.other_controller,
             "real time": str(loop.report or "not requested yet"),
         }
-        values |= diagnostics(inbox, out="up", into="down")
+        values |= diagnostics(protocol.inbox, out="up", into="down")
         wrong, peers = self._peers.look()
         values |= peers
         wrong += [f"{missed} deadlines missed"] if missed else []
         wrong += [f"{LATE_SAMPLES}: {late}"] if late else []
-        text = f"{state}: {safety.reason}" if safety.reason else state
+        text = f"{state}: {protocol.reason}" if protocol.reason else state
         text = "; ".join([text, *wrong])
         if state == "fault":
             return ERROR, text, values

@@ -10,9 +10,9 @@ from typing import Any
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import is_strict
+from pmwvc_core.ends.assembly import make_user_end
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.frame.assembly import make_force_loop
-from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.safety.changes import check_change
@@ -63,9 +63,9 @@ class MasterSettings(User):
         if wrong:
             raise ParameterError(f"master.deadband.{wrong}")
 
-    def make_force_loop(self, epoch: int, info: DeviceInfo) -> ForceLoop:
+    def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:
         """Return this user's end of the protocol, for a device that declares this of itself."""
-        return make_force_loop(
+        return make_user_end(  # type: ignore[no-any-return]
             replace(self, safety=limits_of(info, self.safety)),
             controller=self.controller,
             channel=self.channel,

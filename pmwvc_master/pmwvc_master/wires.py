@@ -70,7 +70,7 @@ class RosWires:
                 state=block.state,
                 reason=block.reason,
                 missed=loop.missed,
-                safety_events=int(loop.protocol.safety.events),
+                safety_events=int(loop.protocol.safety_events),
                 hand_force_known=self._hand_force_known,
                 energy=block.energy,
                 accounts=block.accounts,

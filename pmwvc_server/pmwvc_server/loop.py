@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server's loop in real time: one step of the environment per period.
 
-:class:`pmwvc_core.frame.server_step.ServerStep` has the protocol; this file gives it packets and
+:class:`pmwvc_core.ends.server_end.ServerEnd` has the protocol; this file gives it packets and
 times, :data:`pmwvc_core.frame.schedule.LIVE` after the frame starts on the grid of the monotonic
 clock that all processes of a machine share. Steps begin with the first user. No ROS here: the
 wires to the outside are an argument.
@@ -13,9 +13,9 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.frame.schedule import LIVE, next_on_grid
-from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
@@ -33,7 +33,7 @@ class ServerLoop:
     """
 
     def __init__(
-        self, protocol: ServerStep, *, wires: Wires, clock: Callable[[], int] = time.monotonic_ns
+        self, protocol: ServerEnd, *, wires: Wires, clock: Callable[[], int] = time.monotonic_ns
     ) -> None:
         self.protocol = protocol
         self.wires = wires

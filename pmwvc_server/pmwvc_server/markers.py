@@ -47,13 +47,13 @@ class Scene:
 
     def markers(self, loop: ServerLoop, stamp: Any) -> MarkerArray:
         """Return the scene after the last step."""
-        server, presence = loop.protocol.server, list(loop.protocol.presence)
+        end, presence = loop.protocol, loop.protocol.presence
         size = self._size_m
         cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
-        cube.pose.position = self._point(server.x_o)
+        cube.pose.position = self._point(end.x_o)
         cube.scale = Vector3(x=size, y=size, z=size)
         target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
-        target.pose.position = self._point(loop.protocol.target.position_m)
+        target.pose.position = self._point(end.target_m)
         target.scale = Vector3(x=1.02 * size, y=1.02 * size, z=1.02 * size)
         found = [cube, target]
         for user, name in enumerate(self._users):
@@ -64,14 +64,14 @@ class Scene:
         self, loop: ServerLoop, user: int, name: str, presence: Presence, stamp: Any
     ) -> list[Marker]:
         """Return a user's avatar and the force it exerts on the object; nothing while absent."""
-        server, color = loop.protocol.server, COLORS[user % len(COLORS)]
+        color = COLORS[user % len(COLORS)]
         opacity = 0.4 if presence is Presence.DAMPING else 1.0
         avatar = _marker(f"{name}/avatar", user, Marker.SPHERE, stamp, color, opacity)
         force = _marker(f"{name}/force", user, Marker.ARROW, stamp, color, opacity)
         if presence is Presence.ABSENT:
             avatar.action = force.action = Marker.DELETE
             return [avatar, force]
-        x, f = flatten(server.x_s[user]), flatten(server.f_s[user])
+        x, f = map(flatten, loop.protocol.avatar(user))
         avatar.pose.position = self._point(x)
         avatar.scale = Vector3(x=AVATAR_M, y=AVATAR_M, z=AVATAR_M)
         force.points = [self._point(x), self._point(x + f * ARROW_M_PER_N)]

@@ -139,7 +139,7 @@ class Server:
             seen = diagnostics(loop.protocol.inboxes[user], out="down", into="up")
             values[f"{name}: state"] = presence.name.lower()
             values |= {f"{name}: {key}": value for key, value in seen.items()}
-            learned = loop.protocol.server.learned(user)
+            learned = loop.protocol.learned(user)
             if learned is not None:
                 values[f"{name}: (K T + 2B)/b learned"] = f"{float(np.max(learned)):.3g}"
             kept = self._kept_apart(user)
@@ -161,16 +161,15 @@ class Server:
     def _kept_apart(self, user: int) -> str:
         """Return in words how far a user's avatar is from its device since joining, and why."""
         protocol = self.loop.protocol
-        port = protocol.server.ports[user]
-        if not port.present:
+        if protocol.presence[user] is Presence.ABSENT:
             return ""
         black_box = COUPLINGS.of(protocol.params.coupling).black_box
-        why = why_kept(waves=not protocol.server.flags & FLAG_DIRECT, black_box=black_box)
-        return kept_words(float(np.linalg.norm(port.offset)), why)
+        why = why_kept(waves=not protocol.flags & FLAG_DIRECT, black_box=black_box)
+        return kept_words(float(np.linalg.norm(protocol.offset(user))), why)
 
     def _contain(self, values: dict[str, object]) -> str:
         """Return and log what failed in environment or coupling since the last call, if any."""
-        faults = self.loop.protocol.server.faults
+        faults = self.loop.protocol.faults
         if faults is None:
             return ""
         steps, text = faults.steps, faults.text

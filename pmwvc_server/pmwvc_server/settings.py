@@ -17,9 +17,9 @@ from typing import Any
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import is_strict
+from pmwvc_core.ends.assembly import make_server_end
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.frame.assembly import make_server_step
-from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -107,9 +107,9 @@ class ServerSettings:
     task: TaskParams
     token: Token | None
 
-    def make_step(self, epoch: int) -> ServerStep:
+    def make_step(self, epoch: int) -> ServerEnd:
         """Return the server's end of the protocol at rest, with no user present."""
-        return make_server_step(
+        return make_server_end(  # type: ignore[no-any-return]
             self.users,
             controller=self.controller,
             channel=self.channel,

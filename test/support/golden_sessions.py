@@ -29,6 +29,7 @@ LABELS = {
 SENSITIVE = {
     "grip_strict_1": 1e-11,
     "grip_strict_3": 1e-11,
+    "unwrapped_strict_3": 1e-6,
     "three_users_strict_1": 1e-10,
     "three_users_strict_3": 1e-10,
     "one_frame_late_strict_1": 1e-11,
