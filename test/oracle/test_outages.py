@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.laws import as_written
 from support.least_balance import least_j
 from support.simulated import simulated
 
@@ -21,9 +22,8 @@ from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave import pace
-from pmwvc_core.wave.playout import Playout
 
+SPARED = ("channel__arrivals__spared", "port__strict_master__spared")
 BEGIN_S, LEAST_J = 6.0, -1e-9
 ROUND_TRIP_S = 2 * (0.016 + 0.008)
 OUTAGES = {
@@ -165,9 +165,12 @@ def test_what_stood_still_makes_nothing_later(who):
 @pytest.mark.parametrize("who", ["user1", "links"])
 def test_what_is_played_later_leaves_them_apart(who, monkeypatch):
     """The control: no loop lets time go by, no burst is skipped, no lag is made up."""
-    monkeypatch.setattr(Playout, "pass_by", lambda *_: None)
-    monkeypatch.setattr(pace, "BURST_S", 0.0)
-    monkeypatch.setattr(pace, "EARLY_S", 1e9)
+    as_written(
+        monkeypatch,
+        channel__arrivals__pass_by=lambda playout, lasted_s: playout,
+        channel__pace__BURST_S=0.0,
+        channel__pace__EARLY_S=1e9,
+    )
     _, traces = stalled(who)
     assert apart_m(traces, STALL_S + 1.5, 7.0) > 5e-3
 
@@ -205,11 +208,11 @@ def left(name):
     batch = SessionBatch([files.load("carry_16ms", settings_texts=texts, duration_s=18.0)])
     batch.run(lambda _: None)
     end_ns, found, undelivered = batch.ticks * batch.tick_ns, [], 0.0
-    for user, inbox in zip(batch.users, batch.server.inboxes, strict=True):
-        inboxes = inbox, user.loop.inbox
-        sent_s = sum((end_ns - each.newest.sent_ns) * 1e-9 for each in inboxes)
-        found.append(sent_s + sum(each.playout.pace.store_s for each in inboxes))
-        undelivered = max(undelivered, *(abs(each.playout.undelivered) for each in inboxes))
+    for user, guest in zip(batch.users, batch.server.s.guests, strict=True):
+        ends = guest.arrivals, user.loop.s.arrivals
+        sent_s = sum((end_ns - each.counting.sent_ns) * 1e-9 for each in ends)
+        found.append(sent_s + sum(each.playout.pace.store_s for each in ends))
+        undelivered = max(undelivered, *(abs(each.playout.undelivered[0]) for each in ends))
     return max(found), undelivered / np.sqrt(2.0 * 25.0)
 
 
@@ -221,6 +224,6 @@ def test_the_lag_is_back_ten_seconds_after_a_disturbance(name):
 
 def test_where_neither_direction_nor_hand_pays_a_distance_stays(monkeypatch):
     """The control."""
-    monkeypatch.setattr("pmwvc_core.master.strict_port.ASKED", 0.0)
-    monkeypatch.setattr(Playout, "spared", lambda self, h, *, wanted: 0.0)
+    none = {name: lambda s, h, wanted: (s, 0.0) for name in SPARED}
+    as_written(monkeypatch, port__strict_master__ASKED=0.0, **none)
     assert left("a delay of 200 ms")[1] > 1e-3

@@ -8,6 +8,7 @@ import copy
 
 import numpy as np
 import pytest
+from support.laws import as_written
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.budget import budget
@@ -19,21 +20,19 @@ from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.law.port.counts import SLOW_S, Step
 from pmwvc_core.master.count_bound import LARGEST_IMPEDANCE, LARGEST_RATIO
-from pmwvc_core.master.counts import SLOW_S, BetweenCounts
+from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.simulation.session import simulate_one
 
 STEP_M, TICK_S = 55e-6, 0.001
 COARSE = (f"device.encoder_step_m={STEP_M}", "device.velocity=euler")
 
 
-class AsMeasured(BetweenCounts):
+def as_measured(s, x, xd, h):
     """The control: position and velocity as measured."""
-
-    def step(self, x, xd):
-        self.dx = self.moved = x - self._seen
-        self._x = self._seen = x
-        return xd
+    jump = x - s.seen
+    return s._replace(x=x, seen=x), Step(jump, jump, xd)
 
 
 COARSER = ("device.encoder_step_m=1e-4", "device.velocity=euler")
@@ -69,7 +68,7 @@ def test_the_grip_holds_behind_a_coarse_encoder(impedance):
 
 def test_a_force_of_the_difference_quotient_loses_the_grip(monkeypatch):
     """The control."""
-    monkeypatch.setattr("pmwvc_core.master.strict_port.BetweenCounts", AsMeasured)
+    as_written(monkeypatch, port__strict_master__counts=as_measured)
     force_n, apart_m = held(simulate_one(carry(*COARSE)))
     assert force_n < 0.5 * held(simulated(carry()))[0]
     assert apart_m > 5e-3
@@ -95,7 +94,7 @@ def test_a_device_does_not_swing_about_a_count(impedance, step_um):
 
 def test_a_slower_tracker_lets_the_device_swing(monkeypatch):
     """The control."""
-    monkeypatch.setattr("pmwvc_core.master.counts.TRACKED", 0.57)
+    as_written(monkeypatch, port__counts__TRACKED=0.57)
     assert given_j(coarse(80, 55e-6)) > 1.0 * 80 * 55e-6**2 / TICK_S
 
 
@@ -113,7 +112,7 @@ ALONE = (
 @pytest.mark.parametrize("slow_s", [0.0, SLOW_S])
 def test_a_fast_swing_of_a_device_alone_counts_the_positions_measured(slow_s, monkeypatch):
     """With zero, the control: the work over the tracked position feeds the swing."""
-    monkeypatch.setattr("pmwvc_core.master.counts.SLOW_S", slow_s)
+    as_written(monkeypatch, port__counts__SLOW_S=slow_s)
     given = given_j(files.load("wall", settings_texts=[*ALONE], duration_s=9.0))
     assert (given > 1e-3) == (slow_s == 0.0)
     assert given < 1e-6 or slow_s == 0.0

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from oracle.test_multirate_model import compare
 from support import linear_loops
+from support.laws import as_written
 
 from pmwvc_analysis.delays import long_delay
 from pmwvc_analysis.models import at_hand
@@ -19,7 +20,6 @@ from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.wave.pace import Pace
-from pmwvc_core.wave.playout import Playout
 
 AROUND = (
     {},
@@ -36,8 +36,9 @@ FIRST = Pace().snapshot()
 @pytest.fixture
 def unbound(monkeypatch):
     """Give every playout energy for whatever it does, and time to settle."""
-    monkeypatch.setattr(Playout, "free_j", property(lambda self: 1e9))
-    monkeypatch.setattr("pmwvc_core.wave.playout.MOST_J", 1e12)
+    as_written(
+        monkeypatch, channel__playout__free_j=lambda playout: 1e9, channel__playout__MOST_J=1e12
+    )
     monkeypatch.setattr(linear_loops, "SETTLED", 14000)
 
 

@@ -74,8 +74,9 @@ def late_s(batch, user):
     """Times from port to port of the end of the session, T1 + T2, playouts included."""
     end_ns = batch.ticks * batch.tick_ns
     found = 0.004
-    for inbox in (batch.server.inboxes[user], batch.users[user].loop.inbox):
-        found += (end_ns - inbox.newest.sent_ns) * 1e-9 + inbox.playout.pace.store_s
+    for arrivals in (batch.server.s.guests[user].arrivals, batch.users[user].loop.s.arrivals):
+        sent_s = (end_ns - arrivals.counting.sent_ns) * 1e-9
+        found += sent_s + arrivals.playout.pace.store_s
     return found + 0.004
 
 
@@ -146,7 +147,7 @@ def test_the_force_starts_from_zero_only_behind_a_restart_or_a_release():
     assert f[5700] < 0.05  # let go after release_s
     back = f[5800:6000]
     assert back.max() < 1.0  # and not at once
-    assert batch.users[0].loop.safety.state == SafetyState.COUPLED
+    assert batch.users[0].loop.state == SafetyState.COUPLED
 
 
 def test_position_feedback_paid_by_the_node_brings_device_and_avatar_together():

@@ -13,6 +13,8 @@ from support.least_balance import least_j
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.law.channel.playout import waiting
+from pmwvc_core.law.server_step import ABSENT
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import DeadbandParams
 from pmwvc_core.simulation.batch import SessionBatch
@@ -67,13 +69,18 @@ def ran(texts, found=()):
 
 def note_joins(step):
     """Return what will hold, per user, the integrals of the packets with which it joins."""
-    found, join = [[] for _ in step.inboxes], step.server.join
+    found, stepped = [[] for _ in step.inboxes], step._step
 
-    def noting(user, position):
-        found[user].append(step.inboxes[user].newest.integral)
-        join(user, position)
+    def noting(s, now_ns, packets, missed_s, p):
+        for user, (guest, taken) in enumerate(zip(s.guests, packets, strict=True)):
+            there = guest.presence != ABSENT
+            for packet in taken:
+                if packet.fresh or not there:
+                    found[user].append(packet.integral[0])
+                there = True
+        return stepped(s, now_ns, packets, missed_s, p)
 
-    step.server.join = noting
+    step._step = noting
     return found
 
 
@@ -85,12 +92,13 @@ def test_no_energy_and_no_displacement_comes_or_goes_when_rates_change(found, ne
     for i, energy in enumerate(user_energies(traces, scenario)):
         assert least_j(energy) >= LEAST_J
         inbox, out = batch.server.inboxes[i], np.sum(server.u_s[i][:, 0] * server.periods_s)
+        playout = batch.server.s.guests[i].arrivals.playout
         assert len(joined[i]) == 1  # nobody was taken for gone
         arrived = inbox.newest.integral - joined[i][0]
-        assert arrived == pytest.approx(out + inbox.playout.waiting, abs=1e-12)
+        assert arrived == pytest.approx(out + waiting(playout)[0], abs=1e-12)
         # From the device's motion to the packets: U + V = sqrt(2b) x.
         user, loop = traces.users[i], batch.users[i].loop
-        sent = loop.packer.integral + loop.controller.signals()["integral"]
+        sent = loop.s.packing.integral[0] + loop.s.port.integral[0]
         moved = user.x_m[-1, 0] - user.x_m[0, 0]  # its last tick is not over
         waves = sent + np.sum(user.v_m[:-1, 0]) * user.tick_s
         assert waves == pytest.approx(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.laws import as_written
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -209,6 +210,6 @@ def test_a_hand_that_joined_again_inside_is_with_its_avatar_after_backing_off(tm
 
 def test_without_sliding_it_is_apart_for_good(tmp_path, monkeypatch):
     """The control."""
-    monkeypatch.setattr(server_port, "SLIDE_M_S", 0.0)
+    as_written(monkeypatch, server__server_port__SLIDE_M_S=0.0)
     _, traces = rejoined(tmp_path, FREE_S)
     assert apart_m(traces, FREE_S) > 0.01

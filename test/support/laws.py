@@ -30,6 +30,16 @@ def assert_same(one: Any, other: Any, said: str = "") -> None:
     np.testing.assert_allclose(numbers(one), numbers(other), rtol=SAME, atol=SAME, err_msg=said)
 
 
+def as_written(monkeypatch: Any, **changed: Any) -> None:
+    """Have sessions run the laws as they are written, so that a test can change one of them: a
+    name is that of a module of the laws and what is changed in it, with ``__`` for the dots.
+    """
+    for end in ("user_end", "server_end"):
+        monkeypatch.setattr(f"pmwvc_core.ends.{end}.unrolled", lambda law, axes: law)
+    for name, value in changed.items():
+        monkeypatch.setattr(f"pmwvc_core.law.{name.replace('__', '.')}", value)
+
+
 def in_bulk(driver: Callable[..., Any]) -> Any:
     """Return a function of a test compiled like a law, with the laws that it calls."""
     driver.__module__ = "pmwvc_core.law.driver"

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The session simulator as a linear loop: no limits, no hand but forces that are given.
 
-The simulator's own objects run; only the safety limits are replaced by a wire, receivers refuse no
+The simulator's own objects run; only the safety limits let everything through, receivers refuse no
 wave for its size, and hands are rows of forces. This is the other route by which the models are
 checked.
 """
@@ -12,7 +12,9 @@ import math
 
 import numpy as np
 
+from pmwvc_core.ends.forms import vector
 from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.plant.forces import RecordedForce
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.batch import SessionBatch
@@ -21,19 +23,20 @@ from pmwvc_core.simulation.conditions import Conditions
 SETTLED = 200  # ticks after which every user has joined, whatever the delay here
 
 
-class Wire:
-    """In the place of the safety limits: everything passes."""
-
-    ready = True
-    state = 0
-    reason = ""
-    events = 0
-
-    def step(self, f_asked, x, xd, silence_s, coupled, *_):
-        return f_asked
-
-    def expect(self, silence_s):
-        """Take no notice."""
+def opened(end, x_m):
+    """Let every force of a user's end through from the first tick on, and take positions, which
+    begin at x_m [m], as exact.
+    """
+    p, s = end.p.limits, end.s
+    endless = {name: math.inf for name in p._fields if isinstance(getattr(p, name), float)}
+    limits = p._replace(**endless | {"soft_start_s": 1e-9, "tick_s": p.tick_s, "brakes": False})
+    end.p = end.p._replace(limits=limits)
+    fading = s.limits.fading._replace(ready=True)
+    port = s.port
+    if hasattr(port, "counts"):
+        exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in x_m)
+        port = port._replace(x=x_m, counts=exact, under=port.under._replace(begun=True))
+    end.s = s._replace(limits=s.limits._replace(fading=fading), port=port)
 
 
 def scenario(**overrides):
@@ -66,9 +69,7 @@ def simulated(of, forces, *, live=False, on_step=None):
         Conditions(schedule=LIVE) if live else Conditions(),
     )
     for user, row in zip(batch.users, forces, strict=True):
-        user.loop.safety = Wire()
-        if of.strict:  # positions are no counts, from the first tick on
-            user.loop.controller.tracker.take_as_exact()
+        opened(user.loop, vector(user.device.x))
         for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
         push = row.reshape(len(row), -1)

@@ -19,8 +19,8 @@ def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impe
     scenario = scenarios.load("carry_16ms", duration_s=5.0)
     session = SessionBatch([scenario])
     session.time.run(CHANGE_NS)  # up to a frame start
-    port = session.users[0].loop.controller
-    port.configure(dataclasses.replace(port.params, impedance=impedance))
+    master = dataclasses.replace(scenario.users[0].master, impedance=impedance)
+    session.users[0].loop.configure(master)
     session.run(lambda _: None)
     traces = session.traces(0)
     user = traces.users[0]

@@ -81,8 +81,8 @@ def test_beyond_the_workspace_a_force_only_brakes():
     pushed = rig.force(x=0.103, ticks=50)
     assert pushed[-1] == 0.0
     assert max(abs(a - b) for a, b in itertools.pairwise(pushed)) < 2.1
-    assert rig.loop.safety.state == SafetyState.DAMPING
-    assert rig.loop.safety.reason == "beyond the device's workspace: damping only"
+    assert rig.loop.state == SafetyState.DAMPING
+    assert rig.loop.reason == "beyond the device's workspace: damping only"
     assert rig.force(x=0.103, xd=0.2, ticks=30)[-1] > 0.0  # against the motion
     assert rig.force(x=0.103, xd=-0.2, ticks=30)[-1] <= 0.0
     back = rig.force(x=0.09, ticks=600)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.frame.rows import ServerRow
+from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.traces import SessionTraces
-from pmwvc_core.transport.strict_receiver import StrictReceiver
 
 LONGEST_S = 0.6  # that the fit looks for, one way
 FITTED_S = 3.0  # of the session's end
@@ -30,13 +30,11 @@ class WatchedBatch(SessionBatch):
         self.lags_s.append(
             [
                 sum(
-                    (now_ns - inbox.newest.sent_ns) * 1e-9 + inbox.playout.pace.store_s
-                    if inbox.newest is not None
-                    else 0.0
-                    for inbox in (user.up.receiver, user.down.receiver)
-                    if isinstance(inbox, StrictReceiver)
+                    (now_ns - each.counting.sent_ns) * 1e-9 + each.playout.pace.store_s
+                    for each in (guest.arrivals, user.loop.s.arrivals)
+                    if isinstance(each, StrictArrivals) and each.counting.begun
                 )
-                for user in self.users
+                for user, guest in zip(self.users, self.server.s.guests, strict=True)
             ]
         )
 

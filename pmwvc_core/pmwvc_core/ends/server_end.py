@@ -91,11 +91,11 @@ class ServerEnd:
             "times": times,
             "axes": dof,
         }
-        self._p = self._made(server.period_s)
-        s = resting_server(users, self._p, controller=controller, server=server, axes=dof)
+        self.p = self._made(server.period_s)
+        s = resting_server(users, self.p, controller=controller, server=server, axes=dof)
         rest = (0.0,) * dof
         guests = (guest._replace(arrivals=arrivals_of(guest.arrivals, rest)) for guest in s.guests)
-        self._s = s._replace(guests=tuple(guests))
+        self.s = s._replace(guests=tuple(guests))
         self.inboxes = [
             Inbox(
                 controller,
@@ -123,12 +123,12 @@ class ServerEnd:
     @property
     def period_s(self) -> float:
         """Time of the present step [s]."""
-        return self._p.period_s  # type: ignore[no-any-return]
+        return self.p.period_s  # type: ignore[no-any-return]
 
     @property
     def presence(self) -> list[Presence]:
         """State of every user."""
-        return [PRESENCES[guest.presence] for guest in self._s.guests]
+        return [PRESENCES[guest.presence] for guest in self.s.guests]
 
     @property
     def changes(self) -> int:
@@ -148,26 +148,26 @@ class ServerEnd:
     @property
     def x_o(self) -> Value:
         """Position of the object [m]."""
-        return value(self._s.environment.body.x)
+        return value(self.s.environment.body.x)
 
     @property
     def target_m(self) -> Value:
         """Where the object is to be brought [m]."""
-        time_s = self._s.task_s
+        time_s = self.s.task_s
         return self._task.offset(max(time_s, 0.0) if time_s < math.inf else 0.0, dof=self._dof)
 
     def avatar(self, user: int) -> tuple[Value, Value]:
         """Return where a user's avatar is [m], and its force on the object [N]."""
-        port = self._s.environment.ports[user]
+        port = self.s.environment.ports[user]
         return value(port.x_s), value(port.avatar.f)
 
     def offset(self, user: int) -> Value:
         """Return how far an avatar is from its device without a force [m]."""
-        return value(self._s.environment.ports[user].offset)
+        return value(self.s.environment.ports[user].offset)
 
     def learned(self, user: int) -> float | None:
         """Return (K T + 2B)/b of what a user touches, where its port learns it."""
-        p, s = self._p.environment, self._s.environment
+        p, s = self.p.environment, self.s.environment
         return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
 
     def pause(self, paused: bool) -> None:
@@ -176,11 +176,11 @@ class ServerEnd:
         """
         self.paused = paused
         if paused:
-            e = self._s.environment
+            e = self.s.environment
             ports, dropped_j = zip(*map(left, e.ports), strict=True)
             e = e._replace(ports=ports, dissipated_j=e.dissipated_j + sum(dropped_j))
-            guests = tuple(guest._replace(presence=ABSENT) for guest in self._s.guests)
-            self._s = self._s._replace(guests=guests, environment=e)
+            guests = tuple(guest._replace(presence=ABSENT) for guest in self.s.guests)
+            self.s = self.s._replace(guests=guests, environment=e)
 
     def configure(self, params: ServerParams, *, first_s: float) -> None:
         """Take other parameters over before a step.
@@ -200,25 +200,25 @@ class ServerEnd:
     def _last(self, period_s: float) -> None:
         """Let the steps from here on last so long [s]."""
         p = self._made(period_s)
-        self._s = self._s._replace(environment=changed_server(self._s.environment, self._p, p))
-        self._p = p
+        self.s = self.s._replace(environment=changed_server(self.s.environment, self.p, p))
+        self.p = p
 
     def configure_user(self, user: int, contact: ContactParams, impedance: Impedance) -> None:
         """Take other parameters of a user's contact, port and sender over."""
         self._users[user] = dataclasses.replace(self._users[user], contact=contact)
-        e = self._s.environment
+        e = self.s.environment
         stiffness, damping = contact.contact_stiffness, contact.contact_damping
         b = made_impedance(impedance)
         port, lost_j = changed_port(e.ports[user], stiffness, damping, b)
         ports = (*e.ports[:user], port, *e.ports[user + 1 :])
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
-        self._s = self._s._replace(environment=e)
-        arrivals = [guest.arrivals for guest in self._p.guests]
-        self._p = self._made(self.period_s)
+        self.s = self.s._replace(environment=e)
+        arrivals = [guest.arrivals for guest in self.p.guests]
+        self.p = self._made(self.period_s)
         # What a receiver was made for stays; the longest wave is the receiver's to know.
-        guests = zip(self._p.guests, arrivals, strict=True)
+        guests = zip(self.p.guests, arrivals, strict=True)
         kept = tuple(guest._replace(arrivals=of) for guest, of in guests)
-        self._p = self._p._replace(guests=kept)
+        self.p = self.p._replace(guests=kept)
         self.inboxes[user].match(impedance)
 
     def tick(
@@ -253,11 +253,11 @@ class ServerEnd:
             return nothing, None
         self._idle = False
         self.steps += 1
-        self._s, answers = self._step(self._s, now_ns, taken, missed_s, self._p)
+        self.s, answers = self._step(self.s, now_ns, taken, missed_s, self.p)
         self._expect()
         sent: list[WavePacket | None] = []
         for user, answer in enumerate(answers):
-            inbox, absent = self.inboxes[user], self._s.guests[user].presence == ABSENT
+            inbox, absent = self.inboxes[user], self.s.guests[user].presence == ABSENT
             if answer.sends:
                 echo = inbox.echo(now_ns)
                 sent.append(message(answer.packet, self._epochs[user], inbox.flags, echo))
@@ -269,38 +269,38 @@ class ServerEnd:
     def _note(self, now_ns: int, packets: Sequence[list[Packet]]) -> None:
         """Count what comes while nothing is stepped."""
         guests = []
-        for guest, p, taken in zip(self._s.guests, self._p.guests, packets, strict=True):
+        for guest, p, taken in zip(self.s.guests, self.p.guests, packets, strict=True):
             arrivals = guest.arrivals
             for packet in taken:
                 arrivals = arrive(arrivals, packet, now_ns, p.arrivals)
             guests.append(guest._replace(arrivals=arrivals))
-        self._s = self._s._replace(guests=tuple(guests))
+        self.s = self.s._replace(guests=tuple(guests))
         self._expect()
 
     def _expect(self) -> None:
         """Tell the receivers from when on users are silent."""
-        for inbox, guest in zip(self.inboxes, self._s.guests, strict=True):
+        for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
             inbox.expect(guest.arrivals.silence.limit_ns)
 
     def _challenge(self, user: int, now_ns: int) -> WavePacket:
         """Ask a sender that has to prove itself, with a packet of nothing."""
-        guest, inbox = self._s.guests[user], self.inboxes[user]
-        port = self._s.environment.ports[user]
+        guest, inbox = self.s.guests[user], self.inboxes[user]
+        port = self.s.environment.ports[user]
         rest = zero(port.x_s)
         about = About(now_ns, False, False, guest.anew, False, 0, 1)
         sent = Sent(rest, rest, port.sums.account_j, port.extra)
         packing, packet, _ = pack(
-            guest.packing, sent, self.period_s, about, self._p.guests[user].packing
+            guest.packing, sent, self.period_s, about, self.p.guests[user].packing
         )
-        guests = list(self._s.guests)
+        guests = list(self.s.guests)
         guests[user] = guest._replace(packing=packing)
-        self._s = self._s._replace(guests=tuple(guests))
+        self.s = self.s._replace(guests=tuple(guests))
         flags = inbox.flags | FLAG_CHALLENGE
         return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
 
     def _row(self) -> ServerRow:
         """Return the server as it is now."""
-        p, e = self._p.environment, self._s.environment
+        p, e = self.p.environment, self.s.environment
         kinetic, potential, *accounts = environment_energies(p, e)
         ports = [_port_row(port, port_shown(p, e, i)) for i, port in enumerate(e.ports)]
         return ServerRow(

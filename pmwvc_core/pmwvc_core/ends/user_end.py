@@ -84,10 +84,10 @@ class UserEnd:
             "packet_s": server_period_s,
             "workspace_m": workspace_m,
         }
-        self._p = self._made()
+        self.p = self._made()
         rest = (0.0,) * dof
-        s = resting_user(user, self._p, controller=controller, axes=dof, packet_s=server_period_s)
-        self._s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
+        s = resting_user(user, self.p, controller=controller, axes=dof, packet_s=server_period_s)
+        self.s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
         self.inbox = Inbox(
             controller,
             channel,
@@ -122,12 +122,12 @@ class UserEnd:
     @property
     def rate_drop(self) -> int:
         """Ticks of a frame."""
-        return self._p.frames.rate_drop  # type: ignore[no-any-return]
+        return self.p.frames.rate_drop  # type: ignore[no-any-return]
 
     @property
     def next_frame(self) -> int:
         """Tick with which the next frame starts."""
-        return self._s.frames.next_frame
+        return self.s.frames.next_frame
 
     @property
     def ready(self) -> bool:
@@ -136,22 +136,22 @@ class UserEnd:
         From then on a simulated hand may act against the force that the controller renders;
         before, it would push the device away from its avatar against a force held back.
         """
-        return self._s.limits.fading.ready
+        return self.s.limits.fading.ready
 
     @property
     def coupled(self) -> bool:
         """Whether the server had answered and the soft start was over when an answer was taken."""
-        return self._s.coupled
+        return self.s.coupled
 
     @property
     def x(self) -> Value:
         """Last valid position [m]."""
-        return value(self._s.sensing.x)
+        return value(self.s.sensing.x)
 
     @property
     def late_samples(self) -> int:
         """Ticks so far with an old sample, or none."""
-        return self._s.sensing.late
+        return self.s.sensing.late
 
     @property
     def changes(self) -> int:
@@ -166,43 +166,43 @@ class UserEnd:
     @property
     def max_force(self) -> float:
         """Longest force that the device is given [N]."""
-        return self._p.limits.max_force  # type: ignore[no-any-return]
+        return self.p.limits.max_force  # type: ignore[no-any-return]
 
     @property
     def state(self) -> int:
         """State of the limits."""
-        return int(state_of(self._s.limits.cause))
+        return int(state_of(self.s.limits.cause))
 
     @property
     def reason(self) -> str:
         """Why they are in that state."""
-        return str(text_of(self._s.limits.cause, self._user.safety))
+        return str(text_of(self.s.limits.cause, self._user.safety))
 
     @property
     def safety_events(self) -> int:
         """How often the limits intervened."""
-        return self._s.limits.interventions.events
+        return self.s.limits.interventions.events
 
     def configure(self, master: MasterParams) -> None:
         """Take other parameters of the master over, at a frame start."""
         old = self._user.master
         self._user = dataclasses.replace(self._user, master=master)
-        self._s, self._p = changed_master(self._s, self._p, self._made(), old, master)
+        self.s, self.p = changed_master(self.s, self.p, self._made(), old, master)
         self._name_accounts()
 
     def configure_safety(self, safety: SafetyParams) -> None:
         """Take other limits over, at a frame start."""
         self._user = dataclasses.replace(self._user, safety=safety)
-        self._s, self._p = changed_safety(self._s, self._p, self._made())
-        self.inbox.expect(self._s.arrivals.silence.limit_ns)
+        self.s, self.p = changed_safety(self.s, self.p, self._made())
+        self.inbox.expect(self.s.arrivals.silence.limit_ns)
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
-        self._s = self._s._replace(limits=rearm(self._s.limits))
+        self.s = self.s._replace(limits=rearm(self.s.limits))
 
     def starts(self, tick: int) -> bool:
         """Tell whether a tick is the first of its frame to run."""
-        return tick >= self._s.frames.next_frame
+        return tick >= self.s.frames.next_frame
 
     def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
         """Return the packet where a frame starts with this tick; None inside a frame, and where
@@ -215,7 +215,7 @@ class UserEnd:
             return None
         packet = self._sent(now_ns, self._known(sample, now_ns), leaves=False)
         self._changes.take()
-        self._s = self._begin(self._s, tick, self._p)
+        self.s = self._begin(self.s, tick, self.p)
         return packet
 
     def tick(
@@ -245,10 +245,10 @@ class UserEnd:
             self.ended = self.report()
         taken = self.inbox.take(packets, now_ns) if packets else NO_PACKETS
         sensed = self._known(sample, now_ns)
-        self._s, out = self._tick(self._s, tick, now_ns, sensed, taken, self._p)
+        self.s, out = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
         if taken:
-            self.inbox.expect(self._s.arrivals.silence.limit_ns)
-        u_m, u_m_lp, v_m = port_signals(self._s.port)
+            self.inbox.expect(self.s.arrivals.silence.limit_ns)
+        u_m, u_m_lp, v_m = port_signals(self.s.port)
         if len(out.f) == 1:
             signals = sample.f_h, out.f_m[0], out.f[0], u_m[0], u_m_lp[0], v_m[0]
             return out.f[0], packet, (sample.x, sample.xd, *signals)
@@ -257,15 +257,15 @@ class UserEnd:
 
     def leave(self, now_ns: int) -> WavePacket:
         """Return the last packet: the user leaves."""
-        x = self._s.sensing.x
+        x = self.s.sensing.x
         packet = self._sent(now_ns, Sample(x, x, False, NEVER_NS), leaves=True)
         assert packet is not None  # no deadband holds a goodbye back
         return packet
 
     def report(self) -> FrameReport:
         """Return safety state and energies as they are now."""
-        s = self._s
-        energies = port_energies(s.port, s.arrivals, self._p.port)
+        s = self.s
+        energies = port_energies(s.port, s.arrivals, self.p.port)
         accounts = dict(zip(self._accounts, energies[4:], strict=False))
         u_m, u_tx, v_rx, v_m = energies[:4]
         return FrameReport(self.state, self.reason, u_m, u_tx, v_rx, v_m, accounts)
@@ -281,8 +281,8 @@ class UserEnd:
 
     def _sent(self, now_ns: int, sample: Sample, *, leaves: bool) -> WavePacket | None:
         """Send what a frame leaves."""
-        echo, before = self.inbox.echo(now_ns), self._s.packing.events
-        self._s, packet, sends = self._send(self._s, now_ns, sample, leaves, self._p)
+        echo, before = self.inbox.echo(now_ns), self.s.packing.events
+        self.s, packet, sends = self._send(self.s, now_ns, sample, leaves, self.p)
         if not sends:
             return None
         events, flags = self.safety_events, self.inbox.flags
