@@ -6,7 +6,8 @@ source of the law itself, as what is compiled is (:mod:`.compiled`).
 A loop over axes becomes one expression per axis, a family is looked up where it is called, a
 NamedTuple is built without the function that ``typing`` makes for it, and a law of one expression
 stands where it is called. Values and the order of additions stay the same, so results have the
-same bits. A vector of another length takes the way of the source.
+same bits. What is added or scaled has one element per axis; only rows, such as those of users, may
+have another number of elements, and take the way of the source.
 """
 
 import ast
@@ -213,15 +214,16 @@ class _Unrolling(ast.NodeTransformer):
         self, function: Any, given: list[ast.expr], how: tuple[str, str] | None = None
     ) -> ast.expr:
         form, joined = how or BY_AXIS[function]
-        t = self._new()
-        first, then = self._held(given[1]) if len(given) > 1 else ("", "")
+        (first, then), *others = map(self._held, given)
+        second, again = others[0] if others else ("", "")
         cells = []
         for i in range(self._axes):
-            text = form.replace("{b}", first, 1) if i == 0 else form
-            cells.append(text.format(a=t, b=then, i=i))
+            text = form.replace("{a}", first, 1).replace("{b}", second, 1) if i == 0 else form
+            cells.append(text.format(a=then, b=again, i=i))
         whole = joined.join(cells) if joined else f"({', '.join(cells)},)"
-        rest = [ast.Name(t, ast.Load()), *map(deepcopy, given[1:])]
-        return self._if_long(t, given[0], expression_of(whole), self._called(function, rest))
+        if "{a}" not in form and names_values(expression_of(first)):
+            whole = f"({first}, {whole})[-1]"  # what it names is needed later
+        return expression_of(whole)
 
     def _each(self, law: ast.expr, rows: list[ast.expr], shared: list[ast.expr]) -> ast.expr:
         of_rows = [self.visit(row) for row in rows]

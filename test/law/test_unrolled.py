@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from pmwvc_core.law.vectors import (
     dot,
+    each,
     is_zero,
     length,
     minus,
@@ -54,11 +55,25 @@ def arithmetic(a, b, c):
 
 arithmetic.__module__ = "pmwvc_core.law.arithmetic"
 numbers = st.floats(-1e6, 1e6) | st.sampled_from([math.nan, math.inf, -0.0])
-lengths = st.integers(1, 4)
 
 
-@given(lengths.flatmap(lambda n: st.tuples(*[st.tuples(*[numbers] * n)] * 2)), numbers)
+@given(ab=st.data(), c=numbers)
 @pytest.mark.parametrize("axes", [1, 2, 3])
-def test_the_primitives_do_at_any_length(axes, ab, c):
+def test_the_primitives_are_those_of_the_source(axes, ab, c):
+    ab = ab.draw(st.tuples(*[st.tuples(*[numbers] * axes)] * 2))
     wanted, got = arithmetic(*ab, c), unrolled(arithmetic, axes)(*ab, c)
     assert repr(got) == repr(wanted)  # not-a-number equals itself
+
+
+def over_users(rows, b):
+    """A law on rows of another number than that of the axes."""
+    return each(arithmetic, (rows,), b, 0.5)
+
+
+over_users.__module__ = "pmwvc_core.law.arithmetic"
+
+
+@pytest.mark.parametrize("users", [1, 2, 3, 5])
+def test_rows_may_be_of_any_number(users):
+    rows = tuple((float(k), 1.0 + k) for k in range(users))
+    assert unrolled(over_users, 2)(rows, (0.5, 2.0)) == over_users(rows, (0.5, 2.0))

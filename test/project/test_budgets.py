@@ -45,10 +45,12 @@ ROOMS = {
     ),
     "links and packets": Room(4_225, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        7_272,
+        8_173,
         4_700,
         (
-            *inside("pmwvc_core", "params", "plant", "scenario", "frame", "simulation", "*.py"),
+            *inside(
+                "pmwvc_core", "params", "plant", "scenario", "frame", "ends", "simulation", "*.py"
+            ),
             "pmwvc_core/*.py",
         ),
     ),

@@ -56,6 +56,8 @@ CORE = {
     "scenario": BASE | {"controllers", "network", "server"},
     "made": BASE | {"law", "plant", "master", "server", "controllers", "scenario", "frame"},
     "frame": BASE | {"law", "made", "plant", "master", "server", "controllers", "scenario"},
+    "ends": BASE
+    | {"law", "made", "frame", "plant", "master", "server", "controllers", "scenario", "unrolled"},
     "simulation": BASE
     | {
         "law",
@@ -67,6 +69,7 @@ CORE = {
         "controllers",
         "scenario",
         "frame",
+        "ends",
         "traces",
     },
 }

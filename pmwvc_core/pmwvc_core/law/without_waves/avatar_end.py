@@ -102,9 +102,13 @@ def _meet(
 def _energies(p: AvatarEndParams, s: Environment) -> Vector:
     accounts = controller_energies(s.ports[0].brake)
     for i in range(1, len(s.ports)):
-        accounts = plus(accounts, controller_energies(s.ports[i].brake))
+        accounts = each(_sum, (accounts, controller_energies(s.ports[i].brake)))
     stored: Vector = (kinetic_j(s.body, p.body), potential_j(s))
     return stored + accounts
+
+
+def _sum(one: float, other: float) -> float:
+    return one + other
 
 
 @port_shown.member(AvatarEndParams)
