@@ -91,7 +91,7 @@ def test_every_black_box(axes):
             joined(each, (0.055 * side, *rest[1:]), box)[0]
             for each, side in zip(ports, (-1, 1), strict=True)
         ]
-        given = (Environment(tuple(there), box, 0.0), p, (1.0, 0.2, -0.1)[:axes])
+        given = (Environment(tuple(there), box, 0.0, 0), p, (1.0, 0.2, -0.1)[:axes])
         wanted = driven(*given)
         got = leaves(compiled(driven)(*given))
         assert np.allclose(got, leaves(wanted), rtol=1e-9, atol=1e-12)

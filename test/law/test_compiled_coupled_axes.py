@@ -70,7 +70,7 @@ def test_compiled_coupled_axes_are_the_same(coupling):
         joined(port, (-0.05 + 0.1 * k, 0.0, 0.0), rest.body)[0]
         for k, port in enumerate(rest.ports)
     )
-    start = Environment(ports, rest.body, rest.dissipated_j)
+    start = Environment(ports, rest.body, rest.dissipated_j, 0)
     one, other = np.zeros((STEPS, 2, 10)), np.zeros((STEPS, 2, 10))
     driver(p.environment, start, (0, 1), one)
     compiled(driver)(p.environment, start, (0, 1), other)

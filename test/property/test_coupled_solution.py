@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import plain as scenarios
+from support.laws import as_written
 
 from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.couplings import coupled_axes
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import MatrixImpedance
 
@@ -73,8 +73,9 @@ def test_hardly_any_of_many_wild_settings_is_left_unsettled():
 
 def test_an_unsettled_step_is_reported(monkeypatch):
     """The control: without iterations the equation is not solved, and the session says so."""
-    monkeypatch.setattr(coupled_axes, "_STEPS", 0)
-    scenario = scenarios.load("cube_3d", users=1, duration_s=3.0)
+    as_written(monkeypatch, server__implicit_coupled__STEPS=0)
+    matrix = "master.impedance_matrix=30 6 0; 6 20 4; 0 4 25"
+    scenario = scenarios.load("cube_3d", users=1, duration_s=3.0, settings_texts=[matrix])
     traces = simulate_one(scenario)
     (event,) = [each for each in traces.events if each["kind"] == "environment"]
     assert "server.coupling = 'implicit' did not settle" in event["what"]

@@ -34,6 +34,7 @@ from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.task import Task
 from pmwvc_core.scenario.scenario import User
+from pmwvc_core.server.black_box.faults import Faults, Unsettled
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -67,9 +68,9 @@ class ServerEnd:
         Steps made so far.
     paused
         Whether it stands still.
+    faults
+        Steps whose equation was not solved.
     """
-
-    faults = None  # with an environment from outside
 
     def __init__(
         self,
@@ -112,6 +113,7 @@ class ServerEnd:
         self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
         self._changes = Changes()
         self.hand_over = self._changes.hand_over
+        self._found_faults()
         self.steps = 0
         self.paused = False
         self._idle = idle_until_joined
@@ -193,9 +195,14 @@ class ServerEnd:
             Time of the step that begins [s]; another one than the period where that changes and
             the steps after it lie on another grid.
         """
-        self.params = params
+        before, self.params = self.params, params
+        if params.coupling != before.coupling:
+            self._found_faults()
         regular = math.isclose(first_s, params.period_s)
         self._last(params.period_s if regular else first_s)
+
+    def _found_faults(self) -> None:
+        self.faults = Faults("server.coupling", self.params.coupling)
 
     def _last(self, period_s: float) -> None:
         """Let the steps from here on last so long [s]."""
@@ -253,7 +260,10 @@ class ServerEnd:
             return nothing, None
         self._idle = False
         self.steps += 1
+        unsettled = self.s.environment.unsettled
         self.s, answers = self._step(self.s, now_ns, taken, missed_s, self.p)
+        if self.s.environment.unsettled > unsettled:
+            self.faults.note(Unsettled())
         self._expect()
         sent: list[WavePacket | None] = []
         for user, answer in enumerate(answers):

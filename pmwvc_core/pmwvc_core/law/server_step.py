@@ -112,7 +112,9 @@ def server_step(
     dissipated_j = before.dissipated_j
     for i in range(len(lost)):
         dissipated_j += lost[i]
-    after = environment_step(p.environment, Environment(ports, before.body, dissipated_j), came)
+    after = environment_step(
+        p.environment, Environment(ports, before.body, dissipated_j, before.unsettled), came
+    )
     guests, ports, answers = columns(
         each(_gone, (guests, after.ports, p.guests), now_ns, p.period_s)
     )
@@ -124,7 +126,9 @@ def server_step(
         task_s += p.period_s
     elif together:
         task_s = -p.soft_start_s
-    return Server(guests, Environment(ports, after.body, after.dissipated_j), task_s), answers
+    return Server(
+        guests, Environment(ports, after.body, after.dissipated_j, after.unsettled), task_s
+    ), answers
 
 
 def _come(

@@ -180,5 +180,5 @@ def resting_server(
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = resting_box(server, contacts, [user.server_impedance for user in users], axes)
-    environment = Environment(tuple(ports), body, 0.0)
+    environment = Environment(tuple(ports), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

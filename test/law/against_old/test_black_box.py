@@ -154,7 +154,7 @@ def both(name, compensation, integrator, line, axes, luck, brakes, outside):
     users = tuple(resting_seen(zero, b / H) for b in bs)
     accounts = Accounts(0.0, 0.0, 0.0, 0.0)
     box = BlackBox(zero, zero, state, TREATED[compensation], users, 0.0, -1.0, accounts)
-    return old, Environment(ports, box, 0.0), p, size
+    return old, Environment(ports, box, 0.0, 0), p, size
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_every_step_of_both_is_the_same(name, axes, seed):
         old.join(i, value(at))
         one, lost = joined(s.ports[i], at, s.body)
         s = Environment((one, s.ports[1]) if i == 0 else (s.ports[0], one), s.body,
-                        s.dissipated_j + lost)  # fmt: skip
+                        s.dissipated_j + lost, 0)  # fmt: skip
 
     join(0)
     waits = [False, False]
@@ -192,7 +192,7 @@ def test_every_step_of_both_is_the_same(name, axes, seed):
         if step == 300:
             old.leave(0)
             one, lost = left(s.ports[0])
-            s = Environment((one, s.ports[1]), s.body, s.dissipated_j + lost)
+            s = Environment((one, s.ports[1]), s.body, s.dissipated_j + lost, 0)
         if step == 400:
             join(0)
         toward = 0.5 * np.sin(0.05 * step)

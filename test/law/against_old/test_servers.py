@@ -95,7 +95,7 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
     chosen = COUPLINGS[coupling](*weights(integrator, 0.008))
     p = EnvironmentParams(chosen, law, brakes)
     ports = tuple(port(c, b, s, size, axes) for c, b, s in zip(contacts, bs, (-1, 1), strict=True))
-    s = Environment(ports, Body(zero, zero), 0.0)
+    s = Environment(ports, Body(zero, zero), 0.0, 0)
     seen = set()
 
     def join(i):
@@ -105,7 +105,7 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
         old.join(i, value(at))
         one, lost = joined(s.ports[i], at, s.body)
         s = Environment((one, s.ports[1]) if i == 0 else (s.ports[0], one), s.body,
-                        s.dissipated_j + lost)  # fmt: skip
+                        s.dissipated_j + lost, 0)  # fmt: skip
 
     join(0)
     waits = [False, False]
@@ -115,7 +115,7 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
         if step == 700:
             old.leave(0)
             one, lost = left(s.ports[0])
-            s = Environment((one, s.ports[1]), s.body, s.dissipated_j + lost)
+            s = Environment((one, s.ports[1]), s.body, s.dissipated_j + lost, 0)
         if step == 800:
             join(0)
         if step == 500 and cube:
@@ -125,7 +125,7 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
             )  # fmt: skip
             old.configure(new)
             changed = body_law(1.0, new.object_damping, 0.008)
-            s = Environment(s.ports, changed_body(s.body, p.body, changed), s.dissipated_j)
+            s = Environment(s.ports, changed_body(s.body, p.body, changed), s.dissipated_j, 0)
             p = EnvironmentParams(chosen, changed, brakes)
         if step in (300, 600):
             k, d = luck.choice([150.0, 900.0]), luck.choice([0.0, 3.0])
@@ -134,7 +134,7 @@ def test_every_step_of_both_is_the_same(coupling, axes, seed):
             )
             old.configure_user(1, new, bs[1])
             one, lost = changed_port(s.ports[1], k, d, impedance(bs[1]))
-            s = Environment((s.ports[0], one), s.body, s.dissipated_j + lost)
+            s = Environment((s.ports[0], one), s.body, s.dissipated_j + lost, 0)
         toward = 0.25 * np.sin(0.05 * step)
         waves = tuple(
             (

@@ -141,7 +141,7 @@ def test_both_ends_of_a_lossy_link(kind: str, axes: int, seed: int) -> None:
         for side in (-1, 1)
     )  # fmt: skip
     q = AvatarEndParams((p.law, p.law), body, kind in ("virtual_coupling", "pspm"))
-    e = Environment(ports, Body(nothing, nothing), 0.0)
+    e = Environment(ports, Body(nothing, nothing), 0.0, 0)
     up, down = Way(luck, axes), Way(luck, axes)
     start = (-0.5 * size - 0.005, *nothing[1:])
     x, speed = np.array(start), np.zeros(axes)
@@ -149,7 +149,7 @@ def test_both_ends_of_a_lossy_link(kind: str, axes: int, seed: int) -> None:
 
     def place(e, i, one, lost_j):
         ports = (one, e.ports[1]) if i == 0 else (e.ports[0], one)
-        return Environment(ports, e.body, e.dissipated_j + lost_j)
+        return Environment(ports, e.body, e.dissipated_j + lost_j, 0)
 
     for n in range(400):
         if n == 150:

@@ -181,7 +181,8 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
         withheld_j += half_s * (squared(waves[i].v) - squared(returned[i]))
     accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
     box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
-    return Environment(ports, box, environment_j + contained_j - max(stored_j, 0.0))
+    spent_j = environment_j + contained_j - max(stored_j, 0.0)
+    return Environment(ports, box, spent_j, s.unsettled)
 
 
 def _avatar(s: UserPort) -> Avatar:

@@ -125,7 +125,7 @@ def _cube(
 ) -> tuple[FreeCube, Vectors]:
     """Return the mean forces over the step."""
     rows = columns(each(_rows, (s.visitors, positions), h))
-    mean, answers = columns(each(solved_axis, (rows, s.body.xd), p))
+    mean, answers, _ = columns(each(solved_axis, (rows, s.body.xd), p))
     body, _ = drifted(s.body, mean, p)
     visitors, forces = columns(each(_carried, (s.visitors, positions, columns(answers)), h))
     return FreeCube(visitors, body), forces

@@ -12,7 +12,7 @@ from pmwvc_core.law.family import Family
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.vectors import Vector
 
-couple = Family("couple")  # (p, avatars, body, law) -> (avatars, body, lost_j)
+couple = Family("couple")  # (p, avatars, body, law) -> (avatars, body, lost_j, settled)
 
 
 class Avatar(NamedTuple):

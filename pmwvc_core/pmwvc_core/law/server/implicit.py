@@ -63,15 +63,18 @@ class Row(NamedTuple):
 @couple.member(Implicit)
 def implicit(
     p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
-) -> tuple[tuple[Avatar, ...], Body, float]:
+) -> tuple[tuple[Avatar, ...], Body, float, bool]:
     """Go one step on."""
     rows = columns(each(_rows, (avatars,)))
-    velocity, answers = columns(each(solved_axis, (rows, body.xd), law))
+    velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
     moved, heats = columns(each(_advanced, (avatars, columns(answers)), law.period_s))
     for i in range(len(heats)):
         lost_j += heats[i]
-    return moved, after, lost_j
+    every = True
+    for i in range(len(settled)):
+        every = every and settled[i]
+    return moved, after, lost_j, every
 
 
 def _rows(a: Avatar) -> tuple[Row, ...]:
@@ -88,9 +91,12 @@ def _row(
 
 def solved_axis(
     rows: tuple[Row, ...], xd: float, law: BodyLaw
-) -> tuple[float, tuple[Answer, ...]]:
-    """Return the object's mean velocity along an axis [m/s] and the answers of all contacts."""
-    velocity = low = high = xd
+) -> tuple[float, tuple[Answer, ...], bool]:
+    """Return the object's mean velocity along an axis [m/s], the answers of all contacts, and
+    whether they fit to rounding.
+    """
+    velocity, settled = xd, False
+    low = high = xd
     answers = each(_answer, (rows,), velocity, law.period_s)
     for turn in range(LIMIT):
         force, slope, size = 0.0, 0.0, 0.0  # size of the terms that may cancel [N]
@@ -103,6 +109,7 @@ def solved_axis(
         missing, gives = imbalance(xd, velocity, force, law), mobility(slope, law)
         change = missing * gives
         if abs(change) <= ROUNDING * (abs(velocity) + gives * size):
+            settled = True
             break
         if turn == 0:
             other = velocity - missing * mobility(0.0, law)
@@ -115,7 +122,7 @@ def solved_axis(
         if turn >= NEWTON or velocity < low or velocity > high:
             velocity = 0.5 * (low + high)
         answers = each(_answer, (rows,), velocity, law.period_s)
-    return velocity, answers
+    return velocity, answers, settled
 
 
 def _answer(row: Row, velocity: float, h: float) -> Answer:

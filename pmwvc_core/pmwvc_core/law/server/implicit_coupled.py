@@ -63,14 +63,14 @@ class Looked(NamedTuple):
 @couple.member(ImplicitCoupled)
 def implicit_coupled(
     p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
-) -> tuple[tuple[Avatar, ...], Body, float]:
+) -> tuple[tuple[Avatar, ...], Body, float, bool]:
     """Go one step on."""
     found = _root(avatars, body, law)
     after, lost_j = drifted(body, found.velocity, law)
     moved, heats = columns(each(_advanced, (avatars, found.answers), law.period_s))
     for i in range(len(heats)):
         lost_j += heats[i]
-    return moved, after, lost_j
+    return moved, after, lost_j, found.close
 
 
 def _advanced(a: Avatar, answer: CoupledAnswer, h: float) -> tuple[Avatar, float]:

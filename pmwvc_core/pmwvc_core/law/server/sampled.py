@@ -58,7 +58,8 @@ class OneFrameLate(NamedTuple):
     none: int
 
 
-Step = tuple[tuple[Avatar, ...], Body, float]
+Pushed = tuple[tuple[Avatar, ...], Body, float]
+Step = tuple[tuple[Avatar, ...], Body, float, bool]
 
 
 def weights(integrator: str, period_s: float) -> tuple[float, float]:
@@ -70,7 +71,7 @@ def weights(integrator: str, period_s: float) -> tuple[float, float]:
     }[integrator]
 
 
-def object_pushed(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+def object_pushed(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Pushed:
     """Let the held forces move the object."""
     force = zero(body.x)
     for i in range(len(avatars)):
@@ -97,7 +98,7 @@ def one_step_delay(p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law
     moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
     for i in range(len(lost)):
         lost_j += lost[i]
-    return moved, body, lost_j
+    return moved, body, lost_j, True
 
 
 def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar, float]:
@@ -118,7 +119,7 @@ def unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLa
     moved, lost = columns(each(_unwrapped, (avatars,), p, body.xd, law.period_s))
     for i in range(len(lost)):
         lost_j += lost[i]
-    return moved, body, lost_j
+    return moved, body, lost_j, True
 
 
 def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar, float]:
@@ -140,7 +141,7 @@ def one_frame_late(p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law
     moved, body, lost_j = object_pushed(moved, body, law)
     for i in range(len(lost)):
         lost_j += lost[i]
-    return moved, body, lost_j
+    return moved, body, lost_j, True
 
 
 def _late(a: Avatar, xd_o: Vector, h: float) -> tuple[Avatar, float]:

@@ -78,6 +78,7 @@ class Environment(NamedTuple):
     ports: tuple[UserPort, ...]
     body: Any  # a Body, or a black box
     dissipated_j: float  # heat of contacts and ground, springs let go
+    unsettled: int  # steps whose equation was not solved to rounding
 
 
 class EnvironmentParams(NamedTuple):
@@ -139,11 +140,12 @@ def changed_port(
 def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
     half_s = 0.5 * p.body.period_s
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
-    avatars, body, lost_j = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
+    avatars, body, lost_j, settled = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, half_s))
     for i in range(len(dropped)):
         lost_j += dropped[i]
-    return Environment(ports, body, s.dissipated_j + lost_j)
+    unsettled = s.unsettled if settled else s.unsettled + 1
+    return Environment(ports, body, s.dissipated_j + lost_j, unsettled)
 
 
 def _avatar(s: UserPort) -> Avatar:

@@ -75,7 +75,7 @@ def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environm
     ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
     for i in range(len(lost)):
         lost_j += lost[i]
-    return Environment(ports, body, s.dissipated_j + lost_j)
+    return Environment(ports, body, s.dissipated_j + lost_j, s.unsettled)
 
 
 def _avatar(s: UserPort) -> Avatar:
