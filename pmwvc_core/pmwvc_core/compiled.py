@@ -69,13 +69,21 @@ def compiled(law: Callable[..., Any], *, kept: bool = False) -> Any:
     ``kept`` keeps it on disk for later processes, in a folder by the hash of all laws.
     """
     if kept:
-        numba.config.CACHE_DIR = str(Path.home() / ".cache" / "pmwvc" / _digest())
+        numba.config.CACHE_DIR = str(kept_in())
     # Inlined, a state stays in registers: half the time, compiled as quickly.
     made = numba.njit(error_model="numpy", cache=kept, forceinline=not kept)(_copy(law))
     made.__class__ = CompiledLaw
     return made
 
 
+def kept_in() -> Path:
+    """Return the folder of what is kept on disk, by the sources of all laws."""
+    folder = Path.home() / ".cache" / "pmwvc" / _digest()
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@cache
 def _digest() -> str:
     """Return a number of the sources of all laws: what is kept of others is not used."""
     package = Path(vectors.__file__).parents[1]

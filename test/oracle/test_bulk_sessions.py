@@ -6,17 +6,16 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 from support import golden
 from support.golden_sessions import MAPPINGS
 
-from pmwvc_core.compiled import compiled
 from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.simulation.bulk import choice
 from pmwvc_core.simulation.bulk.run import can_run, run, session
 from pmwvc_core.simulation.bulk.traces import traces_of
-from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.simulation.session import simulate, simulate_one
 
 CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup" / "config"
 NAMES = [name for name in MAPPINGS if can_run(parse_scenario(MAPPINGS[name]))]
@@ -44,15 +43,23 @@ def test_a_session_in_bulk_is_that_of_virtual_time(name, channel):
     assert golden.differences(was, now, 1e-10) == []
 
 
-def test_a_compiled_session_is_the_interpreted_one():
+def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
+    monkeypatch, tmp_path, caplog
+):
+    monkeypatch.setenv("HOME", str(tmp_path))  # where compiled code is kept
+    monkeypatch.setattr(choice, "COMPILING_S", 0.8)
+    monkeypatch.setattr(choice, "LOADING_S", 0.1)
     mapping = yaml.safe_load((CONFIG / "wifi_bursty.yaml").read_text("utf-8"))
-    scenario = parse_scenario(mapping | {"channel": "strict", "duration_s": 4.0})
-    one, other = run(scenario, session), run(scenario, compiled(session))
-    assert one.whole and other.whole
-    for name, got in zip(one.book._fields, other.book, strict=True):
-        wanted = getattr(one.book, name)
-        scale = max(1.0, float(np.abs(wanted).max(initial=0.0)))
-        assert np.abs(got - wanted).max(initial=0.0) <= 1e-12 * scale, name
+    mapping |= {"channel": "strict", "duration_s": 4.0}
+    many = [parse_scenario(mapping | {"server.object_mass": mass}) for mass in (1.0, 1.5, 2.0)]
+    few = [parse_scenario(mapping | {"channel": "plain", "duration_s": 2.0})]
+    found = simulate([*many, *few])
+    for scenario, traces in zip([*many, *few], found, strict=True):
+        was = golden.record_of(simulate_one(scenario))
+        assert golden.differences(was, golden.record_of(traces), 1e-10) == []
+    (said,) = caplog.messages  # not of the plain one: it takes less than compiling
+    assert "compiling" in said
+    assert choice.loops_of(many)[0] is not None and choice.loops_of(few) == [None]
 
 
 def test_a_compiled_loop_is_kept_for_later_processes_by_the_sources_of_the_laws(tmp_path):

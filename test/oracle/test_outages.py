@@ -19,9 +19,9 @@ from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.master.strict_port import KEPT_J
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
-from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.simulation.stepped import SteppedSession
 
 SPARED = ("channel__arrivals__spared", "port__strict_master__spared")
 BEGIN_S, LEAST_J = 6.0, -1e-9
@@ -205,7 +205,7 @@ def left(name):
     distance from device to avatar that is still undelivered, in both directions [m].
     """
     texts = ["channel=strict", LASTED[name]]
-    batch = SessionBatch([files.load("carry_16ms", settings_texts=texts, duration_s=18.0)])
+    batch = SteppedSession(files.load("carry_16ms", settings_texts=texts, duration_s=18.0))
     batch.run(lambda _: None)
     end_ns, found, undelivered = batch.ticks * batch.tick_ns, [], 0.0
     for user, guest in zip(batch.users, batch.server.s.guests, strict=True):

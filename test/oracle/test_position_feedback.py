@@ -11,10 +11,10 @@ import functools
 
 import numpy as np
 import pytest
-from support.simulated import side_by_side, simulated
+from support.simulated import simulated
 
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.simulation.session import simulate
 
 K, B, GAIN = 500.0, 25.0, 20.0
 APP_E = {
@@ -146,19 +146,3 @@ def test_positions_that_losses_took_away_come_back(kind, losses):
     without = offsets_rms_m("none", losses)
     assert without > 1e-4
     assert offsets_rms_m(kind, losses) < 0.25 * without
-
-
-def test_sessions_side_by_side_are_those_run_alone():
-    runs = [
-        pressed(
-            "budgeted", "live defaults, 16 ms", duration_s=2.0, **{"master.position.gain": gain}
-        )
-        for gain in (5.0, 20.0)
-    ]
-    for together, scenario in zip(side_by_side(runs), runs, strict=True):
-        alone = simulate_one(scenario).users[0]
-        np.testing.assert_allclose(together.users[0].x_m, alone.x_m, rtol=1e-9, atol=1e-12)
-        for name, energy in alone.accounts.items():
-            np.testing.assert_allclose(
-                together.users[0].accounts[name], energy, rtol=1e-6, atol=1e-12
-            )

@@ -12,7 +12,7 @@ from support.least_balance import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 
 LEAST_J = -1e-9
 SILENT_S = 0.3
@@ -24,14 +24,14 @@ def carry(begin_s, *settings):
     never, where that is None.
     """
     scenario = files.load("carry_16ms", settings_texts=list(settings), duration_s=16.0)
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     sample = batch.users[0]._sample
     for at_s, valid in ((begin_s, False), (begin_s and begin_s + SILENT_S, True)):
         if at_s is not None:
             batch.time.run(round(at_s * 1e9))
             sample.valid = valid
     batch.run(lambda _: None)
-    return scenario, batch.traces(0)
+    return scenario, batch.traces()
 
 
 def apart_m(traces, at_s):

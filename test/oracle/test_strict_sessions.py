@@ -19,7 +19,7 @@ from pmwvc_analysis.figures.conditions import conditions
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety.states import SafetyState
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 
 B = 25.0
 LEAST_J = -1e-9
@@ -45,12 +45,12 @@ def ran(channel, *settings, duration_s=12.0, out=()):
     """Run ``carry_16ms``; ``out``: stretches of time [s] in which no packet passes."""
     texts = [f"channel={channel}", *settings]
     scenario = files.load("carry_16ms", settings_texts=texts, duration_s=duration_s)
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     for user in batch.users:
         for link in (user.up, user.down):
             cut(link, out)
     batch.run(lambda _: None)
-    return batch, batch.traces(0), scenario
+    return batch, batch.traces(), scenario
 
 
 def cut(link, out):
@@ -131,10 +131,10 @@ def test_an_outage_ends_in_damping_and_comes_back_under_the_slew_limit():
 def test_a_single_outage_of_one_way_is_made_up_for():
     texts = ["channel=strict"]
     scenario = files.load("carry_16ms", settings_texts=texts, duration_s=10.0)
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     cut(batch.users[0].down, [(4.0, 4.6)])
     batch.run(lambda _: None)
-    traces = batch.traces(0)
+    traces = batch.traces()
     assert apart_m(traces, 0)[4500] < 8e-3  # 17 mm where nothing brakes
     assert apart_m(traces, 0)[5600:].max() < 2.6e-3  # 0.1 mm more than F (T1 + T2)/(2b) + 1 mm
 
@@ -172,9 +172,9 @@ def test_presses_do_not_drain_the_loan():
     for channel, account in (("strict", "node"), ("plain", "position_surplus")):
         texts = [f"channel={channel}", *press]
         scenario = files.load("wall", settings_texts=texts, duration_s=40.0)
-        batch = SessionBatch([scenario])
+        batch = SteppedSession(scenario)
         batch.run(lambda _: None)
-        values = batch.traces(0).users[0].accounts[account]
+        values = batch.traces().users[0].accounts[account]
         level[channel] = [part.mean() for part in np.array_split(values, 4)]
     assert level["strict"][-1] >= 0.0045
     assert level["strict"][-1] >= level["strict"][1] - 1e-4

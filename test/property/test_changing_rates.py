@@ -17,7 +17,7 @@ from pmwvc_core.law.channel.playout import waiting
 from pmwvc_core.law.server_step import ABSENT
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import DeadbandParams
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
@@ -61,10 +61,10 @@ def ran(texts, found=()):
     )
     texts = [*own, *texts, f"changes={'; '.join(each)}"]
     scenario = files.load("carry_16ms", settings_texts=texts, duration_s=DURATION_S)
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     joined = note_joins(batch.server)
     batch.run(lambda _: None)
-    return batch, batch.traces(0), scenario, joined
+    return batch, batch.traces(), scenario, joined
 
 
 def note_joins(step):

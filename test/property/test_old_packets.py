@@ -21,7 +21,7 @@ from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
@@ -275,7 +275,7 @@ def with_replay(scenario, packets, begin_ns):
     """Return the session in which the first user's first packets after 4 s are played back, one a
     step, from an instant on.
     """
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     link, heard = batch.users[0].up, []
     collect = link.collect
 
@@ -287,7 +287,7 @@ def with_replay(scenario, packets, begin_ns):
 
     link.collect = collected
     batch.run(lambda ratio: None)
-    return batch.traces(0)
+    return batch.traces()
 
 
 @pytest.mark.parametrize("packets", [12, 40])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pmwvc_bringup import scenarios
 from pmwvc_core.numeric import squared
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.wave.playout import FEW, MOST_J, Playout
 
 STEP_S, PERIOD_S, ROUNDING = 0.004, 0.008, 1e-12
@@ -153,7 +153,7 @@ def test_making_up_begins_over_the_time_in_which_the_brake_lets_go():
         made_up[rises_s] = playouts[0].undelivered - playouts[1].undelivered
     assert made_up[0.1] == pytest.approx(0.5 * 0.2 * 0.1, rel=0.1)
     assert made_up[0.2] == pytest.approx(0.25 * 0.2 * 0.1, rel=0.1)
-    parts = SessionBatch([scenarios.load("carry_16ms", settings_texts=["channel=strict"])])
+    parts = SteppedSession(scenarios.load("carry_16ms", settings_texts=["channel=strict"]))
     (at_avatar, *_), user = parts.server.p.guests, parts.users[0].loop.p
     assert at_avatar.arrivals.playout.rises_s == 0.1
     assert user.arrivals.playout.rises_s == 0.2

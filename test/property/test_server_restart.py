@@ -15,7 +15,7 @@ from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.account import continued
 from pmwvc_core.frame.assembly import server_step_of
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 
 STEP_NS = 8_000_000
 ENERGIES = ("energy_u_s", "energy_v_s")
@@ -49,11 +49,11 @@ def restarted(dead_step, away_steps, *, channel="strict", unrecorded=0):
     texts = [f"channel={channel}", "link.delay_s=0.016", "operator.stiffness=120"]
     texts += ["master.store_j=0", "server.store_j=0"]  # a leak is judged, not what is declared
     scenario = files.load("wall", settings_texts=texts, duration_s=4.0)
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     again = dead_step + away_steps
     batch.time.server = TwoServers(scenario, dead_step * STEP_NS, again * STEP_NS)
     batch.run(lambda _: None)
-    traces = batch.traces(0)
+    traces = batch.traces()
     server = traces.server
     server.time_s = np.array(batch.server_buffer.ticks) * batch.tick_s
     server.step = np.concatenate(

@@ -22,7 +22,7 @@ from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server import port as server_port
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.transport.packet import Packer
 
 B, H, SIZE_M = 25.0, 0.008, 0.06
@@ -171,9 +171,9 @@ def rejoined(folder, duration_s=END_S):
         f"link.schedule={OUTAGE_S} outage; {OUTAGE_S + 0.4} base",
     ]
     scenario = files.load("wall", settings_texts=texts, duration_s=duration_s)
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     batch.run(lambda _: None)
-    return scenario, batch.traces(0)
+    return scenario, batch.traces()
 
 
 def apart_m(traces, at_s):

@@ -21,7 +21,6 @@ from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.stacking import stack_scenarios
 from pmwvc_core.state import Stateful, attributes
 from pmwvc_core.wave.impedance import MatrixImpedance
 from pmwvc_core.wave.ledger import EnergyLedger
@@ -96,18 +95,14 @@ def scenarios(draw):
         said["channel"] = draw(st.sampled_from(["plain", "strict", "zeroing"]))
         if said["channel"] == "zeroing":
             master["rate_drop"] = round(said["server"]["period_s"] / 1e-3)
-    runs = draw(st.sampled_from([1, 2])) if "impedance_matrix" not in master else 1
-    return [
-        parse_scenario(said, overrides={"server.contact_stiffness": 100.0 + 50.0 * run})
-        for run in range(runs)
-    ]
+    return parse_scenario(said)
 
 
 class Ends:
     """Both ends of a session: every block that runs, and packets that come at once or never."""
 
-    def __init__(self, scenarios, seed):
-        scenario, runs, self.seed = stack_scenarios(scenarios), len(scenarios), seed
+    def __init__(self, scenario, seed):
+        self.seed = seed
         tick_s, dof = scenario.tick_s, scenario.dof
         self.tick_ns, self.period = round(tick_s * 1e9), scenario.period_ticks
         half = scenario.server.object_size_m / 2
@@ -117,7 +112,7 @@ class Ends:
         for user in scenario.users:
             start = user.side * (half + user.contact.gap_m)
             device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
-            device.place(start + np.zeros((runs, 1)) if runs > 1 else start)
+            device.place(start)
             self.devices.append(device)
             at = Setting(user.side, half, start, tick_s, dof)
             self.hands.append(make_operator(user.operator, scenario.task, at))

@@ -18,8 +18,8 @@ from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.plant.forces import RecordedForce
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.stepped import SteppedSession
 
 SETTLED = 200  # ticks after which every user has joined, whatever the delay here
 
@@ -83,12 +83,12 @@ def simulated(of, forces, *, live=False, on_step=None):
     begin after ``SETTLED``; ``on_step`` is called with the server behind each of its steps.
     """
     ticks = SETTLED + forces.shape[1]
-    batch = SessionBatch(
-        [dataclasses.replace(of, duration_s=ticks * of.tick_s)],
+    batch = SteppedSession(
+        dataclasses.replace(of, duration_s=ticks * of.tick_s),
         Conditions(schedule=LIVE) if live else Conditions(),
     )
     for user, row in zip(batch.users, forces, strict=True):
-        opened(user.loop, vector(user.device.x))
+        opened(user.loop, vector(user.device.x, of.dof))
         for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
         push = row.reshape(len(row), -1)
@@ -98,7 +98,7 @@ def simulated(of, forces, *, live=False, on_step=None):
         noted = batch.time._on_step
         batch.time._on_step = lambda *row: (noted(*row), on_step(batch.server))
     batch.run(lambda share: None)
-    return batch.traces(0)
+    return batch.traces()
 
 
 def modelled(model, forces):

@@ -11,16 +11,14 @@
 import copy
 import dataclasses
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.simulation.stacking import batches
 from pmwvc_core.traces import SessionTraces
 
 KEPT = 48  # sessions: some 5 MB each
@@ -33,16 +31,6 @@ def simulated(scenario: Scenario) -> SessionTraces:
     for array in _arrays(traces):
         array.setflags(write=False)
     return traces
-
-
-def side_by_side(scenarios: Sequence[Scenario]) -> list[SessionTraces]:
-    """Return the sessions of scenarios, those of equal structure as one batch however few."""
-    found: dict[int, SessionTraces] = {}
-    for members in batches(scenarios, smallest=1, largest=len(scenarios)):
-        batch = SessionBatch([scenarios[i] for i in members])
-        batch.run(lambda ratio: None)
-        found |= {i: batch.traces(run) for run, i in enumerate(members)}
-    return [found[i] for i in range(len(scenarios))]
 
 
 def judged(scenario: Scenario) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import pytest
 from support import plain as scenarios
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 
 CHANGE_NS, TICK_S = 3_000_000_000, 0.001
 
@@ -17,12 +17,12 @@ CHANGE_NS, TICK_S = 3_000_000_000, 0.001
 @pytest.mark.parametrize("impedance", [0.01, 100.0, 1000.0])
 def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impedance):
     scenario = scenarios.load("carry_16ms", duration_s=5.0)
-    session = SessionBatch([scenario])
+    session = SteppedSession(scenario)
     session.time.run(CHANGE_NS)  # up to a frame start
     master = dataclasses.replace(scenario.users[0].master, impedance=impedance)
     session.users[0].loop.configure(master)
     session.run(lambda _: None)
-    traces = session.traces(0)
+    traces = session.traces()
     user = traces.users[0]
     power = (user.f_applied * user.xd_m)[:, 0] - (user.u_m**2 - user.v_m**2)[:, 0] / 2
     booked = budget(traces, scenario).parts["user1"]["safety"]

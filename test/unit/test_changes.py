@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support import plain as scenarios
 from support.handmade import oscillating
-from support.simulated import side_by_side
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -104,13 +103,6 @@ def test_masters_links_and_limits_change_as_well(setting):
     forces = [traces.users[0].f_applied[:, 0] for traces in (plain, changing)]
     differ = np.flatnonzero(forces[0] != forces[1])
     assert 2.5 <= plain.users[0].time_s[differ[0]] < 2.6
-
-
-def test_changes_hold_for_every_run_of_a_batch():
-    scenarios_ = [carrying(CHANGES, device__mass=mass) for mass in (0.2, 0.3)]
-    together = side_by_side(scenarios_)
-    alone = simulate_one(scenarios_[1])
-    np.testing.assert_allclose(together[1].server.x_o, alone.server.x_o, atol=1e-12)
 
 
 def test_a_text_is_read_and_written_again():

@@ -22,7 +22,7 @@ from pmwvc_bringup.session.processes import Children
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.scenario.disturbances import disturbances_of
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.transport.verdict import Verdict
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
@@ -108,7 +108,7 @@ def test_receivers_count_what_links_do(channel):
     """F08, F09: order, duplicates, corruption and gaps, to the last packet."""
     settings = ["link.reorder=0.3", "link.duplicate=0.2", "link.corrupt=0.05", "link.loss=0.1"]
     words = [f"channel={channel}", "duration_s=2", "link.keep_order=false", *settings]
-    batch = SessionBatch([scenarios.load("carry_16ms", settings_texts=words)])
+    batch = SteppedSession(scenarios.load("carry_16ms", settings_texts=words))
     batch.run(lambda ratio: None)
     for user in batch.users:
         for way in (user.up, user.down):

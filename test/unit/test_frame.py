@@ -9,9 +9,9 @@ from support import plain as scenarios
 from pmwvc_core.frame.assembly import force_loop_of, server_step_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
-from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.simulation.stepped import SteppedSession
 
 TICK_NS = 1_000_000
 
@@ -23,7 +23,7 @@ def scenario():
 
 def forces(scenario, schedule):
     """Return the forces of every user ``(users, ticks)`` by calls of the two objects alone."""
-    users = SessionBatch([scenario]).users  # devices and hands only
+    users = SteppedSession(scenario).users  # devices and hands only
     loops = [force_loop_of(scenario, i, schedule=schedule) for i in range(len(users))]
     server = server_step_of(scenario)
     period = scenario.period_ticks

@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Receivers in virtual time expect what live ones expect."""
 
-import dataclasses
-
-import numpy as np
 import pytest
 from support import plain as scenarios
 
 from pmwvc_bringup.session import plan
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.wave.limits import largest_wave
 
 TIMES = ("user1.safety.timeout_s=0.05", "user2.safety.timeout_s=0.2", "user2.safety.release_s=7")
@@ -24,7 +21,7 @@ def scenario():
 def test_the_server_is_silent_to_all_users_alike_as_live(scenario, tmp_path):
     nodes = {node.kind: node for node in plan.nodes(scenario, folder=tmp_path, paused=False)}
     live = nodes["server"].parameters
-    batch = SessionBatch([scenario])
+    batch = SteppedSession(scenario)
     assert live["safety.timeout_s"] == 0.2
     assert batch.server.p.release_s == live["safety.release_s"] == 7.0
     for user in batch.users:
@@ -34,21 +31,7 @@ def test_the_server_is_silent_to_all_users_alike_as_live(scenario, tmp_path):
 
 
 def test_each_port_takes_the_longest_wave_of_its_own_impedance(scenario):
-    for simulated, user in zip(SessionBatch([scenario]).users, scenario.users, strict=True):
+    for simulated, user in zip(SteppedSession(scenario).users, scenario.users, strict=True):
         server, master = user.server_impedance, user.impedance
         assert simulated.up.receiver.max_wave == largest_wave(server, waves=True)
         assert simulated.down.receiver.max_wave == largest_wave(master, waves=True)
-
-
-def test_a_run_of_a_batch_that_diverges_leaves_the_others_alone(scenario):
-    wild = dataclasses.replace(
-        scenario,
-        server=dataclasses.replace(scenario.server, object_mass=1.0),
-    )
-    batch = SessionBatch([scenario, wild])
-    link = batch.users[0].up
-    longest = link.receiver.max_wave
-    packet = batch.users[0].loop.leave(0)
-    wave = np.array([[0.5], [2.0 * longest]])
-    link.send(dataclasses.replace(packet, wave=wave), 0)
-    np.testing.assert_allclose(link.sent[-1].wave, [[0.5], [0.0]])

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import pytest
 from support import plain as scenarios
-from support.simulated import judged, side_by_side, simulated
+from support.simulated import judged, simulated
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.prediction import prediction
@@ -128,21 +128,6 @@ def test_a_tilted_impedance_couples_the_axes():
     gap = together.users[0].x_m[:, 0] - together.users[0].x_m[0, 0]
     gap = gap - (alone.users[0].x_m - alone.users[0].x_m[0])[:, 0]
     assert np.abs(gap).max() > 1e-5
-
-
-@pytest.mark.parametrize("variant", VARIANTS, ids=IDS)
-@pytest.mark.parametrize("dof", [1, 2, 6])
-def test_sessions_with_hands_are_the_same_alone_and_side_by_side(variant, dof):
-    """Grips, a task, and limits that act; from two axes on also a matrix."""
-    task = {"task.grip_s": 0.05, "task.grip_rise_s": 0.1, "task.move_s": 0.2, "task.kind": "carry"}
-    sideways = {"task.sideways_m": 0.02, "matrix": tilted(dof)} if dof > 1 else {}
-    settings = task | sideways | {"safety.max_force": 1.0, "operator.squeeze": 2.0} | variant
-    both = [scenario_of(dof, **settings | {"server.contact_stiffness": k}) for k in (150.0, 300.0)]
-    for scenario, batched in zip(both, side_by_side(both), strict=True):
-        alone = simulate_one(scenario)
-        assert alone.users[0].x_m.shape == (TICKS, dof)
-        for one, two in zip(signals(alone), signals(batched), strict=True):
-            np.testing.assert_allclose(one, two, rtol=1e-7, atol=1e-7)
 
 
 def test_the_force_limit_is_that_of_the_vector():

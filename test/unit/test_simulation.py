@@ -9,7 +9,6 @@ import gc
 import numpy as np
 import pytest
 from support.plain import load
-from support.simulated import side_by_side
 
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.network.link import Link, stream_of
@@ -58,32 +57,6 @@ def test_another_seed_gives_another_session():
     other = dataclasses.replace(scenario, seed=scenario.seed + 1)
     fates = [simulate_one(s).fates["user1/up"].fate for s in (scenario, other)]
     assert not np.array_equal(*fates)
-
-
-@pytest.mark.parametrize("dof", [1, 3])
-@pytest.mark.parametrize("coupling", ["implicit", "one_step_delay"])
-@pytest.mark.parametrize("contact", ["grip", "bilateral"])
-def test_a_batch_equals_its_single_runs(dof, coupling, contact):
-    base = SHORT | {
-        "dof": dof,
-        "duration_s": 1.5 if dof == 1 else 0.75,
-        "link": {"delay_s": 0.008, "loss": 0.05},
-        "server": {"coupling": coupling, "contact": contact},
-        "master": {"filter": {"kind": "first_order"}},
-    }
-    scenarios = [
-        parse_scenario(base, overrides=values)
-        for values in (
-            {"server.contact_stiffness": 400, "master.impedance": 20},
-            {"server.contact_stiffness": 300, "user2.device.mass": 0.4},
-            {"server.object_mass": 1.0, "operator.stiffness": 50, "master.filter.pole_rad_s": 70},
-        )
-    ]
-    batched = side_by_side(scenarios)
-    for scenario, together in zip(scenarios, batched, strict=True):
-        alone = simulate_one(scenario)
-        for (name, one), (_, other) in zip(arrays_of(alone), arrays_of(together), strict=True):
-            np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12, err_msg=name)
 
 
 def test_results_come_in_the_order_asked_for_whatever_the_batches():
@@ -158,37 +131,6 @@ def test_without_operators_nothing_moves_and_no_energy_flows():
     assert all(not user.f_applied.any() and not user.u_m.any() for user in traces.users)
 
 
-def test_a_run_that_runs_away_leaves_the_others_of_its_batch_alone():
-    """A port with 2B > b diverges at the server beyond all numbers within seconds."""
-    base = {
-        "name": "batch",
-        "duration_s": 16.0,
-        "controller": "pmwvc",
-        "channel": "plain",
-        "users": 1,
-        "master": {"impedance": 15.0, "rate_drop": 20},
-        "server": {
-            "environment": "wall",
-            "contact": "bilateral",
-            "coupling": "one_step_delay",
-            "period_s": 0.02,
-            "contact_stiffness": 100.0,
-        },
-        "operator": {"kind": "constant", "force": 0.01},
-        "task": {"kind": "free"},
-    }
-    calm, wild = (
-        parse_scenario(base, overrides={"server.contact_damping": damping})
-        for damping in (2.0, 400.0)
-    )
-    with np.errstate(over="ignore", invalid="ignore"):
-        together = side_by_side([calm, wild])
-    alone = simulate_one(calm)
-    assert not np.isfinite(together[1].server.f_s[0]).all()
-    np.testing.assert_allclose(together[0].users[0].x_m, alone.users[0].x_m, rtol=1e-9, atol=1e-12)
-    assert set(together[0].users[0].state.tolist()) == set(alone.users[0].state.tolist())
-
-
 @pytest.mark.parametrize("before", [True, False])
 def test_the_search_for_garbage_rests_while_a_session_runs_and_only_then(monkeypatch, before):
     scenario = parse_scenario({**SHORT, "duration_s": 0.05})
@@ -202,7 +144,7 @@ def test_the_search_for_garbage_rests_while_a_session_runs_and_only_then(monkeyp
         (gc.enable if before else gc.disable)()
         simulate_one(scenario)
         assert gc.isenabled() is before
-        monkeypatch.setattr("pmwvc_core.frame.server_step.ServerStep.tick", breaks)
+        monkeypatch.setattr("pmwvc_core.ends.server_end.ServerEnd.tick", breaks)
         with pytest.raises(RuntimeError, match="no more steps"):
             simulate_one(scenario)
         assert gc.isenabled() is before

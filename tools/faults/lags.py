@@ -11,14 +11,14 @@ import numpy as np
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.traces import SessionTraces
 
 LONGEST_S = 0.6  # that the fit looks for, one way
 FITTED_S = 3.0  # of the session's end
 
 
-class WatchedBatch(SessionBatch):
+class WatchedBatch(SteppedSession):
     """A session whose playouts are asked, at every step of the server, how late they are."""
 
     def __init__(self, *arguments: Any) -> None:

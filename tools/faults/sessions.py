@@ -29,9 +29,9 @@ class Carried:
     def __init__(self, settings: tuple[str, ...], channel: str = "strict") -> None:
         words = [f"channel={channel}", f"duration_s={DURATION_S:g}", *settings]
         self.scenario = scenarios.load("carry_16ms", settings_texts=words)
-        self.batch = WatchedBatch([self.scenario])
+        self.batch = WatchedBatch(self.scenario)
         self.batch.run(lambda ratio: None)
-        self.traces = self.batch.traces(0)
+        self.traces = self.batch.traces()
         self.summary = summary(self.traces, self.scenario)
 
     @property

@@ -14,11 +14,11 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, FLAG_WAITING, WavePacket
 
 
-def vector(value: Value) -> Vector:
-    """Return a signal as the laws have it."""
-    if isinstance(value, np.ndarray):
-        return tuple(value.tolist()) if value.ndim else (float(value),)
-    return (float(value),)
+def vector(value: Value, dof: int) -> Vector:
+    """Return a signal as the laws have it; a number stands for all axes."""
+    if isinstance(value, np.ndarray) and value.ndim:
+        return tuple(value.tolist())
+    return (float(value),) * dof
 
 
 def value(signal: Vector) -> Value:
@@ -26,17 +26,17 @@ def value(signal: Vector) -> Value:
     return signal[0] if len(signal) == 1 else np.array(signal)
 
 
-def known(packet: WavePacket, *, fresh: bool, lost: int) -> Packet:
+def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
     """Return an accepted packet as the laws have it."""
     flags = packet.flags
     return Packet(
         packet.seq,
         packet.sent_ns,
         packet.period,
-        vector(packet.wave),
-        vector(packet.integral),
+        vector(packet.wave, dof),
+        vector(packet.integral, dof),
         float(packet.energy),
-        vector(packet.position),
+        vector(packet.position, dof),
         bool(packet.short),
         bool(flags & FLAG_WAITING),
         bool(flags & FLAG_ANEW),

@@ -54,7 +54,7 @@ class Inbox(Receiver):
             verdict = self.push(packet, now_ns)
             if verdict is ACCEPTED or verdict is NEW_EPOCH:
                 fresh = verdict is NEW_EPOCH
-                taken.append(known(packet, fresh=fresh, lost=self.lost - lost))
+                taken.append(known(packet, self.dof, fresh=fresh, lost=self.lost - lost))
         return taken
 
     def match(self, impedance: Impedance) -> None:

@@ -77,7 +77,7 @@ class UserEnd:
         schedule: FrameSchedule,
         workspace_m: float | None = None,
     ) -> None:
-        self._user, self._epoch, self._schedule = user, epoch, schedule
+        self._user, self._epoch, self._schedule, self._dof = user, epoch, schedule, dof
         self._session: dict[str, Any] = {
             "controller": controller,
             "channel": channel,
@@ -275,9 +275,9 @@ class UserEnd:
         if sample.fresh:
             self._measured_ns = now_ns if sample.measured_ns is None else sample.measured_ns
         x, xd = sample.x, sample.xd
-        if type(x) is float and type(xd) is float:
+        if self._dof == 1 and type(x) is float and type(xd) is float:
             return Sample((x,), (xd,), sample.valid, self._measured_ns)
-        return Sample(vector(x), vector(xd), sample.valid, self._measured_ns)
+        return Sample(vector(x, self._dof), vector(xd, self._dof), sample.valid, self._measured_ns)
 
     def _sent(self, now_ns: int, sample: Sample, *, leaves: bool) -> WavePacket | None:
         """Send what a frame leaves."""

@@ -30,7 +30,7 @@ from pmwvc_core.made.without_waves import CONTROLLERS
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 
 WAVES = "pmwvc"  # the controller
 UNKNOWN = "unknown"  # the coupling of black boxes
@@ -71,10 +71,13 @@ def are_made(scenario: "scenarios.Scenario") -> bool:
 
 
 def is_user_made(controller: str, master: MasterParams) -> bool:
-    """Tell whether there are laws for a user's end; plug-ins have none."""
+    """Tell whether there are laws for a user's end: none for plug-ins, nor for a filter bank
+    behind an impedance that couples the axes.
+    """
     if controller != WAVES:
         return controller in CONTROLLERS
-    return not (master.bank.is_on and master.local_model.is_plugin)
+    coupled = isinstance(impedance_of(master), MatrixImpedance)
+    return not (master.bank.is_on and (master.local_model.is_plugin or coupled))
 
 
 def is_server_made(controller: str, server: ServerParams) -> bool:

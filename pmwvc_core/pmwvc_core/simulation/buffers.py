@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Buffers of a simulated session's traces, and the traces of one run of a batch."""
+"""Buffers of a simulated session's traces."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.frame.rows import SIGNALS, FrameReport, ServerRow
-from pmwvc_core.numeric import Array, Integers, Value, where
+from pmwvc_core.numeric import Array, Integers, Value
 from pmwvc_core.simulation.columns import Accounts, Columns
 from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, SessionTraces, UserTraces
@@ -29,19 +29,18 @@ class UserBuffer:
         Of the session; frames at most.
     """
 
-    def __init__(self, name: str, *, ticks: int, blocks: int, runs: int, dof: int) -> None:
+    def __init__(self, name: str, *, ticks: int, blocks: int, dof: int) -> None:
         self.name = name
         self._every = ticks
         self._ticks: list[int] = []  # that ran, and when [ns]
         self._times_ns: list[int] = []
         self._ends: list[int] = []  # of frames [ticks]
         self._changes: list[int] = []
-        plain = runs == dof == 1
-        self._signals = Columns(SIGNALS, rows=ticks, runs=runs, width=dof, plain=plain)
+        self._signals = Columns(SIGNALS, rows=ticks, width=dof)
         names = (*ENERGIES, STATE)
-        self._energies = Columns(names, rows=blocks, runs=runs, width=1, plain=plain)
-        self._reason: list[list[str]] = []
-        self._accounts = Accounts(rows=blocks, runs=runs, plain=plain)
+        self._energies = Columns(names, rows=blocks, width=1)
+        self._reason: list[str] = []
+        self._accounts = Accounts(rows=blocks)
 
     @property
     def times_ns(self) -> Sequence[int]:
@@ -50,7 +49,7 @@ class UserBuffer:
 
     @cached_property
     def _ran(self) -> tuple[Integers, Integers]:
-        """Ticks that ran and when [ns], once all have: the same in every run."""
+        """Ticks that ran and when [ns], once all have."""
         times_ns = np.array(self._times_ns, dtype=np.int64)
         return np.array(self._ticks, dtype=np.int64), times_ns
 
@@ -70,21 +69,21 @@ class UserBuffer:
         reason = report.reason
         self._ends.append(min(ends, self._every))
         self._changes.append(changes)
-        self._reason.append([reason] if isinstance(reason, str) else list(reason))
+        self._reason.append(str(reason))
         energies = (report.u_m, report.u_tx, report.v_rx, report.v_m, *work, report.state)
         self._energies.write((block,), energies)
         if report.accounts:
             self._accounts.write(block, report.accounts)
 
-    def run(self, run: int, *, first: int, tick_s: float, safety_events: int) -> UserTraces:
-        """Return the traces of one run: of the ticks that ran, numbered from the first."""
+    def traces(self, *, first: int, tick_s: float, safety_events: int) -> UserTraces:
+        """Return the traces of the ticks that ran, numbered from the first."""
         ran, times_ns = self._ran
         late_ns = times_ns - ran * round(tick_s * 1e9)
-        signals: dict[str, Any] = {name: self._signals.of(name, run) for name in SIGNALS}
+        signals: dict[str, Any] = {name: self._signals.of(name) for name in SIGNALS}
         for name, rows in signals.items():  # an index for every row takes much longer than a copy
             signals[name] = rows.copy() if len(ran) == self._every else rows[ran]
         blocks = len(self._ends)
-        energies = {name: self._energies.of(name, run)[:blocks, 0].copy() for name in ENERGIES}
+        energies = {name: self._energies.of(name)[:blocks, 0].copy() for name in ENERGIES}
         return UserTraces(
             name=self.name,
             tick_s=tick_s,
@@ -93,10 +92,10 @@ class UserBuffer:
             lateness_s=late_ns.astype(np.float64) * 1e-9,
             compute_s=np.zeros(len(ran)),
             block_time_s=np.array(self._ends, dtype=np.float64) * tick_s,
-            state=self._energies.of(STATE, run)[:blocks, 0].astype(np.int64),
-            reason=[names[run if len(names) > 1 else 0] for names in self._reason],
+            state=self._energies.of(STATE)[:blocks, 0].astype(np.int64),
+            reason=self._reason,
             energy=energies,
-            accounts=self._accounts.of(run, blocks),
+            accounts=self._accounts.of(blocks),
             changes=np.array(self._changes, dtype=np.int64),
             looked_ns=late_ns,
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
@@ -114,16 +113,15 @@ class ServerBuffer:
         Of each step: its tick, when it ran [ns], how long it lasted [s].
     """
 
-    def __init__(self, users: Sequence[str], *, steps: int, runs: int, dof: int) -> None:
+    def __init__(self, users: Sequence[str], *, steps: int, dof: int) -> None:
         self.users = list(users)
         signals = _names(OBJECT, OF_AVATARS, users)
         energies = _names(STORED, (*ENERGIES_PER_USER, "contact"), users)
-        plain = runs == dof == 1
-        self._signals = Columns(signals, rows=steps, runs=runs, width=dof, plain=plain)
-        self._energies = Columns(energies, rows=steps, runs=runs, width=1, plain=plain)
+        self._signals = Columns(signals, rows=steps, width=dof)
+        self._energies = Columns(energies, rows=steps, width=1)
         self._state: list[tuple[int, ...]] = []
         self._target: list[Value] = []
-        self._accounts = Accounts(rows=steps, runs=runs, plain=plain)
+        self._accounts = Accounts(rows=steps)
         self.ticks: list[int] = []
         self.ran_ns: list[int] = []
         self.periods_s: list[float] = []
@@ -142,7 +140,7 @@ class ServerBuffer:
         energies: list[Value] = [row.kinetic, row.potential, row.dissipated]
         for port in row.ports:
             signals += port[:5]
-            energies += (port.energy_u_s, port.energy_v_s, where(port.contact, 1.0, 0.0))
+            energies += (port.energy_u_s, port.energy_v_s, float(port.contact))
         self._signals.write((step,), signals)
         self._energies.write((step,), energies)
         self._state.append(row.state)
@@ -150,12 +148,12 @@ class ServerBuffer:
         if row.accounts:
             self._accounts.write(step, row.accounts)
 
-    def run(self, run: int, *, time_s: Array, tick_ns: int) -> ServerTraces:
-        """Return the traces of one run, given when steps began [s]."""
+    def traces(self, *, time_s: Array, tick_ns: int) -> ServerTraces:
+        """Return the traces, given when steps began [s]."""
         steps, each = len(self.ticks), range(len(self.users))
 
         def of(columns: Columns, name: str) -> Array:
-            return columns.of(name, run)[:steps].copy()
+            return columns.of(name)[:steps].copy()
 
         parts: dict[str, Any] = {name: of(self._signals, name) for name in OBJECT}
         parts["target"] = np.array(self._target).reshape(parts["x_o"].shape)
@@ -172,7 +170,7 @@ class ServerBuffer:
             step=np.arange(1, steps + 1, dtype=np.int64),
             contact=[of(self._energies, f"contact{i}")[:, 0] != 0.0 for i in each],
             state=[column.copy() for column in self._presence.T],
-            accounts=self._accounts.of(run, steps),
+            accounts=self._accounts.of(steps),
             changes=np.array(self.changes, dtype=np.int64),
             looked_ns=np.array(self.ran_ns, dtype=np.int64) - np.array(self.ticks) * tick_ns,
             **parts,

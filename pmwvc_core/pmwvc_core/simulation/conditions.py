@@ -79,18 +79,13 @@ class Conditions:
         missed = np.setdiff1d(every[ran[0] :], ran)
         return Ticks(first, int(ran[0]), times, frozenset(missed.tolist()))
 
-    def device_and_hand(
-        self, scenario: Scenario, index: int, runs: int
-    ) -> tuple[SimulatedDevice, Operator]:
-        """Return device and hand of the user with a number (from 0), where a session of ``runs``
-        begins.
-        """
+    def device_and_hand(self, scenario: Scenario, index: int) -> tuple[SimulatedDevice, Operator]:
+        """Return device and hand of the user with a number (from 0), where a session begins."""
         user, dof, tick_s = scenario.users[index], scenario.dof, scenario.tick_s
         half = scenario.server.object_size_m / 2
         start = user.side * (half + user.contact.gap_m)
         device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
-        # In a batch every run has a place of its own from the beginning.
-        device.place(start + np.zeros((runs, 1)) if runs > 1 else start)
+        device.place(start)
         if hand := self.hands.get(user.name):
             return device, hand()
         at = Setting(user.side, half, start, tick_s, dof)

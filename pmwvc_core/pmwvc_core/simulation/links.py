@@ -1,21 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One direction of one user's network in virtual time: sender's log, link and receiver.
+"""One direction of one user's network in virtual time: sender's log, link and receiver."""
 
-The runs of a batch share one network: what is compared within a batch meets the same packet fates.
-A run whose waves are beyond all numbers, or beyond what a receiver takes, sends zeros instead; a
-single run's packet is refused, as live.
-"""
-
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-
-import numpy as np
 
 from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.network.link import Link, stream_of
 from pmwvc_core.network.recorded_link import RecordedLink
-from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
@@ -62,7 +53,6 @@ class SimulatedLink:
 
     def send(self, packet: WavePacket, now_ns: int) -> None:
         """Give a packet to the link."""
-        packet = _each_for_itself(packet, self.receiver.max_wave)
         self.sent.append(packet)
         self.fates += self.link.send(packet, now_ns, size_bytes=self._size_bytes)
 
@@ -107,25 +97,3 @@ def links_of(
         )
 
     return one(0, "up", user.link_up), one(1, "down", user.link_down)
-
-
-def _each_for_itself(packet: WavePacket, longest: Value) -> WavePacket:
-    """Return a packet of a batch that its receiver takes whatever a single run has come to.
-
-    Where there is only one run the receiver refuses such a packet, as live.
-    """
-    if type(packet.wave) is type(packet.position) is float:
-        return packet
-    values = {name: getattr(packet, name) for name in ("wave", "integral", "energy", "position")}
-    wild = {name: value for name, value in values.items() if _is_wild(value)}
-    tamed = {n: np.nan_to_num(v, nan=0.0, posinf=0.0, neginf=0.0) for n, v in wild.items()}
-    wave = tamed.get("wave", packet.wave)
-    if isinstance(wave, np.ndarray) and wave.ndim == 2:
-        beyond = squared(wave) > longest**2
-        if np.any(beyond):
-            tamed["wave"] = np.where(beyond, 0.0, wave)
-    return dataclasses.replace(packet, **tamed) if tamed else packet
-
-
-def _is_wild(value: Value) -> bool:
-    return isinstance(value, np.ndarray) and value.ndim == 2 and not np.isfinite(value).all()

@@ -16,102 +16,59 @@ from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.reception import counts, passage
 
 
-class NetworkTraces:
-    """The traces of a batch's network; all runs share fates and receptions.
-
-    Parameters
-    ----------
-    users, server
-        Both ends of the links, after the session.
-    """
-
-    def __init__(
-        self, users: Sequence[SimulatedUser], server: Any, *, runs: int, dof: int
-    ) -> None:
-        self._tables: list[PacketTable] = []
-        self._fates: dict[str, FateTraces] = {}
-        self._receptions: dict[str, ReceptionTraces] = {}
-        self._faults: dict[str, str] = {}
-        for user in users:
-            name = user.settings.name
-            for way, link, sender, receiver, end in (
-                ("up", user.up, f"/{name}", f"/server/{name}", server),
-                ("down", user.down, f"/server/{name}", f"/{name}", user.loop),
-            ):
-                sent = [(packet, packet.sent_ns) for packet in link.sent]
-                for seen, side in ((sent, sender), (link.arrived, receiver)):
-                    table = PacketTable(seen, f"{side}/wave_{way}", runs=runs, dof=dof)
-                    self._tables.append(table)
-                which, inbox = f"{name}/{way}", link.receiver
-                self._fates[which] = fate_traces(link, which)
-                self._receptions[which] = ReceptionTraces(
-                    which,
-                    receivers=1,
-                    counts=counts(inbox, other_controller=end.other_controller),
-                    passage=passage(inbox.path.estimate()),
-                )
-                if link.link.faults.count:  # of plug-ins
-                    self._faults[which] = str(link.link.faults)
-
-    def add_to(self, traces: SessionTraces, run: int) -> None:
-        """Add what one run sent, and what all share."""
-        if self._faults:
-            traces.metadata["links"] = dict(self._faults)
-        traces.receptions = dict(self._receptions)
-        traces.fates = dict(self._fates)
-        for table in self._tables:
-            packets = table.run(run)
-            traces.packets[table.topic] = packets
-            traces.counts[table.topic] = {"messages": len(packets.seq), "missing": 0}
+def add_network(
+    traces: SessionTraces, users: Sequence[SimulatedUser], server: Any, *, dof: int
+) -> None:
+    """Add what links and receivers did, given both ends after the session."""
+    faults = {}
+    for user in users:
+        name = user.settings.name
+        for way, link, sender, receiver, end in (
+            ("up", user.up, f"/{name}", f"/server/{name}", server),
+            ("down", user.down, f"/server/{name}", f"/{name}", user.loop),
+        ):
+            sent = [(packet, packet.sent_ns) for packet in link.sent]
+            for seen, side in ((sent, sender), (link.arrived, receiver)):
+                topic = f"{side}/wave_{way}"
+                traces.packets[topic] = _packets(seen, topic, dof)
+                traces.counts[topic] = {"messages": len(seen), "missing": 0}
+            which, inbox = f"{name}/{way}", link.receiver
+            traces.fates[which] = fate_traces(link, which)
+            traces.receptions[which] = ReceptionTraces(
+                which,
+                receivers=1,
+                counts=counts(inbox, other_controller=end.other_controller),
+                passage=passage(inbox.path.estimate()),
+            )
+            if link.link.faults.count:  # of plug-ins
+                faults[which] = str(link.link.faults)
+    if faults:
+        traces.metadata["links"] = faults
 
 
-class PacketTable:
-    """Packets seen on one topic, for all runs of a batch at once.
+def _packets(seen: Sequence[tuple[WavePacket, int]], topic: str, dof: int) -> PacketTraces:
+    """Return packets seen on a topic, with the times at which they were seen [ns]."""
+    packets = [packet for packet, _ in seen]
 
-    Parameters
-    ----------
-    seen
-        Packets with the times at which they were seen [ns].
-    """
+    def of(name: str, kind: Any = float) -> Any:
+        return np.array([getattr(packet, name) for packet in packets], dtype=kind)
 
-    def __init__(
-        self, seen: Sequence[tuple[WavePacket, int]], topic: str, *, runs: int, dof: int
-    ) -> None:
-        packets = [packet for packet, _ in seen]
+    def vectors(name: str) -> Array:
+        values = [np.broadcast_to(getattr(packet, name), dof) for packet in packets]
+        return np.array(values, dtype=float).reshape(len(packets), dof)
 
-        def of(name: str, width: int) -> Array:
-            if runs == dof == 1:
-                values = [getattr(packet, name) for packet in packets]
-                return np.array(values, dtype=float).reshape(len(packets), 1, 1)
-            rows = np.zeros((len(packets), runs, width))
-            for row, packet in zip(rows, packets, strict=True):
-                row[:] = getattr(packet, name)
-            return rows
-
-        self.topic = topic
-        self._time_s = np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9
-        self._epoch = np.array([packet.epoch for packet in packets], dtype=np.uint64)
-        self._seq = np.array([packet.seq for packet in packets], dtype=np.int64)
-        self._sent_ns = np.array([packet.sent_ns for packet in packets], dtype=np.int64)
-        self._period_s = np.array([packet.period for packet in packets], dtype=float)
-        self._wave, self._integral = of("wave", dof), of("integral", dof)
-        self._position = of("position", dof)
-        self._energy = of("energy", 1)
-
-    def run(self, run: int) -> PacketTraces:
-        """Return the packets as one run sent them."""
-        return PacketTraces(
-            topic=self.topic,
-            time_s=self._time_s,
-            epoch=self._epoch,
-            seq=self._seq,
-            sent_ns=self._sent_ns,
-            period_s=self._period_s,
-            wave=self._wave[:, run].copy(),
-            integral=self._integral[:, run].copy(),
-            energy=self._energy[:, run, 0].copy(),
-            position=self._position[:, run].copy(),
-        )
+    return PacketTraces(
+        topic=topic,
+        time_s=np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9,
+        epoch=of("epoch", np.uint64),
+        seq=of("seq", np.int64),
+        sent_ns=of("sent_ns", np.int64),
+        period_s=of("period"),
+        wave=vectors("wave"),
+        integral=vectors("integral"),
+        energy=of("energy"),
+        position=vectors("position"),
+    )
 
 
 def fate_traces(link: SimulatedLink, name: str) -> FateTraces:

@@ -6,28 +6,27 @@ With the schedule of a scenario (:data:`pmwvc_core.frame.schedule.AT_ONCE`) fram
 step and answer are one instant: without delay a packet arrives when it was sent.
 :mod:`pmwvc_core.simulation.conditions` can give other phases.
 
-Deterministic: the same scenario gives the same bits. Batched: scenarios of equal structure are
-stepped together on arrays ``(runs, dof)``; a single run with one axis is stepped on floats, as the
-live loop is.
+Deterministic: the same scenario gives the same bits; compiled, for many sessions
+(:mod:`.bulk.choice`), the same numbers to rounding.
 """
 
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.bulk.choice import loops_of
+from pmwvc_core.simulation.bulk.run import run
+from pmwvc_core.simulation.bulk.traces import traces_of
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
-from pmwvc_core.simulation.stacking import batches
+from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.traces import SessionTraces
 
 R = TypeVar("R")
-SMALLEST_BATCH = 6  # numbers are quicker than arrays of fewer
-LARGEST_BATCH = 512  # bounds the memory of the traces: 330 MB per user and ten seconds
 
 
 def simulate_one(scenario: Scenario, conditions: Conditions = FROM_SCENARIO) -> SessionTraces:
     """Simulate one scenario."""
-    return simulate([scenario], conditions=conditions)[0]
+    return _stepped(scenario, conditions, lambda ratio: None)
 
 
 def simulate(
@@ -37,12 +36,12 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     conditions: Conditions = FROM_SCENARIO,
 ) -> list[R] | list[SessionTraces]:
-    """Simulate scenarios, those of equal structure side by side where that is quicker.
+    """Simulate scenarios, many of a kind compiled.
 
     Parameters
     ----------
     scenarios
-        Run in batches; results come in the same order.
+        Results come in the same order.
     keep
         Reduces the traces of each run, with its scenario (to its verdict, for example); all traces
         by default.
@@ -51,19 +50,32 @@ def simulate(
     conditions
         Conditions that the scenarios do not name; the same for all.
     """
-    results: list[Any] = [None] * len(scenarios)
-    done = 0
-    for members in batches(scenarios, smallest=SMALLEST_BATCH, largest=LARGEST_BATCH):
-        batch = SessionBatch([scenarios[i] for i in members], conditions)
+    results: list[Any] = []
+    alone = len(scenarios) == 1 or conditions is not FROM_SCENARIO
+    loops = [None] * len(scenarios) if alone else loops_of(scenarios)
+    for done, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
 
-        def report(ratio: float, *, before: int = done, size: int = len(members)) -> None:
+        def report(ratio: float, *, before: int = done) -> None:
             if progress is not None:
-                progress((before + ratio * size) / len(scenarios))
+                progress((before + ratio) / len(scenarios))
 
-        batch.run(report)
-        for run, position in enumerate(members):
-            traces = batch.traces(run)
-            results[position] = traces if keep is None else keep(traces, scenarios[position])
-        done += len(members)
-        del batch  # before the next one takes as much memory
+        traces = _in_bulk(scenario, loop) if loop is not None else None
+        if traces is None:
+            traces = _stepped(scenario, conditions, report)
+        report(1.0)
+        results.append(traces if keep is None else keep(traces, scenario))
     return results
+
+
+def _stepped(
+    scenario: Scenario, conditions: Conditions, progress: Callable[[float], None]
+) -> SessionTraces:
+    session = SteppedSession(scenario, conditions)
+    session.run(progress)
+    return session.traces()
+
+
+def _in_bulk(scenario: Scenario, loop: Callable[..., bool]) -> SessionTraces | None:
+    """Return the traces of a session; None where a wave did not go by the plan of the network."""
+    left = run(scenario, loop)
+    return traces_of(left) if left.whole else None

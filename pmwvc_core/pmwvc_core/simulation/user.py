@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pmwvc_core.ends.assembly import user_end_of
-from pmwvc_core.frame.assembly import force_loop_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import CATCH_UP_S
@@ -19,8 +18,8 @@ from pmwvc_core.transport.receiver import Receiver
 
 
 class SimulatedUser:
-    """The user with a number (from 0), in a batch of ``runs`` with a length in ticks; ``inbox``
-    is its receiver at the server.
+    """The user with a number (from 0), in a session of so many ticks; ``inbox`` is its receiver at
+    the server.
     """
 
     def __init__(
@@ -29,15 +28,13 @@ class SimulatedUser:
         index: int,
         *,
         ticks: int,
-        runs: int,
         inbox: Receiver,
         conditions: Conditions,
     ) -> None:
         self.settings = user = scenario.users[index]
-        make = force_loop_of if runs > 1 else user_end_of
-        self.loop: Any = make(scenario, index, schedule=conditions.schedule)
+        self.loop: Any = user_end_of(scenario, index, schedule=conditions.schedule)
         self.up, self.down = links_of(scenario, index, (inbox, self.loop.inbox), conditions.links)
-        self.device, self.operator = conditions.device_and_hand(scenario, index, runs)
+        self.device, self.operator = conditions.device_and_hand(scenario, index)
         tick_ns = round(scenario.tick_s * 1e9)
         self.ticks = conditions.ticks_of(user.name, ticks=ticks, tick_ns=tick_ns)
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))

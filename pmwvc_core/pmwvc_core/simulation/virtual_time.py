@@ -12,7 +12,6 @@ from functools import partial
 from typing import Any
 
 from pmwvc_core.ends.assembly import server_end_of
-from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.changes import hand_over
@@ -31,8 +30,8 @@ class VirtualTime:
 
     Parameters
     ----------
-    scenario, ticks, runs
-        The session, its length, and of how many runs its numbers are columns ``(runs, 1)``.
+    scenario, ticks
+        The session and its length.
     on_frame, on_step
         Called with number of a user and ticks that it ran, a frame or a part of one; and with a
         step of the server: tick and time [ns] at which it began, and its row.
@@ -45,13 +44,12 @@ class VirtualTime:
         on_frame: Callable[[int, Frame], None],
         on_step: Callable[[int, int, ServerRow], None],
         ticks: int = ENDLESS,
-        runs: int = 1,
         conditions: Conditions = FROM_SCENARIO,
     ) -> None:
         self._present, self.tick_ns = scenario, round(scenario.tick_s * 1e9)
-        self.server: Any = (server_step_of if runs > 1 else server_end_of)(scenario)
+        self.server: Any = server_end_of(scenario)
         self.users = [
-            SimulatedUser(scenario, i, ticks=ticks, runs=runs, inbox=inbox, conditions=conditions)
+            SimulatedUser(scenario, i, ticks=ticks, inbox=inbox, conditions=conditions)
             for i, inbox in enumerate(self.server.inboxes)
         ]
         self._on_frame, self._on_step = on_frame, on_step

@@ -3,7 +3,7 @@
 """Sessions in bulk: compiled by Numba, one after the other, each from the laws of its scenario."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,11 +35,20 @@ def can_run(scenario: Scenario) -> bool:
     return is_planned(scenario) and are_made(scenario)
 
 
-def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
-    """Run a session, compiled where the loop given is."""
+class Prepared(NamedTuple):
+    """What the loop of a session is called with."""
+
+    ends: tuple[End, ...]
+    server: Any
+    users: tuple[EndParams, ...]
+    p: Any
+    clock: Clock
+    network: Network
+
+
+def prepared(scenario: Scenario) -> Prepared:
+    """Return what the loop of a session begins with."""
     network = network_of(scenario)
-    plan = plan_of(network)
-    book = _book(network, plan)
     made = [_end(scenario, number) for number in range(len(scenario.users))]
     p = server_params(
         scenario.users,
@@ -65,8 +74,15 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
         tuple(range(len(users))),
         tuple(range(scenario.dof)),
     )
-    whole = session(ends, server, users, p, clock, book)
-    return Run(scenario, plan, book, bool(whole))
+    return Prepared(ends, server, users, p, clock, network)
+
+
+def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
+    """Run a session, compiled where the loop given is."""
+    *begins, network = prepared(scenario)
+    plan = plan_of(network)
+    book = _book(network, plan)
+    return Run(scenario, plan, book, session(*begins, book))
 
 
 def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:

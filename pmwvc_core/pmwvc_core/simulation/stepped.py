@@ -1,23 +1,21 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios of equal structure stepped together, and what they leave behind."""
+"""A session stepped with its packets, and what it leaves behind."""
 
 import gc
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
 
 import numpy as np
 
 from pmwvc_core.frame.rows import ServerRow
-from pmwvc_core.numeric import Array, flatten
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults, add_learned
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
-from pmwvc_core.simulation.network_traces import NetworkTraces, taken_traces
-from pmwvc_core.simulation.stacking import stack_scenarios
+from pmwvc_core.simulation.network_traces import add_network, taken_traces
 from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
 from pmwvc_core.traces import SessionTraces, TakenTraces
@@ -25,22 +23,17 @@ from pmwvc_core.traces import SessionTraces, TakenTraces
 PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
 
 
-class SessionBatch:
-    """Scenarios of equal structure, stepped together."""
+class SteppedSession:
+    """A scenario in virtual time, stepped packet by packet."""
 
-    def __init__(
-        self, scenarios: Sequence[Scenario], conditions: Conditions = FROM_SCENARIO
-    ) -> None:
-        scenario, runs = stack_scenarios(scenarios), len(scenarios)
-        self.tick_s = scenario.tick_s
+    def __init__(self, scenario: Scenario, conditions: Conditions = FROM_SCENARIO) -> None:
+        self.tick_s, self._dof = scenario.tick_s, scenario.dof
         self.ticks = ticks = round(scenario.duration_s / self.tick_s)
-        self._shape = {"runs": runs, "dof": scenario.dof}
         self._prescribed = bool(conditions.steps or conditions.schedule.server_s)
         self._changes = over_time(scenario)
         self.time = time = VirtualTime(
             scenario,
             ticks=ticks,
-            runs=runs,
             conditions=conditions,
             on_frame=self._note,
             on_step=self._note_step,
@@ -53,14 +46,14 @@ class SessionBatch:
                 name,
                 ticks=ticks,
                 blocks=_most(ticks, [stage.users[i].master.rate_drop for stage in stages]),
-                **self._shape,
+                dof=scenario.dof,
             )
             for i, name in enumerate(names)
         ]
         steps = _most(ticks, [stage.period_ticks for stage in stages])
         if conditions.steps is not None:
             steps = len(conditions.steps.tick)
-        self.server_buffer = ServerBuffer(names, steps=steps, **self._shape)
+        self.server_buffer = ServerBuffer(names, steps=steps, dof=scenario.dof)
 
     def run(self, progress: Callable[[float], None]) -> None:
         """Step to the end; ``progress`` is called with the ratio done, 0..1."""
@@ -86,57 +79,50 @@ class SessionBatch:
         buffer.write_ticks(frame)
         if frame.ends is not None:
             loop = user.loop
-            buffer.write_block(frame.ends, loop.report(), user.device.work, changes=loop.changes)
+            given_j, by_hand_j = (float(np.sum(each)) for each in user.device.work)
+            buffer.write_block(
+                frame.ends, loop.report(), (given_j, by_hand_j), changes=loop.changes
+            )
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
         server = self.server
         self.server_buffer.write(tick, now_ns, server.period_s, row, changes=server.changes)
 
-    def traces(self, run: int) -> SessionTraces:
-        """Return what one run of the batch leaves behind."""
+    def traces(self) -> SessionTraces:
+        """Return what the session leaves behind."""
         server = self.server_buffer
         traces = SessionTraces(
             source="simulated",
             duration_s=self.ticks * self.tick_s,
             users=[
-                buffer.run(
-                    run,
+                buffer.traces(
                     first=user.ticks.first,
                     tick_s=self.tick_s,
-                    safety_events=_of_run(user.loop.safety_events, run),
+                    safety_events=user.loop.safety_events,
                 )
                 for user, buffer in zip(self.users, self.user_buffers, strict=True)
             ],
-            server=server.run(run, time_s=self._began_s, tick_ns=self.tick_ns),
+            server=server.traces(time_s=self._began_s(), tick_ns=self.tick_ns),
         )
         if self._prescribed:
             late_ns = np.array(server.ran_ns) - np.array(server.ticks) * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         add_faults(traces, self.server)
         for i, user in enumerate(traces.users):
-            learned = self.server.learned(i)
-            if learned is not None:
-                ratio = flatten(learned)[min(run, np.size(learned) - 1)]
-                add_learned(traces, user.name, float(ratio))
-        self._network.add_to(traces, run)
-        traces.taken = dict(self._taken)
+            add_learned(traces, user.name, float(np.max(self.server.learned(i) or 0.0)))
+        add_network(traces, self.users, self.server, dof=self._dof)
+        traces.taken = self._taken()
         return traces
 
-    @cached_property
     def _began_s(self) -> Array:
-        """When steps began [s]."""
+        """Return when steps began [s]."""
         ticks, periods_s = self.server_buffer.ticks, self.server_buffer.periods_s
         if self._prescribed or len(set(periods_s)) > 1:
             return np.array(ticks, dtype=np.float64) * self.tick_s
         return np.asarray(np.arange(len(ticks)) * np.array(periods_s))
 
-    @cached_property
-    def _network(self) -> NetworkTraces:
-        return NetworkTraces(self.users, self.server, **self._shape)
-
-    @cached_property
     def _taken(self) -> dict[str, TakenTraces]:
-        """What receivers were given, the same in all runs."""
+        """Return what receivers were given."""
         return {
             f"{user.settings.name}/{way}": taken_traces(link, looks)
             for user, buffer in zip(self.users, self.user_buffers, strict=True)
@@ -166,8 +152,3 @@ def _no_garbage() -> Iterator[None]:
 def _most(ticks: int, lengths: list[int]) -> int:
     """Return how many frames or steps a session has at most, if their length changes."""
     return ticks // min(lengths) + 1 + len(lengths)
-
-
-def _of_run(value: object, run: int) -> int:
-    """Return one run's entry of a count that a batch may hold as an array."""
-    return int(value[run, 0]) if isinstance(value, np.ndarray) else int(value)  # type: ignore[call-overload]
