@@ -25,10 +25,6 @@ def definition(law: FunctionType) -> ast.FunctionDef:
     return tree
 
 
-def _expression(text: str) -> ast.expr:
-    return ast.parse(text, mode="eval").body
-
-
 class Places(ast.NodeTransformer):
     """Puts other names in the place of arguments; the first use of some sets them."""
 

@@ -9,10 +9,8 @@ from pmwvc_core.compiled import compiled
 from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.law.plant.forces import RecordedForce, hand_force, hand_hold, recorded_params
 from pmwvc_core.law.plant.hand import RecordedHand, recorded_motion
-from pmwvc_core.law.plant.motion import damper_heat
 from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
 from pmwvc_core.law.plant.targets import TableHand, TableParams
-from pmwvc_core.law.plant.task import ShownParams, ShownTarget, shown_target, task_of
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.hands import Place, make_hand
 
@@ -21,25 +19,17 @@ TICKS = 2000
 
 
 def pushed(device, dp, hand, hp, f_m):
-    x, xd, heat_j = device.x, device.xd, 0.0
+    x, xd = device.x, device.xd
     for tick in range(TICKS):
         if tick < 100:
             hand, f_h = hand_hold(hand, x, hp)
         else:
             hand, f_h = hand_force(hand, x, xd, hp)
         device, x, xd = device_step(device, f_h, f_m, dp)
-        heat_j += damper_heat(dp.mass, dp.damping, dp.tick_s, xd, f_h)
-    return device, hand, heat_j
+    return device, hand
 
 
-def shown(s, p):
-    s, at = shown_target(s, False, p)
-    for _ in range(TICKS):
-        s, at = shown_target(s, True, p)
-    return s, at
-
-
-pushed.__module__ = shown.__module__ = "pmwvc_core.law.driver"
+pushed.__module__ = "pmwvc_core.law.driver"
 
 
 def leaves(value):
@@ -79,10 +69,3 @@ def test_all_hands(axes):
             assert np.allclose(leaves(compiled(pushed)(*given)), wanted, rtol=1e-12, atol=1e-12)
             ends.add(wanted[0])
     assert len(ends) > 10  # no two hands do the same
-
-
-def test_the_shown_target():
-    p = ShownParams(task_of(TaskParams("carry", move_s=0.5), 3), 0.008, 0.5)
-    s, at = compiled(shown)(ShownTarget(False, 0.0), p)
-    assert np.allclose(leaves((s, at)), leaves(shown(ShownTarget(False, 0.0), p)), rtol=1e-12)
-    assert at[0] > 0.0

@@ -60,6 +60,7 @@ CORE = {
     | {"law", "made", "frame", "plant", "master", "server", "controllers", "scenario", "unrolled"},
     "simulation": BASE
     | {
+        "compiled",
         "law",
         "made",
         "master",

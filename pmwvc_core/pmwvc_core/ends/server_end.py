@@ -16,15 +16,14 @@ from typing import Any
 
 from pmwvc_core.ends.changes import Changes
 from pmwvc_core.ends.forms import message, value
+from pmwvc_core.ends.guests import all_left, challenge, counted
 from pmwvc_core.ends.inbox import Inbox
-from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
-from pmwvc_core.law.channel.arrivals import arrivals_of, arrive
-from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.packing import About, pack
-from pmwvc_core.law.server.energies import environment_energies, port_shown
-from pmwvc_core.law.server.server_port import UserPort, changed_port, left
-from pmwvc_core.law.server_step import ABSENT, server_step
-from pmwvc_core.law.vectors import zero
+from pmwvc_core.ends.server_row import PRESENCES, row_of
+from pmwvc_core.frame.rows import Presence, ServerRow
+from pmwvc_core.law.channel.arrivals import arrivals_of
+from pmwvc_core.law.server.energies import port_shown
+from pmwvc_core.law.server.server_port import changed_port
+from pmwvc_core.law.server_step import ABSENT, Answer, server_step
 from pmwvc_core.made.accounts import accounts_of_server
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.server_changes import changed_server
@@ -38,8 +37,6 @@ from pmwvc_core.server.black_box.faults import Faults, Unsettled
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
-
-PRESENCES = tuple(Presence)  # by their numbers, which are those of the law
 
 
 class ServerEnd:
@@ -178,11 +175,7 @@ class ServerEnd:
         """
         self.paused = paused
         if paused:
-            e = self.s.environment
-            ports, dropped_j = zip(*map(left, e.ports), strict=True)
-            e = e._replace(ports=ports, dissipated_j=e.dissipated_j + sum(dropped_j))
-            guests = tuple(guest._replace(presence=ABSENT) for guest in self.s.guests)
-            self.s = self.s._replace(guests=guests, environment=e)
+            self.s = all_left(self.s)
 
     def configure(self, params: ServerParams, *, first_s: float) -> None:
         """Take other parameters over before a step.
@@ -254,7 +247,8 @@ class ServerEnd:
         taken = tuple(inbox.take(arrived, now_ns) for inbox, arrived in pairs)
         nothing: list[WavePacket | None] = [None for _ in self.inboxes]
         if self.paused:
-            self._note(now_ns, taken)
+            self.s = counted(self.s, self.p, now_ns, taken)
+            self._expect()
             return nothing, None
         if self._idle and not any(taken):
             return nothing, None
@@ -265,76 +259,21 @@ class ServerEnd:
         if self.s.environment.unsettled > unsettled:
             self.faults.note(Unsettled())
         self._expect()
-        sent: list[WavePacket | None] = []
-        for user, answer in enumerate(answers):
-            inbox, absent = self.inboxes[user], self.s.guests[user].presence == ABSENT
-            if answer.sends:
-                echo = inbox.echo(now_ns)
-                sent.append(message(answer.packet, self._epochs[user], inbox.flags, echo))
-            else:
-                asks = absent and inbox.challenges(now_ns)
-                sent.append(self._challenge(user, now_ns) if asks else None)
-        return sent, self._row()
+        sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
+        return sent, row_of(self.s, self.p, self._accounts, self.target_m)
 
-    def _note(self, now_ns: int, packets: Sequence[list[Packet]]) -> None:
-        """Count what comes while nothing is stepped."""
-        guests = []
-        for guest, p, taken in zip(self.s.guests, self.p.guests, packets, strict=True):
-            arrivals = guest.arrivals
-            for packet in taken:
-                arrivals = arrive(arrivals, packet, now_ns, p.arrivals)
-            guests.append(guest._replace(arrivals=arrivals))
-        self.s = self.s._replace(guests=tuple(guests))
-        self._expect()
+    def _answered(self, user: int, answer: Answer, now_ns: int) -> WavePacket | None:
+        """Return what goes back to a user; one that is to prove itself is asked to."""
+        inbox, packet, flags = self.inboxes[user], answer.packet, self.flags
+        if not answer.sends:
+            absent = self.s.guests[user].presence == ABSENT
+            if not (absent and inbox.challenges(now_ns)):
+                return None
+            self.s, packet = challenge(self.s, self.p, user, now_ns)
+            flags |= FLAG_CHALLENGE
+        return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
 
     def _expect(self) -> None:
         """Tell the receivers from when on users are silent."""
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
             inbox.expect(guest.arrivals.silence.limit_ns)
-
-    def _challenge(self, user: int, now_ns: int) -> WavePacket:
-        """Ask a sender that has to prove itself, with a packet of nothing."""
-        guest, inbox = self.s.guests[user], self.inboxes[user]
-        port = self.s.environment.ports[user]
-        rest = zero(port.x_s)
-        about = About(now_ns, False, False, guest.anew, False, 0, 1)
-        sent = Sent(rest, rest, port.sums.account_j, port.extra)
-        packing, packet, _ = pack(
-            guest.packing, sent, self.period_s, about, self.p.guests[user].packing
-        )
-        guests = list(self.s.guests)
-        guests[user] = guest._replace(packing=packing)
-        self.s = self.s._replace(guests=tuple(guests))
-        flags = inbox.flags | FLAG_CHALLENGE
-        return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
-
-    def _row(self) -> ServerRow:
-        """Return the server as it is now."""
-        p, e = self.p.environment, self.s.environment
-        kinetic, potential, *accounts = environment_energies(p, e)
-        ports = [_port_row(port, port_shown(p, e, i)) for i, port in enumerate(e.ports)]
-        return ServerRow(
-            value(e.body.x),
-            value(e.body.xd),
-            self.target_m,
-            kinetic,
-            potential,
-            e.dissipated_j,
-            ports,
-            tuple(self.presence),
-            dict(zip(self._accounts, accounts, strict=False)),
-        )
-
-
-def _port_row(port: UserPort, shown: Any) -> PortRow:
-    a = port.avatar
-    return PortRow(
-        value(port.x_s),
-        value(a.xd),
-        value(a.f),
-        value(a.u),
-        value(shown.v_s),
-        port.sums.u_j,
-        port.sums.v_j,
-        shown.touches,
-    )

@@ -14,6 +14,7 @@ from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.server.avatar_brake import ENTRIES as OF_BRAKES
 from pmwvc_core.server.black_box.accounts import ENTRIES as OF_BLACK_BOX
 from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
 
 OF_STRICT = (NODE, GIVEN, RELEASED, FREE, DISCARDED)
 
@@ -42,6 +43,6 @@ def accounts_of_server(controller: str, channel: str, server: ServerParams) -> t
     if controller in CONTROLLERS:
         return record_of(controller).accounts
     found: tuple[Entry, ...] = ()
-    if server.coupling == "unknown":
+    if COUPLINGS.of(server.coupling).black_box:
         found = OF_BLACK_BOX + COMPENSATIONS.of(server.compensation).accounts
     return found + OF_BRAKES if is_strict(controller, channel) else found

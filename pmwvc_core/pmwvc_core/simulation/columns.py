@@ -39,6 +39,8 @@ class Columns:
             rows = np.array([np.broadcast_to(value, width) for value in values])
             self._together[list(indices)] = rows.reshape(len(indices), names, width)
             return
+        if not all(isinstance(value, (float, int)) for value in values):  # of a plug-in
+            values = [float(np.sum(value)) for value in values]
         self._waiting += values
         self._indices += indices
         if len(self._indices) >= WAITING:

@@ -66,7 +66,7 @@ def _packets(seen: Sequence[tuple[WavePacket, int]], topic: str, dof: int) -> Pa
         period_s=of("period"),
         wave=vectors("wave"),
         integral=vectors("integral"),
-        energy=of("energy"),
+        energy=np.array([float(np.sum(packet.energy)) for packet in packets]),
         position=vectors("position"),
     )
 

@@ -17,7 +17,6 @@ from pmwvc_core.law.plant.remote_hand import (
     resting_remote,
 )
 from pmwvc_core.law.plant.targets import TableHand, TableParams
-from pmwvc_core.law.plant.task import ShownParams, ShownTarget, shown_target, task_of
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.forces import ForceOnRecord, Setting
@@ -25,8 +24,6 @@ from pmwvc_core.plant.hands import Place, make_hand
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.plant.remote_hand import RemoteHand
 from pmwvc_core.plant.targets import GivenTargets
-from pmwvc_core.plant.task import ShownTarget as OldShown
-from pmwvc_core.plant.task import Task as OldTask
 
 H = 0.001
 AXES = pytest.mark.parametrize("axes", [1, 3])
@@ -50,10 +47,6 @@ def test_motion(damping):
     for time_s in (0.0, 1e-4, 1e-3, 0.7):
         old, new = old_motion.motion(0.25, damping, time_s), motion.motion(0.25, damping, time_s)
         same(new, [old.xd_x, old.f_x, old.xd_xd, old.f_xd])
-        heat = old_motion.damper_heat(
-            0.25, damping, time_s, np.array([0.3, -0.1]), np.array([1.0, 2.0])
-        )
-        same(motion.damper_heat(0.25, damping, time_s, (0.3, -0.1), (1.0, 2.0)), heat)
     same(
         motion.time_to_rest(0.25, damping, 0.2, -3.0),
         old_motion.time_to_rest(0.25, damping, 0.2, -3.0),
@@ -192,15 +185,3 @@ def test_remote_hand_with_a_table(axes, early):
     same(s.hand.arm.y, old.y)
     same(s.hand.arm.target, old.target)
     same(s.hand.effort_j, old.effort_j)
-
-
-@AXES
-@pytest.mark.parametrize("kind", ["hold", "carry"])
-def test_shown_target(axes, kind):
-    task = TaskParams(kind, 0.3, 0.4, 0.9, 0.06, 0.02, 0.3, 0.1)
-    old = OldShown(OldTask(task), period_s=0.008, soft_start_s=0.5, dof=axes)
-    p, s = ShownParams(task_of(task, axes), 0.008, 0.5), ShownTarget(False, 0.0)
-    for step in range(1000):
-        s, at = shown_target(s, step > 100, p)
-        same(at, old.step(together=step > 100))
-    assert max(at) > 0.0 or kind == "hold"

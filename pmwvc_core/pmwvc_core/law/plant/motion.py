@@ -20,14 +20,10 @@ Equations: docs/theory.md 1.7.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.vectors import Vector, columns, each, squared
+from pmwvc_core.law.vectors import Vector, columns, each
 
 SERIES_BELOW = 0.1  # phi2 by its series there: the closed form loses digits to cancellation
 TERMS = 10
-OUTER = math.sqrt(3.0 / 7.0 + 2.0 / 7.0 * math.sqrt(1.2))  # nodes between -1 and 1
-INNER = math.sqrt(3.0 / 7.0 - 2.0 / 7.0 * math.sqrt(1.2))
-AT_OUTER = (18.0 - math.sqrt(30.0)) / 72.0  # their weights
-AT_INNER = (18.0 + math.sqrt(30.0)) / 72.0
 
 
 class Motion(NamedTuple):
@@ -64,21 +60,6 @@ def advanced(x: Vector, xd: Vector, force: Vector, p: Motion) -> tuple[Vector, V
 
 def _advanced(x: float, xd: float, force: float, p: Motion) -> tuple[float, float]:
     return x + p.xd_x * xd + p.f_x * force, p.xd_xd * xd + p.f_xd * force
-
-
-def damper_heat(mass: float, damping: float, time_s: float, xd: Vector, force: Vector) -> float:
-    """Return b times the integral of |xd|^2 over a time that begins with ``xd`` [J]."""
-    outer = _square(0.5 + 0.5 * OUTER, mass, damping, time_s, xd, force)
-    outer += _square(0.5 - 0.5 * OUTER, mass, damping, time_s, xd, force)
-    inner = _square(0.5 + 0.5 * INNER, mass, damping, time_s, xd, force)
-    inner += _square(0.5 - 0.5 * INNER, mass, damping, time_s, xd, force)
-    return damping * time_s * (AT_OUTER * outer + AT_INNER * inner)
-
-
-def _square(
-    node: float, mass: float, damping: float, time_s: float, xd: Vector, force: Vector
-) -> float:
-    return squared(advanced(xd, xd, force, motion(mass, damping, node * time_s))[1])
 
 
 def time_to_rest(mass: float, damping: float, speed: float, force: float) -> float:

@@ -57,31 +57,3 @@ def offset(time_s: float, p: Task) -> Vector:
     leg, within_s = divmod(since, p.leg_s)
     progress = minimum_jerk(within_s / p.rise_s)
     return scaled(p.way_m, 1.0 - progress if leg % 2.0 else progress)
-
-
-class ShownTarget(NamedTuple):
-    """The target as the server shows it: the time of the hands, once they have begun."""
-
-    begun: bool
-    time_s: float
-
-
-class ShownParams(NamedTuple):
-    """Task and times of the target that the server shows.
-
-    The hands begin once the force is there, so the target begins when all users have been together
-    for the soft start of the masters.
-    """
-
-    task: Task
-    period_s: float
-    soft_start_s: float
-
-
-def shown_target(s: ShownTarget, together: bool, p: ShownParams) -> tuple[ShownTarget, Vector]:
-    """Return the position [m] for a step, given whether all users are present."""
-    if s.begun:
-        s = ShownTarget(True, s.time_s + p.period_s)
-    elif together:
-        s = ShownTarget(True, -p.soft_start_s)
-    return s, offset(s.time_s, p.task)
