@@ -16,7 +16,7 @@ from pmwvc_core.params.names import hint
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
     "run view simulate report export replay compare stability map transparency tune "
-    "filter node token policy scenarios links doctor completion"
+    "filter node token scenarios links doctor completion"
 ).split()
 EXAMPLES = """\
 examples:

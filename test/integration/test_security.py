@@ -1,16 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Access to a session, with real nodes: forged packets beside a session, and the policy of SROS2
-beside the topics and services that the nodes really have.
+"""Access to a session, with real nodes: forged packets beside a session, and the topics and
+services of the guide to SROS2 beside those that the nodes really have.
 """
 
 import contextlib
+import re
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 from support.processes import NodeProcess, ros
 
-from pmwvc_bringup.session.policy import accesses
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
@@ -21,15 +22,9 @@ from pmwvc_core.transport.token import Token
 from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace, Wave
 
 pytestmark = pytest.mark.integration
-NODES = {"server": "/", "netem": "/", "recorder": "/", "master": "/user1"}
+GUIDE = Path(__file__).parents[2] / "docs" / "security.md"
+NODES = {"/server": "server", "/netem": "netem", "/recorder": "recorder", "/user1/master": "user1"}
 SILENT = ("server silent", "server receives nothing")
-NOT_ALWAYS = {  # of a device that speaks ROS, and of a hand from outside
-    "/user1/device/servo_cf",
-    "/user1/device/measured_cp",
-    "/user1/device/measured_cv",
-    "/user1/hand/target",
-    "/user1/hand/held",
-}
 
 
 @pytest.fixture(scope="module")
@@ -40,16 +35,23 @@ def session(tmp_path_factory):
     users = {"users": ["user1"]}
     with ExitStack() as stack:
         peer = stack.enter_context(ros())
-        for module, values, arguments in (
-            ("pmwvc_analysis.recorder_node", {**users, "folder": str(folder / "session")}, ()),
-            ("pmwvc_netem.node", users, ()),
+        for module, enclave, values, arguments in (
+            (
+                "pmwvc_analysis.recorder_node",
+                "recorder",
+                {**users, "folder": str(folder / "session")},
+                (),
+            ),
+            ("pmwvc_netem.node", "netem", users, ()),
             (
                 "pmwvc_server.node",
+                "server",
                 {**users, "session.token_file": str(folder / "keys" / "server")},
                 (),
             ),
             (
                 "pmwvc_master.node",
+                "user1",
                 {
                     "session.token_file": str(folder / "keys" / "user1"),
                     "operator": OperatorParams(kind="none"),
@@ -57,39 +59,58 @@ def session(tmp_path_factory):
                 ("-r", "__ns:=/user1"),
             ),
         ):
-            node = stack.enter_context(NodeProcess(module, values, arguments=arguments))
+            words = ("--enclave", f"/pmwvc/{enclave}", *arguments)
+            node = stack.enter_context(NodeProcess(module, values, arguments=words))
         blocks = peer.collect(MasterTrace, "/user1/trace")
         peer.until(lambda: blocks and blocks[-1].state == MasterTrace.COUPLED)
         yield peer, blocks, node
 
 
-def differences(node):
-    """Return what nodes have and the policy lacks, and the other way round, as texts."""
-    policy = {access.node: access for access in accesses(["user1"])}
-    found = []
-    for name, namespace in NODES.items():
-        rights = policy[name]
-        assert rights.namespace == namespace
-        if (name, namespace) not in node.get_node_names_and_namespaces():
-            return [f"{name} is not known yet"]
-        for what, names, allowed in (
-            ("publishes", node.get_publisher_names_and_types_by_node, rights.publishes),
-            ("subscribes", node.get_subscriber_names_and_types_by_node, rights.subscribes),
-            ("replies", node.get_service_names_and_types_by_node, rights.replies),
-            ("requests", node.get_client_names_and_types_by_node, rights.requests),
-        ):
-            has = {topic for topic, _ in names(name, namespace)}
-            found += [f"{name} {what} {topic}: not allowed" for topic in has - set(allowed)]
-            unused = set(allowed) - has - NOT_ALWAYS
-            found += [f"{name} {what} {topic}: it does not" for topic in unused]
+def guide():
+    """Return what the guide names of each node: topics published, topics subscribed, services."""
+    text = GUIDE.read_text("utf-8").partition("## SROS2")[2]
+    rows = re.findall(r"^\| (`/[a-z0-9/]+`|every node) \|(.*)\|(.*)\|$", text, re.MULTILINE)
+    names = {
+        name.strip("`"): tuple(set(re.findall("`(.*?)`", cell)) for cell in cells)
+        for name, *cells in rows
+    }
+    every = names.pop("every node")
+    services = set(re.findall("`~/(.*?)`", text))
+    return {
+        name: (
+            published | every[0],
+            subscribed | every[1],
+            {f"{name}/{each}" for each in services if each != "rearm" or "master" in name},
+            set(),
+        )
+        for name, (published, subscribed) in names.items()
+    }
+
+
+def of_nodes(node):
+    """Return what each node has: topics published, subscribed, services replied, requested."""
+    found = {}
+    for name, namespace, enclave in node.get_node_names_and_namespaces_with_enclaves():
+        full = f"{namespace.rstrip('/')}/{name}"
+        if full in NODES and enclave == f"/pmwvc/{NODES[full]}":
+            found[full] = tuple(
+                {topic for topic, _ in names(name, namespace)}
+                for names in (
+                    node.get_publisher_names_and_types_by_node,
+                    node.get_subscriber_names_and_types_by_node,
+                    node.get_service_names_and_types_by_node,
+                    node.get_client_names_and_types_by_node,
+                )
+            )
     return found
 
 
-def test_nodes_have_the_topics_and_services_of_the_policy_and_no_others(session):
+def test_nodes_have_the_topics_and_services_of_the_guide_and_no_others(session):
     peer, *_ = session
+    assert set(guide()) == set(NODES)
     with contextlib.suppress(AssertionError):  # the difference is more use than a time limit
-        peer.until(lambda: not differences(peer.node))
-    assert differences(peer.node) == []
+        peer.until(lambda: of_nodes(peer.node) == guide())
+    assert of_nodes(peer.node) == guide()
 
 
 def test_forged_packets_are_refused_counted_and_without_effect(session):

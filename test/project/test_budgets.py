@@ -79,7 +79,7 @@ ROOMS = {
     "figures and reports": Room(
         3_751, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(5_138, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(4_953, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_716, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(4_714, 3_000, ("pmwvc_view",)),
 }

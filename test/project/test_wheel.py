@@ -154,7 +154,6 @@ COMMANDS = (
     ("scenarios",),
     ("scenarios", "three_users"),
     ("links", "carry_16ms"),
-    ("policy", "user1", "user2", "--out", "policy.xml"),
     ("token", "keys", "user1", "user2"),
     ("completion", "bash"),
     ("simulate", "carry_16ms", "--duration", "1", "--out", "one"),
