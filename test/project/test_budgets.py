@@ -43,7 +43,7 @@ ROOMS = {
     "laws": Room(
         10_629, 5_500, inside("pmwvc_core", "wave", "master", "server", "baselines", "controllers")
     ),
-    "links and packets": Room(4_225, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(4_189, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         7_953,
         4_700,

@@ -207,25 +207,11 @@ def test_round_trips_of_irtt_are_read_by_direction(tmp_path):
     assert load_delay_trace(str(path), 1.0).time_ns == (0, 20 * MS, 40 * MS, 60 * MS)
 
 
-def test_a_log_of_ping_is_read_with_missing_answers_as_losses(tmp_path):
-    path = tmp_path / "ping.txt"
-    path.write_text(
-        "PING 10.0.0.1 (10.0.0.1) 56(84) bytes of data.\n"
-        "[1700000000.00] 64 bytes from 10.0.0.1: icmp_seq=1 ttl=57 time=12.0 ms\n"
-        "[1700000000.10] 64 bytes from 10.0.0.1: icmp_seq=2 ttl=57 time=14.0 ms\n"
-        "no answer yet for icmp_seq=3\n"
-        "[1700000000.40] 64 bytes from 10.0.0.1: icmp_seq=5 ttl=57 time=800 us\n"
-        "--- 10.0.0.1 ping statistics ---\n5 packets transmitted, 3 received\n"
-    )
-    trace = load_delay_trace(str(path), 0.5)
-    assert trace.delay_ns == (6 * MS, 7 * MS, -1, -1, 400_000)
-    assert np.diff(trace.time_ns) == pytest.approx(100 * MS, abs=1000)
-
-
 @pytest.mark.parametrize(
     "text, message",
     [
         ("{}", r"delays.txt: JSON, but not of IRTT"),
+        ("PING 10.0.0.1 56(84) bytes\n", "no column named pub_time or time"),
         ('{"round_trips": [{"lost": "false"}]}', "must hold round_trips"),
         ("{", "JSON, but not of IRTT"),
         ("0 lost\n1 lost\n", "every packet is lost"),

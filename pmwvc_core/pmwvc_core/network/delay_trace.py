@@ -71,7 +71,7 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
     ----------
     scale
         Seconds per unit of the delay column; half of it where the delay is a round trip and each
-        direction gets half. Of ping and IRTT, whose units are known, a factor.
+        direction gets half. Of IRTT, whose units are known, a factor.
     column
         Name of the column of delays; empty: the usual ones.
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Formats of recorded delays: columns of text, the JSON of IRTT, the log of ping.
+"""Formats of recorded delays: columns of text, the JSON of IRTT.
 
 Columns: a text file, one row per packet, separated by commas, semicolons or blanks. With a header
 line the columns are found by name: time is ``pub_time``, ``time``, ``t``, ``sent`` or
@@ -12,9 +12,7 @@ header they are the first (in seconds) and the second. A delay or time of receip
 
 import json
 import re
-import statistics
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,11 +23,6 @@ TIME_NAMES = ("pub_time", "time", "t", "sent", "send_time")
 DELAY_NAMES = ("delay", "rtt", "latency")
 RECEIVED_NAMES = ("received", "receive_time")
 LOST_TEXTS = ("", "lost", "-", "none", "null")
-PING_ROW = re.compile(r"icmp_seq[=\s](\d+).*?time[=<]\s*([0-9.]+)\s*(us|ms|s)\b")
-PING_LOST = re.compile(r"(?:no answer yet for|timeout for) icmp_seq[=\s](\d+)", re.IGNORECASE)
-PING_STAMP = re.compile(r"^\[(\d+\.\d+)\]")
-PING_S = 1.0  # interval of a log without times
-WRAP = 1 << 16  # numbers of ping start again
 
 
 class Rows(NamedTuple):
@@ -55,8 +48,6 @@ def read_rows(path: str, column: str) -> Rows:
     text = _text(path)
     if text.lstrip().startswith("{"):
         return _irtt(path, text, column or "rtt")
-    if PING_ROW.search(text):
-        return _ping(path, text)
     return _columns(path, text, column)
 
 
@@ -96,33 +87,6 @@ def _trip(trip: dict[str, Any], column: str) -> tuple[float, float | None]:
     if delay is None and lost == "false":
         raise KeyError(f"delay.{column}")
     return time_ns * 1e-9, None if delay is None else delay * 1e-9
-
-
-def _ping(path: str, text: str) -> Rows:
-    """Return the answers in a log of ping; numbers without one are losses."""
-    found: dict[int, float | None] = {}
-    stamps: dict[int, float] = {}
-    base = last = 0
-    for line in text.splitlines():
-        row, lost = PING_ROW.search(line), PING_LOST.search(line)
-        if row is None and lost is None:
-            continue
-        number = int((row or lost)[1])  # type: ignore[index]
-        base += WRAP if number < last - WRAP // 2 else 0
-        last = number
-        number += base
-        if row is None:
-            found.setdefault(number, None)
-        elif found.get(number) is None:
-            found[number] = float(row[2]) * UNITS[row[3]]
-            if stamp := PING_STAMP.search(line):
-                stamps[number] = float(stamp[1])
-    numbers = range(min(found), max(found) + 1)
-    steps = [(stamps[b] - stamps[a]) / (b - a) for a, b in pairwise(sorted(stamps))]
-    interval_s = statistics.median(steps) if steps else PING_S
-    if interval_s <= 0.0:
-        raise RecordingError(f"{path}: times must not go back (interval {interval_s:g} s)")
-    return Rows([n * interval_s for n in numbers], [found.get(n) for n in numbers])
 
 
 def _columns(path: str, text: str, column: str) -> Rows:

@@ -50,13 +50,13 @@ class LinkParams(Validated):
     trace_file: str = parameter(
         "",
         "-",
-        "trace, table: file with columns time and delay, IRTT JSON, or log of ping; a trace is "
-        "followed in a loop",
+        "trace, table: file with columns time and delay, or IRTT JSON; a trace is followed in a "
+        "loop",
     )
     trace_scale: float = parameter(
         1.0,
         "> 0 and <= 3600 s per unit of the file",
-        "trace, table: factor to seconds (half a round trip in ms: 0.0005; of ping and IRTT, "
+        "trace, table: factor to seconds (half a round trip in ms: 0.0005; of IRTT, "
         "whose units are known: 0.5)",
     )
     trace_column: str = parameter(
