@@ -43,9 +43,9 @@ ROOMS = {
     "laws": Room(
         10_629, 5_500, inside("pmwvc_core", "wave", "master", "server", "baselines", "controllers")
     ),
-    "links and packets": Room(4_189, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(3_861, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        7_953,
+        7_945,
         4_700,
         (
             *inside(

@@ -65,7 +65,6 @@ ROWS = {
     "handover_loss": (0.5, "handover_s=1 handover_loss_s=0.1"),
     "handover_loss_s": (0.1, "handover_s=1 handover_loss=0.5"),
     "keep_order": ("false", "jitter=normal jitter_s=0.008"),
-    "mode": ("netem", "jitter=normal jitter_s=0.004 keep_order=false"),
 }
 # For so long what was before is seen.
 REMEMBERED_S = {"jitter_correlation": 1.0, "queue_packets": 2.0, "queue_bytes": 2.0}

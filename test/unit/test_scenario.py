@@ -163,3 +163,10 @@ def test_a_conflict_between_parameters_names_them_as_they_are_set(settings, said
 @pytest.mark.parametrize("name", ["link.delay_s", "user1.link.delay_s", "link.up.delay_s"])
 def test_a_wrong_value_is_answered_once_by_the_name_that_was_given(name):
     assert problems(BASE, overrides={name: 100.0}) == [f"{name} = 100.0: must be 0..60 s"]
+
+
+def test_a_recording_of_before_may_name_the_mode_of_its_links():
+    given = {"name": "old", "duration_s": 1, "controller": "pmwvc", "users": 2}
+    parse_scenario(given | {"user1.link.up.mode": "exact", "link": {"down": {"mode": "exact"}}})
+    with pytest.raises(ScenarioError, match=r"link.up.mode = 'netem'"):
+        parse_scenario(given | {"user1.link.up.mode": "netem"})

@@ -7,9 +7,8 @@ Times are integer nanoseconds of one clock. Not here: what decides on a fate.
 
 import enum
 import heapq
-from collections import deque
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 
 class FateKind(enum.IntEnum):
@@ -63,16 +62,6 @@ class LinkCounters:
     queued: int = 0  # inside the link now
 
 
-class Gate(Protocol):
-    """A gate before the end of a link: packets pass at certain times, in their order."""
-
-    def opens_ns(self, due_ns: int) -> int:
-        """Return when the head of the queue passes, which is due at ``due_ns``."""
-
-    def passed(self, size: int, now_ns: int) -> None:
-        """Note that a packet of a size [byte] has passed."""
-
-
 DELIVERED = FateKind.DELIVERED  # an attribute of an enum is slow to look up
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)  # until they come out
 
@@ -83,33 +72,21 @@ class InFlight:
     def __init__(self) -> None:
         self.counters = LinkCounters()
         self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
-        self._released: deque[tuple[Any, Fate]] = deque()  # passed the gate, not looked at yet
-        self._gate: Gate | None = None
         self._order = 0
         self._highest_out = 0
 
     @property
     def next_due_ns(self) -> int | None:
         """Time at which the next packet comes out [ns]; None when none is in flight."""
-        if self._released:
-            return self._released[0][1].time_due_ns
-        if not self._in_flight:
-            return None
-        due_ns = self._in_flight[0][0]
-        return due_ns if self._gate is None else self._gate.opens_ns(due_ns)
+        return self._in_flight[0][0] if self._in_flight else None
 
     def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
         """Take out what is due by now, in the order of delivery."""
         out = []
         waiting = self._in_flight
-        if self._gate is None:
-            while waiting and waiting[0][0] <= now_ns:
-                _, _, payload, fate = heapq.heappop(waiting)
-                out.append((payload, fate))
-        self._release(now_ns)
-        if self._released:
-            out += self._released
-            self._released.clear()
+        while waiting and waiting[0][0] <= now_ns:
+            _, _, payload, fate = heapq.heappop(waiting)
+            out.append((payload, fate))
         for _, fate in out:
             if fate.number >= self._highest_out:
                 self._highest_out = fate.number
@@ -118,18 +95,6 @@ class InFlight:
         self.counters.out_count += len(out)
         self.counters.queued = len(waiting)
         return out
-
-    def _release(self, now_ns: int) -> None:
-        """Let through the gate, if there is one, what passes by now."""
-        gate, waiting = self._gate, self._in_flight
-        while gate is not None and waiting:
-            open_ns = gate.opens_ns(waiting[0][0])
-            if open_ns > now_ns:
-                return
-            _, _, payload, fate = heapq.heappop(waiting)
-            fate.time_due_ns = open_ns
-            gate.passed(fate.size, open_ns)
-            self._released.append((payload, fate))
 
     def _enter(self, payload: Any, fate: Fate, due_ns: int) -> None:
         """Send a packet or copy on its way; what is due at one time comes out as it went in."""

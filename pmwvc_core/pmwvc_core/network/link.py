@@ -17,7 +17,6 @@ from pmwvc_core.network.contained import EffectFaults, contained
 from pmwvc_core.network.distributions import prepare
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
-from pmwvc_core.network.netem_mode import NetemMode
 from pmwvc_core.network.streams import Stream
 from pmwvc_core.network.timeline import Timeline, timeline_of
 from pmwvc_core.params import LinkParams
@@ -59,7 +58,6 @@ class Link(InFlight):
         self.faults = EffectFaults()  # of plug-ins
         self._made: dict[str, Effect] = {}  # by name: each keeps its memory when switched off
         self._begin_ns: int | None = None
-        self._netem = NetemMode(Stream(self._seed, "netem"))
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
@@ -93,9 +91,6 @@ class Link(InFlight):
             else:
                 self._configure(name, made, params)
             effects[name] = made
-        self.netem = self._netem if params.as_linux else None
-        self._netem.configure(params)
-        self._gate = self._netem.gate
         self._loses = self._hooks(effects, "loses")
         self._copies = self._hooks(effects, "copies")
         self._corrupts = self._hooks(effects, "corrupts")
@@ -148,8 +143,6 @@ class Link(InFlight):
             self._drawn = self._rng.random((TOGETHER, 4)).tolist()[::-1]
         self._luck = self._drawn.pop()
         fate = Fate(number, now_ns, 0, FateKind.DELIVERED, Cause.NONE, size_bytes)
-        if self.netem is not None:
-            return self._queued(self.netem, payload, fate)
         lost: Cause | bool = False
         for loses in self._loses:  # every one is asked: what it draws is the same in any company
             cause = loses(fate)
@@ -180,26 +173,20 @@ class Link(InFlight):
         kind, cause = FateKind.DUPLICATE, Cause.DUPLICATION
         return Fate(fate.number, fate.time_in_ns, 0, kind, cause, fate.size, copy)
 
-    def _dropped(self, fate: Fate) -> Fate:
-        self.counters.dropped += 1
-        fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
-        return fate
-
-    def _flip(self, fate: Fate, fraction: float) -> None:
-        self.counters.corrupted += 1
-        fate.cause, fate.flip = Cause.CORRUPTION, fraction
-
     def _travel(self, payload: Any, fate: Fate) -> Fate:
         """Send a packet or copy on its way, or drop it."""
         ready_ns = fate.time_in_ns
         for departs_ns in self._departs:
             left_ns = departs_ns(fate, ready_ns)
             if left_ns is None:
-                return self._dropped(fate)
+                self.counters.dropped += 1
+                fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
+                return fate
             ready_ns = left_ns
         for corrupts in self._corrupts:
             if (fraction := corrupts(fate)) is not None:
-                self._flip(fate, fraction)
+                self.counters.corrupted += 1
+                fate.cause, fate.flip = Cause.CORRUPTION, fraction
         at_once = False
         for hook in self._at_once:
             at_once = hook(fate) or at_once
@@ -211,32 +198,3 @@ class Link(InFlight):
             due_ns = arrives_ns(fate, due_ns)
         self._enter(payload, fate, due_ns)
         return fate
-
-    def _queued(self, netem: NetemMode, payload: Any, fate: Fate) -> list[Fate]:
-        """Do as tc-netem: judge a packet, enqueue its copy before it, then itself."""
-        self._release(fate.time_in_ns)
-        lost, copied = netem.judge(fate, may_copy=True)
-        if lost:
-            return [self._lost(fate, Cause.LOSS)]
-        fates = [fate]
-        fraction = netem.corrupts(fate)
-        if netem.full(fate.time_in_ns):
-            return [self._dropped(fate)]
-        if copied:
-            copy = self._copy(fate, 1)
-            fates.append(copy)
-            copy_lost, _ = netem.judge(copy, may_copy=False)
-            copy_fraction = netem.corrupts(copy) if not copy_lost else None
-            if copy_lost:
-                self._lost(copy, Cause.LOSS)
-            elif netem.full(fate.time_in_ns):
-                self._dropped(copy)
-            else:
-                self._put(netem, payload, copy, copy_fraction)
-        self._put(netem, payload, fate, fraction)
-        return fates
-
-    def _put(self, netem: NetemMode, payload: Any, fate: Fate, fraction: float | None) -> None:
-        if fraction is not None:
-            self._flip(fate, fraction)
-        self._enter(payload, fate, netem.send_ns(fate))

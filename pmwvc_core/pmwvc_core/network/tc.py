@@ -3,14 +3,18 @@
 """The command of Linux that comes nearest to a link: ``tc qdisc ... netem``, and what it lacks."""
 
 import zlib
+from functools import lru_cache
 
-from pmwvc_core.network.distributions import drawn
+import numpy as np
+
+from pmwvc_core.network.distributions import DISTRIBUTIONS, drawn
 from pmwvc_core.network.effects import active, amounts
-from pmwvc_core.network.netem_mode import LIMIT, table_of
 from pmwvc_core.params import LinkParams
 
 PLENTY = 100_000  # packets: no limit to speak of
 MOST = 32767  # of a table: four deviations
+SCALE = 8192  # of a table entry: one deviation
+ENTRIES = 4096
 
 
 def table_name(params: LinkParams) -> str:
@@ -21,6 +25,17 @@ def table_name(params: LinkParams) -> str:
     which = (params.jitter_shape, params.jitter_quantiles, params.trace_file, params.trace_scale)
     number = zlib.crc32(repr(which).encode()) & 0xFFFF
     return f"pmwvc_{params.jitter}_{number:04x}"
+
+
+@lru_cache(maxsize=16)
+def table_of(params: LinkParams) -> tuple[int, ...]:
+    """Return the quantiles of the jitter in 1/8192 of a deviation from the mean, 16 bit each."""
+    distribution = DISTRIBUTIONS[params.jitter]
+    quantile, (mean, deviation) = distribution.quantile(params), distribution.moments(params)
+    if deviation <= 0.0:
+        return (0,)
+    values = [(quantile((k + 0.5) / ENTRIES) - mean) / deviation * SCALE for k in range(ENTRIES)]
+    return tuple(int(value) for value in np.clip(np.rint(values), -MOST - 1, MOST))
 
 
 def table_text(params: LinkParams) -> str:
@@ -35,8 +50,6 @@ def tc_line(params: LinkParams, *, device: str = "DEV", seed: int | None = None)
     """Return the command that makes a network interface do as a link."""
     limited = params.rate_limit_bps > 0.0
     limit = params.queue_packets if limited else PLENTY
-    if params.as_linux and not limited:
-        limit = LIMIT
     words = [f"tc qdisc replace dev {device} root netem limit {limit}", *_delay(params)]
     words += _models(params)[:1]
     for name in ("duplicate", "corrupt", "reorder"):
@@ -67,14 +80,13 @@ def not_in_tc(params: LinkParams) -> list[str]:
         left.append(f"a queue of {params.queue_bytes} bytes")
     if params.keep_order and drawn(params):
         left.append("the order of packets, which jitter changes there")
-    exact = not params.as_linux
     related = ("jitter", "loss", "duplicate", "corrupt", "reorder")
-    if exact and any(getattr(params, f"{name}_correlation") for name in related):
+    if any(getattr(params, f"{name}_correlation") for name in related):
         left.append("correlation that keeps probabilities and distributions")
-    if exact and params.slot_max_s:
+    if params.slot_max_s:
         left.append("slots that go on while nothing is sent")
     law = drawn(params)
-    if exact and law and not law.half_width and max(table_of(params)) == MOST:
+    if law and not law.half_width and max(table_of(params)) == MOST:
         left.append("the tail beyond four deviations from the mean")
     return left
 

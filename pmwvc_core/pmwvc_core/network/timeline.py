@@ -22,7 +22,7 @@ from pmwvc_core.params.names import hint
 
 DIRECTIONS = ("up", "down")
 OWN_WORDS = ("base", "outage", "repeat")
-NOT_HERE = ("schedule", "mode", "effects")
+NOT_HERE = ("schedule", "effects")
 
 
 @dataclass(frozen=True)

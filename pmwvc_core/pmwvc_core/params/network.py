@@ -143,17 +143,6 @@ class LinkParams(Validated):
         "name, name=value, delay_s=from..to (a ramp), outage, base or repeat: "
         "5 outage; 5.5 lte; 20 delay_s=0.02..0.2 loss=0.1; 30 base",
     )
-    mode: str = parameter(
-        "exact",
-        ("exact", "netem"),
-        "exact: probabilities and distributions hold with correlation too; netem: as tc-netem of "
-        "Linux does it, faults included",
-    )
     effects: str = parameter(
         "", "-", "effects of other packages, name:number=value:... each, separated by blanks"
     )
-
-    @property
-    def as_linux(self) -> bool:
-        """Whether it does as tc-netem of Linux, faults included."""
-        return self.mode == "netem"

@@ -33,6 +33,9 @@ PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 
 PRESET_NAME = re.compile(r"(user[1-9][0-9]*\.)?link\.(?:\*\.|(up|down)\.)?preset")
 PRESET = Spec(str, description="network by name", choices=tuple(PRESETS))
 
+# Recordings of before have it: links did as tc-netem with another value.
+GONE = re.compile(r"link\.(up\.|down\.)?mode")
+
 
 def parse_scenario(
     mapping: Mapping[str, Any],
@@ -127,7 +130,7 @@ class _Reader:
                     if strict_user:
                         for own in self.single.values():
                             own.pop(leaf, None)
-            else:
+            elif not (GONE.fullmatch(rest) and value == "exact"):
                 self._refuse(name, value, number, rest)
 
     def _without_presets(self, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ Parameters of their own switch the effects of the library on. Those of other pac
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -134,7 +134,7 @@ def conflicts(params: LinkParams) -> Iterator[str]:
         yield str(error)
         return
     texts = (record.conflict(params) for record in records)
-    yield from filter(None, (*texts, _netem_conflict(params, records), _step_problem(params)))
+    yield from filter(None, (*texts, _step_problem(params)))
 
 
 def check(params: LinkParams) -> None:
@@ -156,30 +156,4 @@ def _step_problem(params: LinkParams) -> str:
             check(replace(entry.applied(params, direction), schedule=""))
         except PmwvcError as error:
             return f"schedule: entry at {entry.start_s:g} s: {error}"
-    return ""
-
-
-def _netem_conflict(params: LinkParams, records: Iterable[LinkEffect]) -> str:
-    """Return what of these effects ``mode = netem`` cannot do; empty where it can do all."""
-    if not params.as_linux:
-        return ""
-    for record in records:
-        if not record.linux:
-            name = record.parameters[0]
-            given = f"{name} = {getattr(params, name)!r}"
-            return f"{given}: must be {record.off!r} with mode = netem: Linux has no such thing"
-    if params.queue_bytes:
-        return f"queue_bytes = {params.queue_bytes}: must be 0 with mode = netem: Linux has none"
-    if params.keep_order and any(record.spreads for record in records):
-        return "keep_order = True: must be false with mode = netem: jitter reorders there"
-    models = {
-        "loss": params.loss,
-        "ge_p": params.ge_p or params.ge_good,
-        "markov_p13": params.markov_p13 or params.markov_p14,
-    }
-    given = " and ".join(
-        f"{name} = {getattr(params, name):g}" for name, on in models.items() if on
-    )
-    if sum(bool(on) for on in models.values()) > 1:
-        return f"{given}: must be one model of loss with mode = netem"
     return ""
