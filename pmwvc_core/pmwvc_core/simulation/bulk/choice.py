@@ -63,11 +63,16 @@ def _loop() -> Callable[..., bool]:
 def _is_worth_it(kind: str, members: Sequence[Scenario]) -> bool:
     from pmwvc_core.compiled import kept_in
 
-    mark, takes_s = kept_in() / f"{kind}.session", sum(map(_takes_s, members))
-    if mark.exists():
-        return takes_s > LOADING_S
-    if takes_s <= COMPILING_S:
+    takes_s = sum(map(_takes_s, members))
+    if takes_s <= LOADING_S:
         return False
+    try:
+        mark = kept_in() / f"{kind}.session"
+    except (OSError, RuntimeError) as error:  # no home, or one that cannot be written
+        LOG.warning("sessions are not compiled: %s", error)
+        return False
+    if mark.exists() or takes_s <= COMPILING_S:
+        return mark.exists()
     LOG.warning("compiling the laws of this kind of session: half a minute, once")
     run(members[0], _loop())
     mark.touch()
