@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.run import Prepared, can_run, prepared, run
+from pmwvc_core.simulation.bulk.run import can_run, prepared, run
 
 TICK_S = 35e-6  # of a user's tick, interpreted
 COMPILING_S, LOADING_S = 40.0, 2.0
@@ -27,7 +27,7 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
         return none
     kinds: dict[str, list[int]] = {}
     for i in fit:
-        kinds.setdefault(kind_of(prepared(scenarios[i])), []).append(i)
+        kinds.setdefault(_types(prepared(scenarios[i])[:5]), []).append(i)
     for kind, members in kinds.items():
         if _is_worth_it(kind, [scenarios[i] for i in members]):
             for i in members:
@@ -35,14 +35,8 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     return none
 
 
-def kind_of(one: Prepared) -> str:
-    """Return a name of the kind of a session: sessions of a kind share their compiled loop."""
-    types = _types(one[:5])
-    return hashlib.sha256(types.encode()).hexdigest()[:16]
-
-
 def _types(value: Any) -> str:
-    """Return the types in nested tuples."""
+    """Return the types in nested tuples: sessions with the same share their compiled loop."""
     if isinstance(value, tuple):
         return f"{type(value).__name__}({','.join(map(_types, value))})"
     return type(value).__name__
@@ -67,7 +61,7 @@ def _is_worth_it(kind: str, members: Sequence[Scenario]) -> bool:
     if takes_s <= LOADING_S:
         return False
     try:
-        mark = kept_in() / f"{kind}.session"
+        mark = kept_in() / hashlib.sha256(kind.encode()).hexdigest()[:16]
     except (OSError, RuntimeError) as error:  # no home, or one that cannot be written
         LOG.warning("sessions are not compiled: %s", error)
         return False
