@@ -14,10 +14,10 @@ from support.lab import offer, source_of
 
 from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import AMPLITUDE, STRICT_AMPLITUDE, NonlinearError
 from pmwvc_analysis.models.multirate import build, spectral_radius
-from pmwvc_analysis.models.outside import trial
+from pmwvc_analysis.models.objects.hyperperiod import Hyperperiod
+from pmwvc_analysis.models.objects.outside import trial
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_core import plugins
 from pmwvc_core.controllers import library

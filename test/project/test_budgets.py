@@ -55,8 +55,10 @@ ROOMS = {
         ),
     ),
     "border to ROS": Room(2_266, 1_500, inside("pmwvc_core", "runtime")),
+    # What other packages bring, stepped as objects, until it is laws.
+    "exact model of objects": Room(850, 0, inside("pmwvc_analysis", "models/objects")),
     "exact model": Room(
-        6_447,
+        6_813,
         3_500,
         inside(
             "pmwvc_analysis",

@@ -12,15 +12,15 @@ States that are not read (where a device or the object is) are left out: they do
 
 import dataclasses
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linearize import Linear, model_of
-from pmwvc_analysis.models.links import SIGNALS, Link, Packet
-from pmwvc_analysis.models.outside import loop_of
-from pmwvc_core.numeric import Array, Complex, Value
+from pmwvc_analysis.models.links import SIGNALS
+from pmwvc_analysis.models.loops import loop_of
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
@@ -69,20 +69,7 @@ def observable(system: System) -> tuple[System, int]:
     return System(a, b, c, d), ones
 
 
-class _Cut:
-    """A link that is cut: keeps what is sent and hands out inputs of the loop instead."""
-
-    def __init__(self, loop: Hyperperiod, first: int) -> None:
-        self.sent: list[Value] = []
-        self._loop, self._first = loop, first
-
-    def __call__(self, packet: Packet) -> Packet:
-        index = self._first + len(self.sent)
-        self.sent += packet
-        return tuple(self._loop.batch.input(index + i) for i in range(len(packet)))
-
-
-def opened_at(loop: Hyperperiod, links: Sequence[tuple[Link, int]]) -> Linear:
+def opened_at(loop: Hyperperiod, links: Sequence[tuple[Any, int]]) -> Linear:
     """Return a loop whose inputs are what comes in at links that are cut, and whose output
     ``sent`` is what goes out there instead, both link by link, packet by packet.
 
@@ -90,15 +77,13 @@ def opened_at(loop: Hyperperiod, links: Sequence[tuple[Link, int]]) -> Linear:
     beginning.
     """
     loop.begin(sum(count for _, count in links) * len(SIGNALS))
-    cuts: list[_Cut] = []
+    cuts: list[list[Any]] = []
     for link, _ in links:
-        cuts.append(_Cut(loop, sum(count for _, count in links[: len(cuts)]) * len(SIGNALS)))
-        link.relay = cuts[-1]
+        cuts.append(loop.cut(link, sum(count for _, count in links[: len(cuts)]) * len(SIGNALS)))
     for tick in range(loop.ticks):
-        loop.advance(tick, [0.0] * len(loop.lines))
-    return model_of(
-        loop, loop.ended(), {"sent": loop.batch.rows([v for cut in cuts for v in cut.sent])}
-    )
+        loop.advance(tick, loop.still)
+    sent = [value for cut in cuts for value in cut]
+    return model_of(loop, loop.ended(), {"sent": loop.rows(sent)})
 
 
 def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool = False) -> System:

@@ -19,7 +19,7 @@ from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
 ALLOWED = 1e9  # about nanoseconds, as measured on one core of 2024
-TICK, ENTRY = 3e4, 1e2  # of one user in one tick, and of every number it steps
+TICK, ENTRY = 2.5e5, 1e2  # of one user in one tick, and of every number it steps
 STATES = 30  # of a user, before they are counted
 CUBE = 10.0  # eigenvalues of a matrix, per n^3
 CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """One user's end in the exact model: force loop, device and the links both ways."""
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.links import Link, Times, delay_ticks, hyperperiod_ticks, serve_phase
+from pmwvc_analysis.models.links import Times, delay_ticks, hyperperiod_ticks, serve_phase
+from pmwvc_analysis.models.objects.links import Link
 from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.assembly import force_loop_of
@@ -17,7 +17,7 @@ from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.master.strict_port import StrictMaster
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 
 
 class Unlimited(SafetyLimiter):
@@ -88,11 +88,3 @@ class Line:
         force, _, _ = self.loop.tick(number, now_ns, sample, self.down.collect(tick))
         self.device.step(f_h, force)
         return sample.x, sample.xd, force
-
-
-def two_sided(user: User) -> User:
-    """Return a user who is in contact, and whose local model is there, all the time."""
-    local = dataclasses.replace(user.master.local_model, acts="everywhere")
-    master = dataclasses.replace(user.master, local_model=local)
-    contact = dataclasses.replace(user.contact, contact="bilateral")
-    return dataclasses.replace(user, master=master, contact=contact)

@@ -4,9 +4,8 @@
 
 They do not depend on signals (:mod:`pmwvc_core.wave.pace`). Where frames and steps are not equally
 long, segments come early and late in turn; the lag that follows them comes to one course around
-the hyperperiod, whatever the beginning was, and the model holds for that.
-
-Equations: docs/theory.md 15.3.
+the hyperperiod, whatever the beginning was, and the model holds for that. Packets are taken in at
+once here (:mod:`pmwvc_analysis.models.rest`).
 """
 
 import functools

@@ -20,14 +20,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import Hyperperiod
-from pmwvc_analysis.models.identity import ONE
 from pmwvc_analysis.models.linear import (
     NonlinearError,
     amplitude_of,
     outside,
     tried_strictly,
 )
+from pmwvc_analysis.models.objects.hyperperiod import Hyperperiod
+from pmwvc_analysis.models.objects.identity import ONE
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Array
@@ -37,13 +37,13 @@ EQUAL = 1e-9  # relative to the largest entry
 FRAME_TICKS = 8  # on the strict channel
 
 
-def loop_of(
+def checked(
     scenario: Scenario,
     *,
     live: bool = False,
     weights: Sequence[int] = (),
 ) -> Hyperperiod:
-    """Return the loop of a scenario, ready to be stepped on the identity; see :class:`.loop.Loop`.
+    """Return the loop of a scenario with code of other packages, once it was tried.
 
     Raises
     ------
@@ -110,4 +110,4 @@ def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int])
 def _other(loop: Hyperperiod, one: Array, another: Array) -> str:
     """Return the names of the states that differ; empty where none does."""
     off = np.abs(one - another).max(axis=(0, 2), initial=0.0) > EQUAL * np.abs(one).max()
-    return ", ".join(sorted({loop.names[row // loop.dof] for row in np.flatnonzero(off)}))
+    return ", ".join(sorted({loop.names[row][0] for row in np.flatnonzero(off)}))
