@@ -37,7 +37,9 @@ from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.server.black_box.containment import directly
+from pmwvc_core.server.black_box.containment import Asked, directly
+from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.black_box.outside import Outside
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 
@@ -203,8 +205,14 @@ class Users:
         )
         made = resting_server(users, p, controller=controller, server=server, axes=axes, call=call)
         self.p, self.s = p.environment, made.environment
+        self.received_j = [0.0] * len(users)  # by the sums of packets, without waves
+        self.faults = Faults("server.environment", server.environment)
         if environment is not None:
-            self.s.body.environment.asked.environment = environment
+            there = (False,) * len(users)
+            outside = Outside(Asked(environment), call, self.faults, there)
+            self.s = self.s._replace(body=self.s.body._replace(environment=outside))
+        elif isinstance(getattr(self.s.body, "environment", None), Outside):
+            self.faults = self.s.body.environment.faults
         names = accounts_of_server(controller, channel, server)
         self._names = ("kinetic", "potential", *(entry.name for entry in names))
 
@@ -219,13 +227,18 @@ class Users:
         self.s = self.s._replace(ports=ports, dissipated_j=self.s.dissipated_j + dropped_j)
 
     def step(self, waves):
-        """Take a wave of each user, return one to each."""
+        """Take a wave of each user (without waves: a position and a velocity), answer each."""
         came = tuple(
-            Came(vector(wave, self.axes), port.x_s, False, 0.0, ())
-            for wave, port in zip(waves, self.s.ports, strict=True)
+            self._came(port, wave, received_j)
+            for port, wave, received_j in zip(self.s.ports, waves, self.received_j, strict=True)
         )
         self.s = environment_step(self.p, self.s, came)
         return self.v_s
+
+    def _came(self, port, wave, received_j):
+        position, wave = wave if isinstance(wave, tuple) else (value(port.x_s), wave)
+        position, wave = vector(position, self.axes), vector(wave, self.axes)
+        return Came(wave, position, False, received_j, ())
 
     def _of_all(self, signal):
         return [value(signal(port)) for port in self.s.ports]
