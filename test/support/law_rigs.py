@@ -5,14 +5,15 @@ between a controller and a device, a user's port, and the users around an enviro
 """
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
-from pmwvc_core.ends.forms import value, vector
-from pmwvc_core.law.channel.arrivals import arrivals_of
+from pmwvc_core.ends.forms import known, value, vector
+from pmwvc_core.law.channel.arrivals import arrivals_of, arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_energies,
     port_measure,
+    port_packet,
     port_send,
     port_signals,
     port_tick,
@@ -86,7 +87,8 @@ class Port:
         self.user, self.p = self._made()
         rest = (0.0,) * axes
         self.arrivals = arrivals_of(self.user.arrivals, rest)
-        self.s, self._number = self.user.port, 0
+        self.s, self._number, self._epoch = self.user.port, 0, None
+        self.account = 0.0
 
     def _made(self):
         master = self._user.master
@@ -117,6 +119,7 @@ class Port:
         self.s, self.arrivals, self.sent = port_send(
             self.s, self.arrivals, frame_s, self._number, 0.0, self.p.port
         )
+        self.account = self.sent.energy_j  # running sum for the packet; below zero: none
         return value(self.sent.wave)
 
     def receive(self, wave):
@@ -142,6 +145,14 @@ class Port:
         self.applied(f)
         return f
 
+    def on_packet(self, packet, lost=0):
+        """Take an accepted packet in, before its wave."""
+        fresh = packet.epoch != self._epoch
+        self._epoch = packet.epoch
+        came = known(packet, self.axes, fresh=fresh, lost=lost)._replace(extra=())
+        self.arrivals = arrive(self.arrivals, came, 0, self.p.arrivals)
+        self.s = port_packet(self.s, self.arrivals, came, self.p.port)
+
     def come(self, integral, energy_j, duration_s):
         """Take a segment of the strict channel in."""
         integral = vector(integral, self.axes)
@@ -158,7 +169,7 @@ class Port:
     u_m = property(lambda self: value(port_signals(self.s)[0]))
     u_m_lp = property(lambda self: value(port_signals(self.s)[1]))
     v_m = property(lambda self: value(port_signals(self.s)[2]))
-    x = property(lambda self: value(self.s.x))
+    x = property(lambda self: value(getattr(self.s, "motion", self.s).x))
 
     @property
     def energies(self):
@@ -205,6 +216,7 @@ class Users:
         )
         made = resting_server(users, p, controller=controller, server=server, axes=axes, call=call)
         self.p, self.s = p.environment, made.environment
+        self._sums = [None] * len(users)
         self.received_j = [0.0] * len(users)  # by the sums of packets, without waves
         self.faults = Faults("server.environment", server.environment)
         if environment is not None:
@@ -218,6 +230,19 @@ class Users:
 
     def join(self, user, x):
         self._changed(user, *joined(self.s.ports[user], vector(x, self.axes), self.s.body))
+
+    def on_packet(self, user, packet):
+        """Count what a packet's running sum of energy brings."""
+        seen = self._sums[user]
+        if seen is not None and seen[0] == packet.epoch:
+            self.received_j[user] += max(packet.energy - seen[1], 0.0)
+            seen = packet.epoch, max(packet.energy, seen[1])
+        else:
+            seen = packet.epoch, packet.energy
+        self._sums[user] = seen
+
+    def account(self, user):
+        return self.s.ports[user].sums.account_j
 
     def leave(self, user):
         self._changed(user, *left(self.s.ports[user]))
