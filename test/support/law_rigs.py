@@ -13,6 +13,7 @@ from pmwvc_core.law.port.master import (
     port_applied,
     port_energies,
     port_measure,
+    port_opened,
     port_packet,
     port_send,
     port_signals,
@@ -87,7 +88,7 @@ class Port:
         self.user, self.p = self._made()
         rest = (0.0,) * axes
         self.arrivals = arrivals_of(self.user.arrivals, rest)
-        self.s, self._number, self._epoch = self.user.port, 0, None
+        self.s, self._number, self._epoch = port_opened(self.user.port), 0, None
         self.account = 0.0
 
     def _made(self):
