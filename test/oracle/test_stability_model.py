@@ -58,19 +58,9 @@ def test_the_implicit_coupling_has_no_largest_stiffness(hold, delay_s):
     assert k_max(scenario, bound=1e7).first is None
 
 
-AROUND = (
-    {},
-    {"velocity_filter__kind": "exact", "velocity_filter__cutoff_hz": 15.0},
-    {"velocity_filter__kind": "equivalent", "velocity_filter__cutoff_hz": 90.0},
-    {"velocity_filter__kind": "complementary", "velocity_filter__cutoff_hz": 40.0},
-    {"bank__kind": "dissertation", "local_model__damping": 4.0},
-    {"bank__kind": "complementary", "local_model__stiffness": 900.0},
-)
-
-
 @st.composite
 def scenarios(draw):
-    users = draw(st.integers(3, 8))
+    users = draw(st.integers(3, 5))
     m = draw(st.sampled_from([1, 2, 5, 8, 13, 20, 32]))
     values = {
         "users": users,
@@ -87,10 +77,6 @@ def scenarios(draw):
         "server__object_damping": draw(st.sampled_from([0.0, 1.0])),
         "master__filter__pole_rad_s": draw(st.floats(20.0, 120.0)),
     }
-    around = draw(st.sampled_from(AROUND))
-    values |= {f"master__{name}": value for name, value in around.items()}
-    if draw(st.integers(0, 3)) == 0:
-        values |= {"master__position__feedback": "printed", "master__position__gain": 15.0}
     for user in range(1, users + 1):
         values[f"user{user}__master__impedance"] = draw(st.floats(8.0, 50.0))
         values[f"user{user}__device__mass"] = draw(st.floats(0.1, 0.6))
@@ -102,14 +88,14 @@ def scenarios(draw):
     return linear_loops.scenario(**values)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(scenarios())
-def test_the_spectral_radius_agrees_with_an_identity_batch_of_core_objects(scenario):
+def test_the_spectral_radius_agrees_with_the_laws_fed_with_the_identity(scenario):
     expected = identity_loop.IdentityLoop(scenario).spectral_radius()
     assert spectral_radius(build(scenario)) == pytest.approx(expected, rel=1e-6)
 
 
-def test_an_identity_batch_with_another_delay_does_not_agree():
+def test_an_identity_with_another_delay_does_not_agree():
     late = linear_loops.scenario(user1__link__up__delay_s=0.008, server__coupling="unwrapped")
     later = linear_loops.scenario(user2__link__up__delay_s=0.016, server__coupling="unwrapped")
     expected = identity_loop.IdentityLoop(late).spectral_radius()
