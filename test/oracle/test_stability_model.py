@@ -58,6 +58,16 @@ def test_the_implicit_coupling_has_no_largest_stiffness(hold, delay_s):
     assert k_max(scenario, bound=1e7).first is None
 
 
+AROUND = (
+    {},
+    {"velocity_filter__kind": "exact", "velocity_filter__cutoff_hz": 15.0},
+    {"velocity_filter__kind": "equivalent", "velocity_filter__cutoff_hz": 90.0},
+    {"velocity_filter__kind": "complementary", "velocity_filter__cutoff_hz": 40.0},
+    {"bank__kind": "dissertation", "local_model__damping": 4.0},
+    {"bank__kind": "complementary", "local_model__stiffness": 900.0},
+)
+
+
 @st.composite
 def scenarios(draw):
     users = draw(st.integers(3, 5))
@@ -77,6 +87,8 @@ def scenarios(draw):
         "server__object_damping": draw(st.sampled_from([0.0, 1.0])),
         "master__filter__pole_rad_s": draw(st.floats(20.0, 120.0)),
     }
+    around = draw(st.sampled_from(AROUND))
+    values |= {f"master__{name}": value for name, value in around.items()}
     for user in range(1, users + 1):
         values[f"user{user}__master__impedance"] = draw(st.floats(8.0, 50.0))
         values[f"user{user}__device__mass"] = draw(st.floats(0.1, 0.6))
@@ -88,7 +100,7 @@ def scenarios(draw):
     return linear_loops.scenario(**values)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(scenarios())
 def test_the_spectral_radius_agrees_with_the_laws_fed_with_the_identity(scenario):
     expected = identity_loop.IdentityLoop(scenario).spectral_radius()

@@ -17,8 +17,8 @@ from scipy.linalg import null_space
 from pmwvc_core.motion import motion
 from support.law_rigs import Port, Users
 
-# Sums of squares, which no signal depends on while nothing limits a force.
-SUMS = ("energies", "kept_j", "dissipated_j")
+# Sums of squares, which no signal depends on while nothing limits a force, and ratios.
+SUMS = ("energies", "kept_j", "dissipated_j", "gain", "slope")
 
 
 def floats(state):
