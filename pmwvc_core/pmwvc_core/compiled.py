@@ -40,6 +40,10 @@ BUILDING = (
 )
 
 
+# Of what only compiled laws call: no form that takes Python's objects.
+BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
 class LawType(types.Dispatcher):
     """The type of a compiled law, which is all that is handed on where a law is an argument: the
     address of one would keep what is compiled from being kept on disk.
@@ -71,7 +75,19 @@ def compiled(law: Callable[..., Any], *, kept: bool = False) -> Any:
     if kept:
         numba.config.CACHE_DIR = str(kept_in())
     # Inlined, a state stays in registers: half the time, compiled as quickly.
-    made = numba.njit(error_model="numpy", cache=kept, forceinline=not kept)(_copy(law))
+    return _made(law, cache=kept, forceinline=not kept)
+
+
+@cache
+def _inside(law: Callable[..., Any]) -> Any:
+    """Return the compiled form of a law that only compiled laws call: what takes its arguments
+    from Python and gives results back would be most of it.
+    """
+    return _made(law, forceinline=True, **BARE)
+
+
+def _made(law: Callable[..., Any], **options: Any) -> Any:
+    made = numba.njit(error_model="numpy", **options)(_copy(law))
     made.__class__ = CompiledLaw
     return made
 
@@ -109,7 +125,7 @@ def _compiled(value: Any) -> Any:
     if isinstance(value, Family):
         return _family(value)
     ours = isinstance(value, FunctionType) and value.__module__.startswith(LAWS)
-    return compiled(value) if ours and value not in BUILDING else value
+    return _inside(value) if ours and value not in BUILDING else value
 
 
 @cache
@@ -125,10 +141,10 @@ def _family(family: Family) -> Any:
         law = family.members.get(getattr(first, "instance_class", type(None)))
         if law is None:
             return None
-        chosen = compiled(law)
+        chosen = _inside(law)
         return lambda first, *others: chosen(first, *others)
 
-    overload(stub)(choose)
+    overload(stub, jit_options=BARE)(choose)
     return stub
 
 
@@ -143,7 +159,7 @@ def _tuple(elements: list[str]) -> str:
     return f"({', '.join(elements)},)" if elements else "()"
 
 
-@overload(vectors.each)
+@overload(vectors.each, jit_options=BARE)
 def _each(law, rows, *shared):
     passed = "".join(f", shared[{k}]" for k in range(len(shared)))
     elements = [
@@ -153,7 +169,7 @@ def _each(law, rows, *shared):
     return _built(f"def built(law, rows, *shared):\n    return {_tuple(elements)}")
 
 
-@overload(vectors.chain)
+@overload(vectors.chain, jit_options=BARE)
 def _chain(law, states, u, params):
     lines = [f"s{i}, u = law(states[{i}], u, params[{i}])" for i in range(len(states))]
     after = _tuple([f"s{i}" for i in range(len(states))])
@@ -161,7 +177,7 @@ def _chain(law, states, u, params):
     return _built(f"def built(law, states, u, params):\n    {body}")
 
 
-@overload(vectors.columns)
+@overload(vectors.columns, jit_options=BARE)
 def _columns(rows):
     of_one = range(len(rows[0]))
     elements = [_tuple([f"rows[{i}][{k}]" for i in range(len(rows))]) for k in of_one]
@@ -177,7 +193,7 @@ def _elementwise(function: Callable[..., Any], expression: str) -> None:
         return _built(f"def built({first}, {second}):\n    return {_tuple(elements)}")
 
     head = f"def built({first}, {second}):\n    return build({first})"
-    overload(function)(_built(head, build=build))
+    overload(function, jit_options=BARE)(_built(head, build=build))
 
 
 _elementwise(vectors.plus, "a[{i}] + b[{i}]")
