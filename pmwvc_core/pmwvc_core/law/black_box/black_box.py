@@ -210,9 +210,9 @@ def _taken(
         velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
         force, wave = damper(a.impedance, velocity), PortWave(rest, rest, 0.0)
         sums = Accounts(0.0, 0.0, 0.0, 0.5 * h * squared(a.u))
-    avatar = Avatar(a.present, a.impedance, a.u, velocity, force, a.contact, a.kept)
+    avatar = a._replace(xd=velocity, f=force)
     x_s = plus(start, scaled(velocity, p.new_s))
-    port = UserPort(avatar, port.brake, port.offset, x_s, port.v_s, port.sums, port.extra)
+    port = port._replace(avatar=avatar, x_s=x_s)
     return port, wave, sums
 
 

@@ -54,7 +54,7 @@ def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBo
 def _visit(s: Dent, there: bool, begins: bool, position: Vector) -> Dent:
     if begins:
         return Dent(True, s.inward[0] * position[0], 0.0, s.stiffness, s.inward)
-    return Dent(there, s.start, s.depth, s.stiffness, s.inward)
+    return s._replace(there=there)
 
 
 @moved_by.member(SoftBody)
@@ -78,7 +78,7 @@ def _pressed(
     depth = _depth(s, position, p)
     damped = max(1.0 + p.damping * s.inward[0] * velocity[0], 0.0)
     force = scaled(s.inward, s.stiffness * depth**p.exponent * damped)
-    return Dent(True, s.start, depth, s.stiffness, s.inward), force
+    return s._replace(there=True, depth=depth), force
 
 
 @local_line.member(SoftBody)

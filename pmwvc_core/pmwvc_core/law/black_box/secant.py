@@ -149,7 +149,7 @@ def _solved(impedance: Any, slope: Rows, right: Vector) -> Vector:
 
 def expecting(s: Secant, expected: bool) -> Secant:
     """Note whether the avatar was decoded with a force."""
-    return Secant(s.scale, s.position, s.force, s.slope, s.longest, s.one_sided, s.face, expected)
+    return s._replace(expected=expected)
 
 
 def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
@@ -172,7 +172,7 @@ def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
     if now:
         face = Face(position, force, _direction(force))
     elif before:
-        face = Face(s.position, s.force, _direction(s.force))
+        face = s._replace(along=_direction(s.force))
     elif s.expected:
         rest = zero(force)
         face = Face(rest, rest, rest)

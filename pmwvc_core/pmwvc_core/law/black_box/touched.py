@@ -79,7 +79,7 @@ class FreeCube(NamedTuple):
 @visited.member(Wall)
 def _at_wall(s: Wall, there: Any, begins: Any, positions: Vectors) -> Wall:
     visitors = each(_visited, (s.visitors, there, begins, positions), s.body.x)
-    return Wall(visitors, s.body, s.time_s)
+    return s._replace(visitors=visitors)
 
 
 @visited.member(FreeCube)

@@ -153,14 +153,14 @@ def _arrive_strict(
 @wave_of.member(PlainArrivals)
 def _wave(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
     wave = s.wave if s.fresh or not p.once else zero(s.wave)
-    after = PlainArrivals(s.silence, s.wave, s.position, False, s.sum_j, s.received_j)
+    after = s._replace(fresh=False)
     return after, wave
 
 
 @wave_of.member(StrictArrivals)
 def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, Vector]:
     playout, wave = play(s.playout, h, p.playout)
-    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted), wave
+    return s._replace(playout=playout), wave
 
 
 @answer_of.member(PlainArrivals)
@@ -185,7 +185,7 @@ def _sparing_strict(
     s: StrictArrivals, h: float, p: ArrivalsParams
 ) -> tuple[StrictArrivals, float]:
     playout, energy_j = spared(s.playout, h, s.wanted)
-    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted), energy_j
+    return s._replace(playout=playout), energy_j
 
 
 @anew.member(PlainArrivals)
@@ -195,7 +195,7 @@ def _anew(s: PlainArrivals) -> PlainArrivals:
 
 @anew.member(StrictArrivals)
 def _anew_strict(s: StrictArrivals) -> StrictArrivals:
-    return StrictArrivals(s.silence, begin(s.playout), s.counting, s.position, s.wanted)
+    return s._replace(playout=begin(s.playout))
 
 
 @missed.member(PlainArrivals)
@@ -206,7 +206,7 @@ def _missed(s: PlainArrivals, lasted_s: float) -> PlainArrivals:
 @missed.member(StrictArrivals)
 def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
     playout = pass_by(s.playout, lasted_s)
-    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted)
+    return s._replace(playout=playout)
 
 
 @waits.member(PlainArrivals)

@@ -86,7 +86,7 @@ def pace_pass_by(s: Pace, lasted_s: float) -> Pace:
     """Let time go by in which the loop did not run [s]: what is in store is skipped."""
     store_s = s.store_s - max(min(lasted_s, s.store_s), 0.0)
     burst_s = BURST_S if lasted_s > OUTAGE_S else s.burst_s
-    return Pace(store_s, s.silent_s, s.shift_s, s.ratio, burst_s, s.segment_s, s.first)
+    return s._replace(store_s=store_s, burst_s=burst_s)
 
 
 def pace_step(s: Pace, h: float) -> tuple[Pace, Played]:

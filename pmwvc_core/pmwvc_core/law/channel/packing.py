@@ -71,10 +71,7 @@ def resting_packing(axes: int) -> Packing:
 
 def pay(s: Packing, energy_j: float) -> Packing:
     """Let the next packet bring more energy than its wave needs."""
-    return Packing(
-        s.number, s.integral, s.energy_j + energy_j, s.held_s, s.sent_integral, s.wave, s.flags,
-        s.events,
-    )  # fmt: skip
+    return s._replace(energy_j=s.energy_j + energy_j)
 
 
 def flags_of(about: About, events: int) -> int:
@@ -93,8 +90,13 @@ def pack(
     held_back = _is_held_back(s, sent.wave, period_s, flags, p)
     if held_back:
         before = s.sent_integral if held_s > 0.0 else s.integral
-        s = Packing(s.number, integral, energy_j, held_s + period_s, before, s.wave, s.flags,
-                    about.events)  # fmt: skip
+        s = s._replace(
+            integral=integral,
+            energy_j=energy_j,
+            held_s=held_s + period_s,
+            sent_integral=before,
+            events=about.events,
+        )
     else:
         if held_s > 0.0:
             period_s += held_s

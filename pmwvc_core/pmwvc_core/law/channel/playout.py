@@ -132,7 +132,7 @@ def begin(s: Playout) -> Playout:
     """
     m = s.moved
     discarded_j = m.discarded_j + max(balance_j(m), 0.0)
-    moved = Moved(m.received_j, m.given_j, m.released_j, discarded_j, m.lent_j)
+    moved = m._replace(discarded_j=discarded_j)
     return resting_playout(zero(s.undelivered), moved)
 
 
@@ -171,7 +171,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
     the sender for which it stands, > 0 [s].
     """
     m, store, c, undelivered = s.moved, s.store, s.concealed, s.undelivered
-    moved = Moved(m.received_j + energy_j, m.given_j, m.released_j, m.discarded_j, m.lent_j)
+    moved = m._replace(received_j=m.received_j + energy_j)
     knots, late_s, braked = store.knots, -s.pace.store_s, pace_brakes(s.pace)
     begun = len(knots) > 1
     if begun:
@@ -181,7 +181,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
             left = minus(store.integral, before.integral)
             store = Store(forgotten(knots, gone), left, store.reserve_j - before.reserve_j)
     pace = pace_arrive(s.pace, duration_s)
-    store = Store(added(store.knots, integral, duration_s), store.integral, store.reserve_j)
+    store = store._replace(knots=added(store.knots, integral, duration_s))
     wave, guessed, mistaken = scaled(integral, 1.0 / duration_s), c.guessed, c.mistaken
     if begun and late_s > 0.0:
         settled = scaled(guessed, min(duration_s / late_s, 1.0))
@@ -220,7 +220,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     concealed = Concealed(c.wave, plus(c.guessed, guess), minus(c.mistaken, mended))
     predicts = clock.beyond_s > 0.0
     if predicts or not within(mended, SETTLED):
-        m = Moved(m.received_j, m.given_j, m.released_j, m.discarded_j, p.store_j)
+        m = m._replace(lent_j=p.store_j)
     s = Playout(pace, store, concealed, undelivered, since_s, m)
     return _given(s, asked, h, max(h, SPREAD_S) if predicts else h, p)
 
@@ -249,7 +249,7 @@ def _given(
     if squared(undelivered) <= FEW**2:
         discarded_j += max(free - spent_j - MOST_J, 0.0)
     moved = Moved(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
-    return Playout(s.pace, s.store, s.concealed, undelivered, s.since_s, moved), wave
+    return s._replace(undelivered=undelivered, moved=moved), wave
 
 
 def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
@@ -257,8 +257,8 @@ def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]
     released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
     if released_j == 0.0:
         return s, released_j
-    moved = Moved(m.received_j, m.given_j, m.released_j + released_j, m.discarded_j, m.lent_j)
-    return Playout(s.pace, s.store, s.concealed, s.undelivered, s.since_s, moved), released_j
+    moved = m._replace(released_j=m.released_j + released_j)
+    return s._replace(moved=moved), released_j
 
 
 def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
@@ -274,9 +274,9 @@ def take_back(s: Playout, wave: Vector, h: float) -> Playout:
     """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
     m = s.moved
     given_j = m.given_j - squared(wave) * (0.5 * h)
-    moved = Moved(m.received_j, given_j, m.released_j, m.discarded_j, m.lent_j)
+    moved = m._replace(given_j=given_j)
     undelivered = plus(s.undelivered, scaled(wave, h))
-    return Playout(s.pace, s.store, s.concealed, undelivered, s.since_s, moved)
+    return s._replace(undelivered=undelivered, moved=moved)
 
 
 def pass_by(s: Playout, lasted_s: float) -> Playout:
@@ -288,4 +288,4 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
     pace = pace_pass_by(s.pace, lasted_s)
     store = _played_to(s.store, pace.store_s)
     undelivered = plus(s.undelivered, minus(store.integral, s.store.integral))
-    return Playout(pace, store, s.concealed, undelivered, s.since_s, s.moved)
+    return s._replace(pace=pace, store=store, undelivered=undelivered)

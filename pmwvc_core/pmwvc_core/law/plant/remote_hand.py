@@ -112,14 +112,14 @@ def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
     """Take a target of this tick [m], before the hand moves; one that is not finite lets go."""
     usable = within(target, math.inf)
     holding = s.holding and usable
-    return RemoteHand(s.arm, NewestTarget(target, usable, -1), holding, s.grip, s.pull, s.effort_j)
+    return s._replace(newest=NewestTarget(target, usable, -1), holding=holding)
 
 
 @hand_hold.member(RemoteHand)
 def remote_hold(s: RemoteHand, x: Vector, p: RemoteParams) -> tuple[RemoteHand, Vector]:
     """Return no force while the user is not coupled; targets grow old."""
     newest = _aged(s.newest, p)
-    return RemoteHand(s.arm, newest, s.holding, s.grip, s.pull, s.effort_j), zero(x)
+    return s._replace(newest=newest), zero(x)
 
 
 def _aged(s: NewestTarget, p: RemoteParams) -> NewestTarget:
@@ -137,12 +137,12 @@ def remote_force(
     arm = s.arm
     if s.grip == 0.0 and s.pull == 0.0:
         arm = Reach(x, zero(x), x)
-        s = RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j)
+        s = s._replace(arm=arm, newest=newest)
         return s, scaled(xd, -p.brake)
     pull = scaled(grip_force(minus(arm.y, x), minus(arm.yd, xd), p.grip), s.grip)
     arm, work_j = _moved_arm(s, pull, p)
     f_h = minus(pull, scaled(xd, (1.0 - s.grip) * p.brake))
-    return RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j + work_j), f_h
+    return s._replace(arm=arm, newest=newest, effort_j=s.effort_j + work_j), f_h
 
 
 def _changed_grip(

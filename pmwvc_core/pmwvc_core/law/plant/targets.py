@@ -77,7 +77,7 @@ def _read(s: TableHand, p: TableParams) -> TableHand:
 def _table(s: TableHand, x: Vector, xd: Vector, p: TableParams) -> tuple[TableHand, Vector]:
     s = _read(s, p)
     hand, f_h = remote_force(s.hand, x, xd, p.hand)
-    return TableHand(hand, s.tick, s.next), f_h
+    return s._replace(hand=hand), f_h
 
 
 @hand_hold.member(TableHand)
@@ -86,7 +86,7 @@ def _table_before(s: TableHand, x: Vector, p: TableParams) -> tuple[TableHand, V
         return s, zero(x)
     s = _read(s, p)
     hand, f_h = remote_hold(s.hand, x, p.hand)
-    return TableHand(hand, s.tick, s.next), f_h
+    return s._replace(hand=hand), f_h
 
 
 @hand_force.member(TaskHand)

@@ -112,9 +112,9 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
 def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
     e = s.energies
     low_out = e.low_out + squared(v) * (0.5 * p.tick_s)
-    energies = BankEnergies(e.low_in, low_out, e.high_in, e.high_out)
+    energies = e._replace(low_out=low_out)
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
-    return Bank(s.low_up, low_down, s.high_up, s.high_down, s.local, energies), w
+    return s._replace(low_down=low_down, energies=energies), w
 
 
 @part_offer.member(Bank)
@@ -122,7 +122,7 @@ def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Ban
     local, v0, gain = local_offer(s.local, x, p.local, impedance)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
     answer = plus(down, scaled(plus(v0, scaled(up, gain)), gain_of(p.high_down)))
-    s = Bank(s.low_up, s.low_down, s.high_up, s.high_down, local, s.energies)
+    s = s._replace(local=local)
     return s, answer, gain * (gain_of(p.high_up) * gain_of(p.high_down))
 
 

@@ -67,7 +67,7 @@ def local_stored_j(s: LocalModel, p: SpringDamper) -> float:
 def changed_local(s: LocalModel, old: SpringDamper) -> LocalModel:
     """Drop the old spring."""
     lost_j = s.dissipated_j + local_stored_j(s, old)
-    return LocalModel(zero(s.x), s.f0, s.slope, True, lost_j)
+    return s._replace(x=zero(s.x), there=True, dissipated_j=lost_j)
 
 
 def local_offer(
@@ -102,4 +102,4 @@ def local_answer(
     xd = xd if s.there else zero(xd)
     x = plus(s.x, scaled(xd, p.tick_s))
     dissipated_j = s.dissipated_j + squared(xd) * p.damping * p.tick_s
-    return LocalModel(x, s.f0, s.slope, s.there, dissipated_j), v2
+    return s._replace(x=x, dissipated_j=dissipated_j), v2

@@ -97,9 +97,7 @@ class PlainMasterParams(NamedTuple):
 @port_measure.member(PlainMaster)
 def _measure(s: PlainMaster, x: Vector, xd: Vector, p: PlainMasterParams) -> PlainMaster:
     x, _ = known_motion(x, xd, s.x)
-    return PlainMaster(
-        s.hold, s.filter, s.filters, s.position, s.waves, x, s.xd, s.f_m, s.energies
-    )
+    return s._replace(x=x)
 
 
 @port_send.member(PlainMaster)
@@ -111,17 +109,15 @@ def _send(
     after, wave = filter_sample(s.filter, p.filter)
     position, wave = position_send(s.position, wave, number, p.frame_s, p.position)
     u_tx = e.u_tx + squared(wave) * (0.5 * p.frame_s)
-    energies = PlainEnergies(e.u_m, u_tx, e.v_rx, e.v_m, e.deficit_j)
-    s = PlainMaster(s.hold, after, s.filters, position, s.waves, s.x, s.xd, s.f_m, energies)
+    energies = e._replace(u_tx=u_tx)
+    s = s._replace(filter=after, position=position, energies=energies)
     return s, arrivals, Sent(wave, s.x, -1.0, ())
 
 
 @port_packet.member(PlainMaster)
 def _packet(s: PlainMaster, arrivals: Any, packet: Packet, p: PlainMasterParams) -> PlainMaster:
     position = position_packet(s.position, packet, p.position)
-    return PlainMaster(
-        s.hold, s.filter, s.filters, position, s.waves, s.x, s.xd, s.f_m, s.energies
-    )
+    return s._replace(position=position)
 
 
 @port_answer.member(PlainMaster)
@@ -132,10 +128,10 @@ def _answer(
     e = s.energies
     wave = zero(wave) if silent else wave
     v_rx = e.v_rx + squared(wave) * (0.5 * p.frame_s)
-    energies = PlainEnergies(e.u_m, e.u_tx, v_rx, e.v_m, e.deficit_j)
+    energies = e._replace(v_rx=v_rx)
     position = position_there(s.position, not silent)
     held = load(s.hold, wave)
-    return PlainMaster(held, s.filter, s.filters, position, s.waves, s.x, s.xd, s.f_m, energies)
+    return s._replace(hold=held, position=position, energies=energies)
 
 
 @port_tick.member(PlainMaster)
@@ -151,7 +147,7 @@ def _tick(
     filters, for_force = force_velocity(filters, xd, p.filters, p.impedance)
     f_m = wave_force(p.impedance, for_force, v_m)
     waves = u_m, s.waves[1], v_m
-    s = PlainMaster(held, s.filter, filters, position, waves, x, xd, f_m, s.energies)
+    s = s._replace(hold=held, filters=filters, position=position, waves=waves, x=x, xd=xd, f_m=f_m)
     return s, arrivals, f_m
 
 
@@ -170,7 +166,9 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     filters, on = filters_up(s.filters, u_m, p.filters)
     position = position_up(s.position, on, f, s.xd, p.position)
     after, y = filter_step(s.filter, on, p.filter)
-    return PlainMaster(s.hold, after, filters, position, (u_m, y, v_m), s.x, s.xd, s.f_m, energies)
+    return s._replace(
+        filter=after, filters=filters, position=position, waves=(u_m, y, v_m), energies=energies
+    )
 
 
 @port_signals.member(PlainMaster)
@@ -187,14 +185,4 @@ def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
 
 @port_opened.member(PlainMaster)
 def _opened(s: PlainMaster) -> PlainMaster:
-    return PlainMaster(
-        s.hold,
-        s.filter,
-        s.filters,
-        position_opened(s.position),
-        s.waves,
-        s.x,
-        s.xd,
-        s.f_m,
-        s.energies,
-    )
+    return s._replace(position=position_opened(s.position))

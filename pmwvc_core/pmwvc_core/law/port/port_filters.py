@@ -141,7 +141,7 @@ def _filtered_velocity(
     s: Filtered, xd: Vector, p: FilteredParams, impedance: Any
 ) -> tuple[Filtered, Vector]:
     force, xd = part_velocity(s.force, xd, p.force, impedance)
-    return Filtered(s.near, s.far, force, s.held, s.gain), xd
+    return s._replace(force=force), xd
 
 
 @wave_shortened.member(Filtered)
@@ -167,7 +167,7 @@ def _filtered_shortened(
 def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, Vector]:
     near, u = part_up(s.near, u, p.near, p.impedance)
     far, u = part_up(s.far, u, p.far, p.impedance)
-    return Filtered(near, far, s.force, s.held, s.gain), u
+    return s._replace(near=near, far=far), u
 
 
 @part_energies.member(NoFilter)

@@ -68,7 +68,6 @@ from pmwvc_core.law.port.strict_state import (
     StrictEnergies,
     StrictMaster,
     StrictMasterParams,
-    Under,
 )
 from pmwvc_core.law.position.feedback import (
     position_down,
@@ -96,7 +95,7 @@ SPARED_J = 1e-3  # left to the playout for catching up when the node takes what 
 
 
 def _with_playout(a: StrictArrivals, playout: Playout) -> StrictArrivals:
-    return StrictArrivals(a.silence, playout, a.counting, a.position, a.wanted)
+    return a._replace(playout=playout)
 
 
 @port_measure.member(StrictMaster)
@@ -107,10 +106,9 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
     if under.settled:
         if under.begun:
             return s
-        return StrictMaster(
-            node, s.filters, s.position, s.waves, x, xd, each(resting_counts, (x,)), s.integral,
-            under, s.unpaid, s.asks, e,
-        )  # fmt: skip
+        return s._replace(
+            node=node, x=x, xd=xd, counts=each(resting_counts, (x,)), under=under, energies=e
+        )
     after = each(counts, (s.counts, x, xd), h)
     tracked, xd = each(_state, (after,)), each(_velocity, (after,))
     u = wave_u(p.impedance, scaled(each(_moved_wave, (after,)), 1.0 / h), s.waves[2])
@@ -119,11 +117,19 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
     worked = dot(under.f, each(_moved_force, (after,)))
     node_j = node.node_j + squared(under.v) * (0.5 * h) + worked
     due_j = node.due_j + squared(u) * (0.5 * h)
-    node = Node(node_j, node.deficit_j, node.withheld_j, due_j)
-    return StrictMaster(
-        node, filters, position, (s.waves[0], u, s.waves[2]), x, xd, tracked,
-        plus(s.integral, scaled(u, h)), Under(under.v, under.f, True, True), s.unpaid, s.asks, e,
-    )  # fmt: skip
+    node = node._replace(node_j=node_j, due_j=due_j)
+    return s._replace(
+        node=node,
+        filters=filters,
+        position=position,
+        waves=(s.waves[0], u, s.waves[2]),
+        x=x,
+        xd=xd,
+        counts=tracked,
+        integral=plus(s.integral, scaled(u, h)),
+        under=under._replace(settled=True, begun=True),
+        energies=e,
+    )
 
 
 def _state(counted: Any) -> Counts:
@@ -177,11 +183,14 @@ def _send(
         short = needed - paid
         deficit_j += short + (TWICE - 1.0) * max(short, 0.0)
         deficit_j = min(max(deficit_j, 0.0), MOST_DEFICIT_J) if withheld_j > 0.0 else 0.0
-    energies = StrictEnergies(e.u_m, e.u_tx + paid, e.v_m)
-    s = StrictMaster(
-        Node(node_j - paid, deficit_j, withheld_j, 0.0), s.filters, position, s.waves, s.x, s.xd,
-        s.counts, zero(s.integral), s.under, unpaid, s.asks, energies,
-    )  # fmt: skip
+    energies = e._replace(u_tx=e.u_tx + paid)
+    s = s._replace(
+        node=Node(node_j - paid, deficit_j, withheld_j, 0.0),
+        position=position,
+        integral=zero(s.integral),
+        unpaid=unpaid,
+        energies=energies,
+    )
     return s, _with_playout(a, playout), Sent(wave, s.x, energies.u_tx, ())
 
 
@@ -192,10 +201,7 @@ def _packet(
     """Note the avatar's position, and what the server lacks; the wave is the playout's."""
     unpaid = 0.0 if s.asks[0] and not packet.short else s.unpaid
     position = position_packet(s.position, packet, p.position)
-    return StrictMaster(
-        s.node, s.filters, position, s.waves, s.x, s.xd, s.counts, s.integral, s.under, unpaid,
-        (packet.short, is_short(a.playout)), s.energies,
-    )  # fmt: skip
+    return s._replace(position=position, unpaid=unpaid, asks=(packet.short, is_short(a.playout)))
 
 
 @port_answer.member(StrictMaster)
@@ -203,10 +209,7 @@ def _answer(
     s: StrictMaster, wave: Vector, silent: bool, frame_s: float, p: StrictMasterParams
 ) -> StrictMaster:
     position = position_there(s.position, not silent)
-    return StrictMaster(
-        s.node, s.filters, position, s.waves, s.x, s.xd, s.counts, s.integral, s.under, s.unpaid,
-        s.asks, s.energies,
-    )  # fmt: skip
+    return s._replace(position=position)
 
 
 @port_tick.member(StrictMaster)
@@ -220,7 +223,7 @@ def _tick(
     if node.node_j < 0.0:
         # What is free in the playout goes to the node; where it still owes too much, v waits.
         playout, released_j = release(playout, -node.node_j, 0.0)
-        node = Node(node.node_j + released_j, node.deficit_j, node.withheld_j, node.due_j)
+        node = node._replace(node_j=node.node_j + released_j)
         if node.node_j < -LIMIT_J - node.withheld_j:
             playout, v = take_back(playout, v, p.tick_s), zero(v)
     free_j = node.node_j - node.due_j
@@ -234,10 +237,15 @@ def _tick(
         more += min(max(s.unpaid * (1.0 / MUCH), ASKED), 1.0)
     if more > 0.0:
         f_m = plus(f_m, scaled(damper(b, xd), more))
-    s = StrictMaster(
-        node, filters, position, (u_m, s.waves[1], v_m), x, xd, s.counts, s.integral,
-        Under(v, s.under.f, False, s.under.begun), s.unpaid, s.asks, s.energies,
-    )  # fmt: skip
+    s = s._replace(
+        node=node,
+        filters=filters,
+        position=position,
+        waves=(u_m, s.waves[1], v_m),
+        x=x,
+        xd=xd,
+        under=s.under._replace(v=v, settled=False),
+    )
     return s, _with_playout(a, playout), f_m
 
 
@@ -247,10 +255,7 @@ def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     e, half_s = s.energies, 0.5 * p.tick_s
     u_m = e.u_m + squared(s.waves[0]) * half_s
     energies = StrictEnergies(u_m, e.u_tx, e.v_m + squared(s.waves[2]) * half_s)
-    return StrictMaster(
-        s.node, s.filters, s.position, s.waves, s.x, s.xd, s.counts, s.integral,
-        Under(s.under.v, f, False, s.under.begun), s.unpaid, s.asks, energies,
-    )  # fmt: skip
+    return s._replace(under=s.under._replace(f=f, settled=False), energies=energies)
 
 
 @port_signals.member(StrictMaster)
@@ -271,7 +276,4 @@ def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vect
 
 @port_opened.member(StrictMaster)
 def _opened(s: StrictMaster) -> StrictMaster:
-    return StrictMaster(
-        s.node, s.filters, position_opened(s.position), s.waves, s.x, s.xd, s.counts, s.integral,
-        s.under, s.unpaid, s.asks, s.energies,
-    )  # fmt: skip
+    return s._replace(position=position_opened(s.position))

@@ -109,7 +109,7 @@ def resting_complementary(axes: int, p: VelocityParams) -> Complementary:
 
 @part_down.member(Exact)
 def _exact_down(s: Exact, v: Vector, p: VelocityParams) -> tuple[Exact, Vector]:
-    return Exact(s.high, v, s.kept_j), v
+    return s._replace(w=v), v
 
 
 @part_offer.member(Exact)
@@ -140,7 +140,7 @@ def _complementary_down(
     s: Complementary, v: Vector, p: VelocityParams
 ) -> tuple[Complementary, Vector]:
     down, passed = columns(each(cascade, (s.down, v), p.low))
-    return Complementary(s.up, down, s.first, s.second, v, passed, s.kept_j), passed
+    return s._replace(down=down, w=v, passed=passed), passed
 
 
 @part_offer.member(Complementary)
@@ -162,7 +162,7 @@ def _complementary_up(
     back = plus(s.passed, scaled(y, p.share))
     kept = squared(u) - squared(on) + squared(s.w) - squared(back)
     kept_j = s.kept_j + kept * (0.5 * p.tick_s)
-    return Complementary(up, s.down, first, second, s.w, s.passed, kept_j), on
+    return s._replace(up=up, first=first, second=second, kept_j=kept_j), on
 
 
 @part_energies.member(Exact)

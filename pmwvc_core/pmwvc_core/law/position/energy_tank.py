@@ -110,7 +110,7 @@ def _saved(s: Level, energy_j: float, most_j: float) -> Level:
     """Put energy on the account; what is more than it may hold is gone."""
     saved_j = s.saved_j + energy_j
     held_j = min(saved_j, most_j)
-    return Level(held_j, s.spent_j, s.deficit_j, s.discarded_j + (saved_j - held_j))
+    return s._replace(saved_j=held_j, discarded_j=s.discarded_j + (saved_j - held_j))
 
 
 def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
@@ -122,7 +122,7 @@ def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
     repaid_j = min(level.deficit_j, gained_j)
     drawn_j = min(max(level.saved_j, 0.0), lost_j)
     deficit_j = level.deficit_j + (lost_j - drawn_j) - repaid_j
-    level = Level(level.saved_j, level.spent_j, deficit_j, level.discarded_j)
+    level = level._replace(deficit_j=deficit_j)
     level = _saved(level, gained_j - repaid_j - drawn_j, p.most_j)
     epoch, number, sum_j, received_j = n.epoch, n.number, n.sum_j, passed.received_j
     if packet.epoch != epoch or packet.number > number:
@@ -130,8 +130,8 @@ def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
             sum_j = packet.energy_j - squared(packet.wave) * (0.5 * packet.period_s)
         received_j += max(packet.energy_j - sum_j, 0.0)
         epoch, number, sum_j = packet.epoch, packet.number, packet.energy_j
-    passed = Passed(passed.played_j, passed.taken_j, passed.device_j, passed.work_j, received_j)
-    latest = Latest(n.x, n.moved, n.f, n.v, n.y, of_hold_j, n.of_u_j, epoch, number, sum_j)
+    passed = passed._replace(received_j=received_j)
+    latest = n._replace(of_hold_j=of_hold_j, epoch=epoch, number=number, sum_j=sum_j)
     return Tank(level, passed, latest)
 
 
@@ -147,14 +147,14 @@ def tank_down(
     passed, n, half_s = s.passed, s.latest, 0.5 * p.tick_s
     work_j = passed.work_j + dot(n.f, minus(x, n.x)) if n.moved else passed.work_j
     played_j = passed.played_j + squared(v) * half_s
-    passed = Passed(played_j, passed.taken_j, passed.device_j, work_j, passed.received_j)
-    latest = Latest(x, True, n.f, v, n.y, n.of_hold_j, n.of_u_j, n.epoch, n.number, n.sum_j)
+    passed = passed._replace(played_j=played_j, work_j=work_j)
+    latest = n._replace(x=x, moved=True, v=v)
     s = Tank(s.level, passed, latest)
     if not spends:
         return s, wanted
     wanted, cost = affordable(v, wanted, tank_free_j(s) * (2.0 / SPREAD_S))
     cost_j, level = cost * half_s, s.level
-    level = Level(level.saved_j, level.spent_j + cost_j, level.deficit_j, level.discarded_j)
+    level = level._replace(spent_j=level.spent_j + cost_j)
     return Tank(_saved(level, -cost_j, p.most_j), passed, latest), wanted
 
 
@@ -162,8 +162,8 @@ def tank_up(s: Tank, u: Vector, f: Vector, xd: Vector, h: float) -> Tank:
     """Note what came back in a tick [sqrt(W)], and the device's force and velocity."""
     passed, n = s.passed, s.latest
     taken_j, device_j = passed.taken_j + squared(u) * (0.5 * h), passed.device_j + dot(f, xd) * h
-    passed = Passed(passed.played_j, taken_j, device_j, passed.work_j, passed.received_j)
-    latest = Latest(n.x, n.moved, f, n.v, n.y, n.of_hold_j, n.of_u_j, n.epoch, n.number, n.sum_j)
+    passed = passed._replace(taken_j=taken_j, device_j=device_j)
+    latest = n._replace(f=f)
     return Tank(s.level, passed, latest)
 
 
@@ -179,5 +179,5 @@ def tank_send(s: Tank, y: Vector, p: PositionParams) -> tuple[Tank, Vector]:
         sent = scaled(y, math.sqrt(min(allowed_j / needed_j, 1.0)))
         needed_j = allowed_j
     level = _saved(level, before_j - 0.5 * filter_s * squared(y) - needed_j, p.most_j)
-    latest = Latest(n.x, n.moved, n.f, n.v, y, n.of_hold_j, taken_j, n.epoch, n.number, n.sum_j)
+    latest = n._replace(y=y, of_u_j=taken_j)
     return Tank(level, s.passed, latest), sent

@@ -106,7 +106,7 @@ def error_opened(s: PositionError) -> PositionError:
     """Return what is known before the first packet, its list made here."""
     d = s.sending
     posted = [Posted(0, d.integral, 0.0)]
-    sending = Sending(d.integral, d.time_s, d.frame_s, d.since, d.y, posted)
+    sending = d._replace(posted=posted)
     return _with(s, sending)
 
 
@@ -126,7 +126,7 @@ def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
     """Note the wave of a tick that goes on to the server [sqrt(W)]."""
     d = s.sending
     since = plus(d.since, scaled(u, h))
-    sending = Sending(d.integral, d.time_s, d.frame_s, since, d.y, d.posted)
+    sending = d._replace(since=since)
     return _with(s, sending)
 
 
@@ -153,18 +153,16 @@ def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> Positio
         now_s = waiting_s + packet.period_s + p.hold_s
         ratio = packet.period_s / SMOOTHED_S if round_trip_s > 0.0 else 1.0
         round_trip_s += min(ratio, 1.0) * (now_s - round_trip_s)
-        d = Sending(d.integral, d.time_s, d.frame_s, d.since, d.y, d.posted[place:])
+        d = d._replace(posted=d.posted[place:])
     wave = scaled(packet.wave, packet.period_s)
     seen = Seen(packet.epoch, packet.number, packet.anew, packet.position, wave, answered,
                 place >= 0, True)  # fmt: skip
-    return PositionError(d, seen, s.v, s.reference, referenced, s.residual, s.left, round_trip_s,
-                         s.there)  # fmt: skip
+    return s._replace(sending=d, seen=seen, referenced=referenced, round_trip_s=round_trip_s)
 
 
 def error_there(s: PositionError, there: bool) -> PositionError:
     """Note whether the server is there."""
-    return PositionError(s.sending, s.seen, s.v, s.reference, s.referenced, s.residual, s.left,
-                         s.round_trip_s, there)  # fmt: skip
+    return s._replace(there=there)
 
 
 def error_tick(
@@ -195,8 +193,7 @@ def error_tick(
     elif referenced:
         error = minus(minus(x, avatar_x), reference)
     if seen.fresh:
-        seen = Seen(seen.epoch, seen.number, seen.anew, seen.x, seen.wave, seen.answered,
-                    seen.remembered, False)  # fmt: skip
+        seen = seen._replace(fresh=False)
     s = PositionError(s.sending, seen, v, reference, referenced, residual, left, s.round_trip_s,
                       s.there)  # fmt: skip
     return s, error
@@ -210,5 +207,4 @@ def asked(s: PositionError, error: Vector, p: PositionParams) -> Vector:
 
 
 def _with(s: PositionError, sending: Sending) -> PositionError:
-    return PositionError(sending, s.seen, s.v, s.reference, s.referenced, s.residual, s.left,
-                         s.round_trip_s, s.there)  # fmt: skip
+    return s._replace(sending=sending)

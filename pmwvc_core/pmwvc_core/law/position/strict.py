@@ -107,7 +107,7 @@ def _packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
 
 @position_there.member(OnStrict)
 def _there(s: OnStrict, there: bool) -> OnStrict:
-    return OnStrict(error_there(s.error, there), s.line, s.spent_j)
+    return s._replace(error=error_there(s.error, there))
 
 
 @position_down.member(OnStrict)
@@ -133,14 +133,14 @@ def _down(
 
 @position_up.member(OnStrict)
 def _up(s: OnStrict, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> OnStrict:
-    return OnStrict(error_taken(s.error, u, p.tick_s), s.line, s.spent_j)
+    return s._replace(error=error_taken(s.error, u, p.tick_s))
 
 
 @position_send.member(OnStrict)
 def _send(
     s: OnStrict, wave: Vector, number: int, frame_s: float, p: PositionParams
 ) -> tuple[OnStrict, Vector]:
-    return OnStrict(error_sent(s.error, wave, wave, number, frame_s), s.line, s.spent_j), wave
+    return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
 
 
 @position_lent.member(OnStrict)
@@ -155,4 +155,4 @@ def _energies(s: OnStrict) -> Vector:
 
 @position_opened.member(OnStrict)
 def _opened(s: OnStrict) -> OnStrict:
-    return OnStrict(error_opened(s.error), s.line, s.spent_j)
+    return s._replace(error=error_opened(s.error))

@@ -82,4 +82,4 @@ def brake_push(s: HandBrake, f: Vector, k: float) -> tuple[HandBrake, Vector]:
     """Return the brake's force beside a force that the controller asks for [N]."""
     limit = brake_limit(s.largest)
     given, _ = affordable(f, scaled(s.z, k), max(limit * limit - squared(f), 0.0))
-    return HandBrake(s.largest, s.x, scaled(given, 1.0 / k)), given
+    return s._replace(z=scaled(given, 1.0 / k)), given

@@ -150,24 +150,22 @@ def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
 
 def expect(s: Limits, silence_s: float, p: LimitsParams) -> Limits:
     """Note how long packets may fail to come before the server counts as silent [s]."""
-    return Limits(
-        s.f, s.fading, s.device, s.brake, s.interventions, s.cause, max(p.timeout_s, silence_s)
-    )
+    return s._replace(silence_s=max(p.timeout_s, silence_s))
 
 
 def rearm(s: Limits) -> Limits:
     """Leave a fault; the force starts from zero again."""
-    device = Device(s.device.sensed, s.device.missing_s, False)
-    return Limits(s.f, s.fading, device, s.brake, s.interventions, s.cause, s.silence_s)
+    device = s.device._replace(faulty=False)
+    return s._replace(device=device)
 
 
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
     old = s.fading
-    fading = Fading(0.0, old.push, old.ready, old.damped, False, False)
+    fading = old._replace(gain=0.0, returns=False, quiet=False)
     brake = resting_hand_brake(zero(s.f))
-    brake = HandBrake(brake.largest, s.brake.x, brake.z)
-    return Limits(s.f, fading, s.device, brake, s.interventions, WAITING, s.silence_s)
+    brake = brake._replace(x=s.brake.x)
+    return s._replace(fading=fading, brake=brake, cause=WAITING)
 
 
 def held_j(s: Limits, p: LimitsParams) -> float:

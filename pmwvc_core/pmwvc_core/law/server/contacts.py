@@ -101,7 +101,7 @@ def stored(s: Spring, law: ContactLaw) -> float:
 
 def attached(c: Contact, offset: Vector) -> Contact:
     """Begin at avatar minus object [m], without force: a grip at least the gap outside."""
-    return Contact(c.law, c.grips, each(_attached, (c.springs, offset), c.law))
+    return c._replace(springs=each(_attached, (c.springs, offset), c.law))
 
 
 def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
@@ -113,12 +113,12 @@ def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
 
 def detached(c: Contact) -> tuple[Contact, float]:
     """End the contact; return the energy of the springs, which is dropped [J]."""
-    return Contact(c.law, c.grips, each(_detached, (c.springs,), c.law)), contact_energy(c)
+    return c._replace(springs=each(_detached, (c.springs,), c.law)), contact_energy(c)
 
 
 def _detached(s: Spring, law: ContactLaw) -> Spring:
     if s.one_sided:
-        return Spring(law.inward * min(depth(s, law), 0.0), s.rest, True, s.shifted)
+        return s._replace(deflection=law.inward * min(depth(s, law), 0.0), one_sided=True)
     return Spring(0.0, s.rest + s.deflection, False, False)
 
 
@@ -127,7 +127,7 @@ def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Conta
     spring any more.
     """
     old = c.law
-    law = ContactLaw(stiffness, damping, old.inward, old.face, old.gap)
+    law = old._replace(stiffness=stiffness, damping=damping)
     lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
     return Contact(law, c.grips, each(_changed, (c.springs,), old, law)), lost_j
 
@@ -248,12 +248,12 @@ def _way(rate: float, h: float) -> float:
 def slid(c: Contact, displacement: Vector) -> tuple[Contact, float]:
     """Move the avatar relative to the object [m]; return the energy dropped where it came out."""
     springs = each(_moved, (c.springs, displacement), touching(c), c.law)
-    return _loosened(Contact(c.law, c.grips, springs))
+    return _loosened(c._replace(springs=springs))
 
 
 def _moved(s: Spring, way: float, held: bool, law: ContactLaw) -> Spring:
     if s.one_sided:
-        return _returned(Spring(s.deflection + way, s.rest, True, s.shifted), law)
+        return _returned(s._replace(deflection=s.deflection + way, one_sided=True), law)
     if held:
         return Spring(s.deflection + way, s.rest, False, False)
     return Spring(s.deflection, s.rest + way, False, False)
@@ -266,7 +266,7 @@ def _loosened(c: Contact) -> tuple[Contact, float]:
     dropped_j = 0.0
     for i in range(1, len(c.springs)):
         dropped_j += stored(c.springs[i], c.law)
-    return Contact(c.law, c.grips, each(_loose, (c.springs,))), dropped_j
+    return c._replace(springs=each(_loose, (c.springs,))), dropped_j
 
 
 def _loose(s: Spring) -> Spring:

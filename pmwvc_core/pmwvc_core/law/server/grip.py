@@ -46,7 +46,7 @@ def pushed(p0: float, c: float, k: float, damping: float, b: float, h: float) ->
     else:
         return Push(0.0, c, 0.0)
     if push.normal > 0.0:
-        return Push(push.normal, push.rate, push.slope / (1.0 + push.slope / b))
+        return push._replace(slope=push.slope / (1.0 + push.slope / b))
     return Push(0.0, c, 0.0)
 
 

@@ -139,7 +139,7 @@ def _advanced(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar,
     force, rate = each(_force, (answers,)), each(_rate, (answers,))
     xd = each(_velocity, (free_velocity(a.impedance, a.u), force), a.impedance.b)
     contact, heat_j = advanced_contact(a.contact, force, rate, h)
-    return Avatar(a.present, a.impedance, a.u, xd, force, contact, a.kept), heat_j
+    return a._replace(xd=xd, f=force, contact=contact), heat_j
 
 
 def _force(answer: Answer) -> float:

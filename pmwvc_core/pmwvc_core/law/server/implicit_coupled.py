@@ -78,7 +78,7 @@ def _advanced(a: Avatar, answer: CoupledAnswer, h: float) -> tuple[Avatar, float
         return a, 0.0
     xd = loaded(a.impedance, free_velocity(a.impedance, a.u), answer.force)
     contact, heat_j = advanced_contact(a.contact, answer.force, answer.rate, h)
-    return Avatar(a.present, a.impedance, a.u, xd, answer.force, contact, a.kept), heat_j
+    return a._replace(xd=xd, f=answer.force, contact=contact), heat_j
 
 
 def _root(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Looked:

@@ -88,7 +88,7 @@ def _left_behind(a: Avatar, way: Vector) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
     contact, dropped_j = slid(a.contact, way)
-    return Avatar(a.present, a.impedance, a.u, a.xd, a.f, contact, a.kept), dropped_j
+    return a._replace(contact=contact), dropped_j
 
 
 @couple.member(OneStepDelay)
@@ -109,7 +109,7 @@ def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar
     rate = minus(xd, xd_o)
     lost_j += h * contact_heat(contact, rate)
     f = contact_force(contact, rate)
-    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+    return a._replace(xd=xd, f=f, contact=contact), lost_j
 
 
 @couple.member(Unwrapped)
@@ -131,7 +131,7 @@ def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar,
     xd = loaded(a.impedance, free, f)
     contact, dropped_j = slid(contact, scaled(xd, p.new_s))
     lost_j += dropped_j + h * contact_heat(contact, minus(xd, xd_o))
-    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+    return a._replace(xd=xd, f=f, contact=contact), lost_j
 
 
 @couple.member(OneFrameLate)
@@ -152,4 +152,4 @@ def _late(a: Avatar, xd_o: Vector, h: float) -> tuple[Avatar, float]:
     contact, lost_j = slid(a.contact, scaled(a.xd, h))
     lost_j += h * contact_heat(a.contact, rate)
     xd = wave_velocity(a.impedance, a.u, f)
-    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+    return a._replace(xd=xd, f=f, contact=contact), lost_j

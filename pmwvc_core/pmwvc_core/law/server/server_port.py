@@ -114,7 +114,7 @@ def left(s: UserPort) -> tuple[UserPort, float]:
     contact, dropped_j = detached(a.contact)
     avatar = Avatar(False, a.impedance, nothing, nothing, nothing, contact, nothing)
     brake = released_brake(s.brake)
-    port = UserPort(avatar, brake, s.offset, s.x_s, nothing, s.sums, s.extra)
+    port = s._replace(avatar=avatar, brake=brake, v_s=nothing)
     return port, dropped_j
 
 
@@ -122,7 +122,7 @@ def passed_through(s: UserPort, energy_j: float) -> UserPort:
     """Count energy that came and goes back beside the waves [J]."""
     e = s.sums
     sums = Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j)
-    return UserPort(s.avatar, s.brake, s.offset, s.x_s, s.v_s, sums, s.extra)
+    return s._replace(sums=sums)
 
 
 def changed_port(
@@ -131,8 +131,8 @@ def changed_port(
     """Take contact and impedance over; the springs store what they stored. Return what is lost."""
     a = s.avatar
     contact, lost_j = changed_contact(a.contact, stiffness, damping)
-    avatar = Avatar(a.present, impedance, a.u, a.xd, a.f, contact, a.kept)
-    port = UserPort(avatar, s.brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
+    avatar = a._replace(impedance=impedance, contact=contact)
+    port = s._replace(avatar=avatar)
     return port, lost_j
 
 
@@ -162,8 +162,8 @@ def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, 
         brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
         if ratio > 1.0:
             impedance, u = braked(impedance, u, ratio)
-    avatar = Avatar(a.present, impedance, u, a.xd, a.f, a.contact, a.kept)
-    port = UserPort(avatar, brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
+    avatar = a._replace(impedance=impedance, u=u)
+    port = s._replace(avatar=avatar, brake=brake)
     return port, ratio
 
 
@@ -182,7 +182,7 @@ def _give(
         moved = cleared(contact, way)
         contact, dropped_j = slid(contact, moved)
         offset = plus(offset, moved)
-    avatar = Avatar(a.present, impedance, wave, a.xd, a.f, contact, a.kept)
+    avatar = a._replace(impedance=impedance, u=wave, contact=contact)
     e, x_s = s.sums, plus(body.x, offset_of(contact))
     sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
     return UserPort(avatar, brake, offset, x_s, v_s, sums, s.extra), dropped_j

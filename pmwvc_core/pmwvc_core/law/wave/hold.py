@@ -42,7 +42,7 @@ def hold(s: Hold, ticks: int) -> tuple[Hold, Vector]:
     value = s.target
     if done < ticks:
         value = each(_between, (s.start, s.target), done / ticks)
-    return Hold(s.start, s.target, value, done), value
+    return s._replace(value=value, done=done), value
 
 
 def _between(start: float, target: float, ratio: float) -> float:

@@ -89,7 +89,7 @@ def _meet(
         return s, 0.0
     report = Reported(plus(came.position, s.offset), came.wave, came.received_j)
     met = meet(law, s.brake, report, s.x_s, a.xd, a.contact, body, h)
-    avatar = Avatar(a.present, a.impedance, a.u, met.xd, met.f, met.contact, a.kept)
+    avatar = a._replace(xd=met.xd, f=met.f, contact=met.contact)
     x_s = plus(body.x, offset_of(met.contact))
     answer = minus(x_s, s.offset) if sprung else met.f
     flow_j = h * dot(met.f, met.xd)

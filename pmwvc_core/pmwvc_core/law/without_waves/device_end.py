@@ -90,7 +90,7 @@ def same_applied(law: Any, f: Vector, p: DeviceEndParams) -> Any:
 def _measure(s: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> DeviceEnd:
     x, xd = known_motion(x, xd, s.motion.x)
     now = DeviceMotion(x, xd)
-    return DeviceEnd(now, device_moved(s.law, s.motion, now, p), s.given_j, s.taken_j)
+    return s._replace(motion=now, law=device_moved(s.law, s.motion, now, p))
 
 
 @port_send.member(DeviceEnd)
@@ -99,13 +99,13 @@ def _send(
 ) -> tuple[DeviceEnd, Any, Sent]:
     law, energy_j = device_sends(s.law, p)
     sent = Sent(s.motion.xd, s.motion.x, energy_j, ())
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j), arrivals, sent
+    return s._replace(law=law), arrivals, sent
 
 
 @port_packet.member(DeviceEnd)
 def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> DeviceEnd:
     law = device_receives(s.law, packet, received_j(arrivals), p)
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j)
+    return s._replace(law=law)
 
 
 @port_answer.member(DeviceEnd)
@@ -113,7 +113,7 @@ def _answer(
     s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
 ) -> DeviceEnd:
     law = device_answer(s.law, wave, silent, s.motion, p)
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j)
+    return s._replace(law=law)
 
 
 @port_tick.member(DeviceEnd)
@@ -122,7 +122,7 @@ def _tick(
 ) -> tuple[DeviceEnd, Any, Vector]:
     s = _measure(s, x, xd, p)
     law, f = device_force(s.law, s.motion, p)
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j), arrivals, f
+    return s._replace(law=law), arrivals, f
 
 
 @port_applied.member(DeviceEnd)

@@ -95,7 +95,7 @@ def resting_pspm(axes: int, initial_j: float) -> PspmDevice:
 def taken_in(s: ModulatedSpring, received_j: float) -> ModulatedSpring:
     """Take in what the peer has sent so far."""
     tank_j = s.tank_j + (received_j - s.received_j)
-    return ModulatedSpring(s.q, s.placed, tank_j, s.spring_j, s.sent_j, received_j, s.dropped_j)
+    return s._replace(tank_j=tank_j, received_j=received_j)
 
 
 def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> ModulatedSpring:
@@ -104,7 +104,7 @@ def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> 
     """
     spring_j = 0.5 * p.stiffness * squared(minus(x, q))
     tank_j = s.tank_j + work_j - (spring_j - s.spring_j)
-    return ModulatedSpring(q, s.placed, tank_j, spring_j, s.sent_j, s.received_j, s.dropped_j)
+    return s._replace(q=q, tank_j=tank_j, spring_j=spring_j)
 
 
 def aimed(s: ModulatedSpring, wanted: Vector, x: Vector, p: Pspm) -> ModulatedSpring:
@@ -124,10 +124,7 @@ def aimed(s: ModulatedSpring, wanted: Vector, x: Vector, p: Pspm) -> ModulatedSp
 def divided(s: ModulatedSpring, p: Pspm) -> ModulatedSpring:
     """Send the peer what is above the cap."""
     excess_j = max(s.tank_j - p.cap_j, 0.0)
-    return ModulatedSpring(
-        s.q, s.placed, s.tank_j - excess_j, s.spring_j, s.sent_j + excess_j, s.received_j,
-        s.dropped_j,
-    )  # fmt: skip
+    return s._replace(tank_j=s.tank_j - excess_j, sent_j=s.sent_j + excess_j)
 
 
 def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
@@ -142,18 +139,18 @@ def _moved(
 ) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
     q, work_j = s.spring.q if s.coupled else now.x, dot(s.force, minus(now.x, before.x))
-    return PspmDevice(set_to(s.spring, q, now.x, work_j, p.law), s.force, s.coupled)
+    return s._replace(spring=set_to(s.spring, q, now.x, work_j, p.law))
 
 
 @device_sends.member(PspmDevice)
 def _send(s: PspmDevice, p: DeviceEndParams) -> tuple[PspmDevice, float]:
     spring = divided(s.spring, p.law)
-    return PspmDevice(spring, s.force, s.coupled), spring.sent_j
+    return s._replace(spring=spring), spring.sent_j
 
 
 @device_receives.member(PspmDevice)
 def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> PspmDevice:
-    return PspmDevice(taken_in(s.spring, received_j), s.force, s.coupled)
+    return s._replace(spring=taken_in(s.spring, received_j))
 
 
 @device_answer.member(PspmDevice)
@@ -178,7 +175,7 @@ def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
 
 @device_applied.member(PspmDevice)
 def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
-    return PspmDevice(s.spring, f, s.coupled)
+    return s._replace(force=f)
 
 
 @controller_energies.member(ModulatedSpring)
@@ -194,7 +191,7 @@ def _of_device(s: PspmDevice) -> Vector:
 @released_brake.member(ModulatedSpring)
 def _released(s: ModulatedSpring) -> ModulatedSpring:
     """Have the set point placed when the user joins again."""
-    return ModulatedSpring(s.q, False, s.tank_j, s.spring_j, s.sent_j, s.received_j, s.dropped_j)
+    return s._replace(placed=False)
 
 
 @meet.member(Pspm)

@@ -100,7 +100,7 @@ def resting_tdpa(axes: int) -> TdpaDevice:
 def informed(s: Observer, received_j: float) -> Observer:
     """Take in what the other end has put in so far."""
     allowance_j = s.allowance_j + (received_j - s.received_j)
-    return Observer(s.in_j, s.out_j, s.dissipated_j, allowance_j, received_j)
+    return s._replace(allowance_j=allowance_j, received_j=received_j)
 
 
 def overdraft_j(s: Observer, energy_j: float) -> float:
@@ -140,14 +140,14 @@ def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
 @device_receives.member(TdpaDevice)
 def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
     observer = informed(s.observer, received_j)
-    return TdpaDevice(observer, s.force, s.damping, s.held, s.braked)
+    return s._replace(observer=observer)
 
 
 @device_answer.member(TdpaDevice)
 def _answer(
     s: TdpaDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> TdpaDevice:
-    return TdpaDevice(s.observer, zero(wave) if silent else wave, s.damping, s.held, s.braked)
+    return s._replace(force=zero(wave) if silent else wave)
 
 
 @device_force.member(TdpaDevice)
@@ -159,12 +159,12 @@ def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[Tdp
         needed = min(excess_j / (p.tick_s * square), p.law.damping_max)
     damping = max(needed, s.damping * p.law.kept)
     f = plus(s.force, scaled(motion.xd, p.law.damping + damping))
-    return TdpaDevice(s.observer, s.force, damping, s.held, s.braked), f
+    return s._replace(damping=damping), f
 
 
 @device_applied.member(TdpaDevice)
 def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
-    return TdpaDevice(s.observer, s.force, s.damping, f, s.damping)
+    return s._replace(held=f, braked=s.damping)
 
 
 @controller_energies.member(Observer)

@@ -82,7 +82,7 @@ def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndPara
 def _answer(
     s: AvatarSeen, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> AvatarSeen:
-    return AvatarSeen(s.p if silent else wave, s.pd, s.number, s.sent_ns, not silent)
+    return s._replace(p=s.p if silent else wave, coupled=not silent)
 
 
 @device_force.member(AvatarSeen)
