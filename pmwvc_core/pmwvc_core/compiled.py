@@ -151,9 +151,8 @@ class _Replace(AbstractTemplate):
         given = [kws.get(name, types.Omitted(None)) for name in names]
         kinds = [kws.get(name, kind) for name, kind in zip(names, self.this, strict=True)]
         made = types.BaseTuple.from_types(kinds, self.this.instance_class)
-        fields = [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in names
-        ]
+        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        fields = [inspect.Parameter(name, kind, default=None) for name in names]
         found = signature(made, *given, recvr=self.this)
         return found.replace(pysig=inspect.Signature(fields))
 

@@ -10,6 +10,7 @@ import pytest
 from pmwvc_core.law.channel.arrivals import StrictArrivals, arrivals_of, start_of
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import PlayoutParams, add
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port import strict_master  # noqa: F401  # joins the families
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.local_model import local_stored_j
@@ -23,7 +24,6 @@ from pmwvc_core.law.port.master import (
     port_tick,
 )  # fmt: skip
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
-from pmwvc_core.law.port.port_filters import NoFilter
 from pmwvc_core.law.port.strict_state import (
     Node,
     StrictEnergies,
@@ -31,7 +31,6 @@ from pmwvc_core.law.port.strict_state import (
     StrictMasterParams,
     Under,
 )  # fmt: skip
-from pmwvc_core.law.position.feedback import NoPosition
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import impedance
@@ -44,8 +43,8 @@ from pmwvc_core.params.port_filters import BankParams, LocalModelParams, Velocit
 from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
 
-NONE = NoFilter(0)
-NO_POSITION = NoPosition(0)
+NONE = Nothing(0)
+NO_POSITION = Nothing(0)
 
 
 def value(vector):

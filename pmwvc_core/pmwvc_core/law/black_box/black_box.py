@@ -43,9 +43,9 @@ from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import BodyLaw
 from pmwvc_core.law.server.server_port import (
     Environment,
-    Sums,
     UserPort,
     environment_step,
+    summed,
     taken_port,
 )
 from pmwvc_core.law.vectors import (
@@ -60,7 +60,7 @@ from pmwvc_core.law.vectors import (
     squared,
     zero,
 )
-from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_v, wave_velocity
+from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_j, wave_v, wave_velocity
 
 
 class Accounts(NamedTuple):
@@ -149,7 +149,7 @@ def _ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:
 
 @environment_step.member(BlackBoxParams)
 def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    box, half_s = s.body, 0.5 * p.body.period_s
+    box = s.body
     ports, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
@@ -178,7 +178,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
         environment_j += sums[i].environment_j
         late_j += sums[i].late_j
         contained_j += sums[i].contained_j
-        withheld_j += half_s * (squared(waves[i].v) - squared(returned[i]))
+        withheld_j += 0.5 * p.body.period_s * (squared(waves[i].v) - squared(returned[i]))
     accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
     box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
@@ -209,7 +209,7 @@ def _taken(
     else:
         velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
         force, wave = damper(a.impedance, velocity), PortWave(rest, rest, 0.0)
-        sums = Accounts(0.0, 0.0, 0.0, 0.5 * h * squared(a.u))
+        sums = Accounts(0.0, 0.0, 0.0, wave_j(a.u, h))
     avatar = a._replace(xd=velocity, f=force)
     x_s = plus(start, scaled(velocity, p.new_s))
     port = port._replace(avatar=avatar, x_s=x_s)
@@ -241,17 +241,16 @@ def _give(
     p: BlackBoxParams,
 ) -> tuple[Seen, UserPort]:  # fmt: skip
     """Give the wave that is returned to the user, through the brake."""
-    a, b, half_s, brake = port.avatar, before.avatar.impedance, 0.5 * p.body.period_s, port.brake
+    a, b, h, brake = port.avatar, before.avatar.impedance, p.body.period_s, port.brake
     if not a.present:
         return s, port
     wave, kept = came.wave, a.kept
     if ratio > 1.0:
-        brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, half_s)
+        brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, h)
     if p.learns:
         late = minus(scaled(free_velocity(b, plus(wave, v_s)), 0.5), a.xd)
-        kept = plus(kept, scaled(late, p.body.period_s))
+        kept = plus(kept, scaled(late, h))
     avatar = Avatar(True, b, wave, a.xd, a.f, a.contact, kept)
-    e = port.sums
-    sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
+    sums = summed(port.sums, wave, v_s, h)
     port = UserPort(avatar, brake, port.offset, port.x_s, v_s, sums, port.extra)
     return Seen(True, port.x_s, a.f, s.secant, s.jumps, s.usable, s.jumped), port

@@ -38,6 +38,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
+from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import ServerParams
 
 # (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
@@ -139,8 +140,8 @@ def _ledger(
 ) -> tuple[JointLedger, Waves]:
     have_j, cost_j = s.tank_j, 0.0
     for i in range(len(waves)):
-        have_j += 0.5 * p.period_s * squared(waves[i].u)
-        cost_j += 0.5 * p.period_s * squared(waves[i].v)
+        have_j += wave_j(waves[i].u, p.period_s)
+        cost_j += wave_j(waves[i].v, p.period_s)
     grant_j = min(max(cost_j - have_j, 0.0), min(p.grant_j, p.allowance_j - s.granted_j))
     have_j += grant_j
     ratio, left_j = 1.0, have_j - cost_j

@@ -23,7 +23,8 @@ Equations: docs/theory.md 17.24.
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened
+from pmwvc_core.law.wave.wave import wave_j
 
 LONGEST_PERIOD_S = 10.0
 
@@ -76,7 +77,7 @@ def count(
     paid_j = min(max(packet.energy_j - s.energy_j, 0.0), 0.5 * longest**2 * lasted_s)
     integral, energy_j = plus(s.integral, moved), s.energy_j + paid_j
     if packet.anew != s.anew:
-        own_j = min(squared(packet.wave) * (0.5 * period_s), paid_j)
+        own_j = min(wave_j(packet.wave, period_s), paid_j)
         own = Counted(True, scaled(packet.wave, period_s), own_j, period_s)
         return _noted(packet, integral, energy_j, period_s, period_s), own
     segment = Counted(False, moved, paid_j, lasted_s)

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.vectors import Vector, each, minus, scaled, squared
+from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import DeadbandParams
 
 LAST_NUMBER = (1 << 32) - 1  # 1 follows
@@ -84,7 +85,7 @@ def pack(
 ) -> tuple[Packing, Packet, bool]:
     """Add a sample; return its packet, and whether that is sent."""
     integral = each(_grown, (s.integral, sent.wave), period_s)
-    energy_j = s.energy_j + squared(sent.wave) * (0.5 * period_s)
+    energy_j = s.energy_j + wave_j(sent.wave, period_s)
     flags = flags_of(about, s.events)
     number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
     held_back = _is_held_back(s, sent.wave, period_s, flags, p)

@@ -59,6 +59,7 @@ from pmwvc_core.law.vectors import (
     within,
     zero,
 )
+from pmwvc_core.law.wave.wave import wave_j
 
 MEND_S = 0.03  # time constant with which what was guessed wrong is made good
 SPREAD_S = 0.015  # the energy left for predictions lasts so long at least
@@ -244,7 +245,7 @@ def _given(
         repaid, _ = affordable(wave, wish, most - squared(wave))
         undelivered = minus(undelivered, scaled(repaid, h))
         wave = plus(wave, repaid)
-    spent_j = 0.5 * h * squared(wave)
+    spent_j = wave_j(wave, h)
     lent_j, discarded_j = min(m.lent_j, max(spent_j - free, 0.0)), m.discarded_j
     if squared(undelivered) <= FEW**2:
         discarded_j += max(free - spent_j - MOST_J, 0.0)
@@ -273,7 +274,7 @@ def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:
     """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
     m = s.moved
-    given_j = m.given_j - squared(wave) * (0.5 * h)
+    given_j = m.given_j - wave_j(wave, h)
     moved = m._replace(given_j=given_j)
     undelivered = plus(s.undelivered, scaled(wave, h))
     return s._replace(undelivered=undelivered, moved=moved)

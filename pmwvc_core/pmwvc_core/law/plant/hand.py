@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.plant.forces import Array, hand_force, hand_hold, nothing_yet, row, rows_of
+from pmwvc_core.law.plant.forces import Array, hand_force, row, rows_of
 from pmwvc_core.law.plant.task import Task, closing, offset
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
 from pmwvc_core.params import OperatorParams
@@ -205,7 +205,3 @@ def _recorded(
     y = plus(p.start, row(p.y, min(number, last), p.axes))
     yd = row(p.yd, number, p.axes) if number <= last else zero(x)
     return RecordedHand(s.ticks + 1), grip_force(minus(y, x), minus(yd, xd), p.grip)
-
-
-hand_hold.member(Hand)(nothing_yet)
-hand_hold.member(RecordedHand)(nothing_yet)

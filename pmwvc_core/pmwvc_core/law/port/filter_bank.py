@@ -38,7 +38,7 @@ from pmwvc_core.law.port.local_model import (
     spring_damper,
 )
 from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
-from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared
+from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled
 from pmwvc_core.law.wave.cascade import (
     Cascade,
     Sections,
@@ -48,6 +48,7 @@ from pmwvc_core.law.wave.cascade import (
     resting_cascade,
     sections_of,
 )
+from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.design.bank_design import bank_filters
 
@@ -111,7 +112,7 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
 @part_down.member(Bank)
 def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
     e = s.energies
-    low_out = e.low_out + squared(v) * (0.5 * p.tick_s)
+    low_out = e.low_out + wave_j(v, p.tick_s)
     energies = e._replace(low_out=low_out)
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
     return s._replace(low_down=low_down, energies=energies), w
@@ -132,12 +133,12 @@ def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, 
     local, v2 = local_answer(s.local, u2, p.local, impedance)
     high_down, _ = columns(each(cascade, (s.high_down, v2), p.high_down))
     low_up, low = columns(each(cascade, (s.low_up, u), p.low_up))
-    e, half_s = s.energies, 0.5 * p.tick_s
+    e, h = s.energies, p.tick_s
     energies = BankEnergies(
-        e.low_in + squared(low) * half_s,
+        e.low_in + wave_j(low, h),
         e.low_out,
-        e.high_in + squared(u2) * half_s,
-        e.high_out + squared(v2) * half_s,
+        e.high_in + wave_j(u2, h),
+        e.high_out + wave_j(v2, h),
     )
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
 

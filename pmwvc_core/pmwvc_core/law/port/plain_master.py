@@ -52,10 +52,10 @@ from pmwvc_core.law.position.feedback import (
     position_there,
     position_up,
 )
-from pmwvc_core.law.vectors import Vector, dot, minus, squared, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, zero
 from pmwvc_core.law.wave.anti_aliasing import filter_sample, filter_step
 from pmwvc_core.law.wave.hold import Hold, hold, load
-from pmwvc_core.law.wave.wave import wave_force, wave_u
+from pmwvc_core.law.wave.wave import wave_force, wave_j, wave_u
 
 
 class PlainEnergies(NamedTuple):
@@ -108,7 +108,7 @@ def _send(
     e = s.energies
     after, wave = filter_sample(s.filter, p.filter)
     position, wave = position_send(s.position, wave, number, p.frame_s, p.position)
-    u_tx = e.u_tx + squared(wave) * (0.5 * p.frame_s)
+    u_tx = e.u_tx + wave_j(wave, p.frame_s)
     energies = e._replace(u_tx=u_tx)
     s = s._replace(filter=after, position=position, energies=energies)
     return s, arrivals, Sent(wave, s.x, -1.0, ())
@@ -127,7 +127,7 @@ def _answer(
     """Take the newest wave; it stands for the frame that begins. A silence is a wave of zero."""
     e = s.energies
     wave = zero(wave) if silent else wave
-    v_rx = e.v_rx + squared(wave) * (0.5 * p.frame_s)
+    v_rx = e.v_rx + wave_j(wave, p.frame_s)
     energies = e._replace(v_rx=v_rx)
     position = position_there(s.position, not silent)
     held = load(s.hold, wave)
@@ -161,7 +161,7 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
         missing = 2.0 * dot(minus(f, s.f_m), s.xd) - deficit_j / half_s
         u_m, v_m, deficit = wave_shortened(s.filters, u_m, v_m, missing)
         deficit_j = deficit * half_s
-    spent, came = squared(u_m) * half_s, squared(v_m) * half_s
+    spent, came = wave_j(u_m, p.tick_s), wave_j(v_m, p.tick_s)
     energies = PlainEnergies(e.u_m + spent, e.u_tx, e.v_rx, e.v_m + came, deficit_j)
     filters, on = filters_up(s.filters, u_m, p.filters)
     position = position_up(s.position, on, f, s.xd, p.position)

@@ -65,7 +65,6 @@ from pmwvc_core.law.port.port_filters import answered, filters_energies, filters
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.port.strict_state import (
     Node,
-    StrictEnergies,
     StrictMaster,
     StrictMasterParams,
 )
@@ -79,8 +78,8 @@ from pmwvc_core.law.position.feedback import (
     position_there,
     position_up,
 )
-from pmwvc_core.law.vectors import Vector, dot, each, length, plus, scaled, squared, zero
-from pmwvc_core.law.wave.wave import damper, wave_force, wave_u
+from pmwvc_core.law.vectors import Vector, dot, each, length, plus, scaled, zero
+from pmwvc_core.law.wave.wave import damper, wave_force, wave_j, wave_u
 
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
@@ -115,8 +114,8 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
     filters, u = filters_up(s.filters, u, p.filters)
     position = position_up(s.position, u, under.f, xd, p.position)
     worked = dot(under.f, each(_moved_force, (after,)))
-    node_j = node.node_j + squared(under.v) * (0.5 * h) + worked
-    due_j = node.due_j + squared(u) * (0.5 * h)
+    node_j = node.node_j + wave_j(under.v, h) + worked
+    due_j = node.due_j + wave_j(u, h)
     node = node._replace(node_j=node_j, due_j=due_j)
     return s._replace(
         node=node,
@@ -156,7 +155,7 @@ def _send(
     """Send the mean wave of the frame [sqrt(W)], and pay for it."""
     playout, node, e, unpaid = a.playout, s.node, s.energies, s.unpaid
     wave = scaled(s.integral, 1.0 / frame_s)
-    needed, lent = squared(wave) * (0.5 * frame_s), position_lent(s.position, p.position)
+    needed, lent = wave_j(wave, frame_s), position_lent(s.position, p.position)
     node_j, withheld_j, counting = node.node_j, node.withheld_j, False
     for i in range(len(s.counts)):
         counting = counting or may_count(s.counts[i])
@@ -252,9 +251,9 @@ def _tick(
 @port_applied.member(StrictMaster)
 def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     """Note the force that was let through [N]; what it cost is known when the tick is over."""
-    e, half_s = s.energies, 0.5 * p.tick_s
-    u_m = e.u_m + squared(s.waves[0]) * half_s
-    energies = StrictEnergies(u_m, e.u_tx, e.v_m + squared(s.waves[2]) * half_s)
+    e, (u_m, _, v_m) = s.energies, s.waves
+    u_j, v_j = e.u_m + wave_j(u_m, p.tick_s), e.v_m + wave_j(v_m, p.tick_s)
+    energies = e._replace(u_m=u_j, v_m=v_j)
     return s._replace(under=s.under._replace(f=f, settled=False), energies=energies)
 
 

@@ -165,16 +165,6 @@ def _complementary_up(
     return s._replace(up=up, first=first, second=second, kept_j=kept_j), on
 
 
-@part_energies.member(Exact)
-def _exact_energies(s: Exact, p: VelocityParams) -> Vector:
-    return (s.kept_j,)
-
-
-@part_energies.member(InForce)
-def _in_force_energies(s: InForce, p: VelocityParams) -> Vector:
-    return (s.kept_j,)
-
-
-@part_energies.member(Complementary)
-def _complementary_energies(s: Complementary, p: VelocityParams) -> Vector:
+@part_energies.member(Exact, InForce, Complementary)
+def _energies(s: Any, p: VelocityParams) -> Vector:
     return (s.kept_j,)

@@ -37,7 +37,8 @@ from typing import NamedTuple
 from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.position.error import PositionParams
-from pmwvc_core.law.vectors import Vector, dot, minus, scaled, squared
+from pmwvc_core.law.vectors import Vector, dot, minus, scaled
+from pmwvc_core.law.wave.wave import wave_j
 
 SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be a force step
 
@@ -116,7 +117,7 @@ def _saved(s: Level, energy_j: float, most_j: float) -> Level:
 def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
     """Settle the frame that ends, then take the newest packet in."""
     level, passed, n = s.level, s.passed, s.latest
-    of_hold_j = passed.received_j - passed.played_j - 0.5 * p.hold_s * squared(n.v)
+    of_hold_j = passed.received_j - passed.played_j - wave_j(n.v, p.hold_s)
     change_j = of_hold_j - n.of_hold_j
     gained_j, lost_j = max(change_j, 0.0), max(-change_j, 0.0)
     repaid_j = min(level.deficit_j, gained_j)
@@ -127,7 +128,7 @@ def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
     epoch, number, sum_j, received_j = n.epoch, n.number, n.sum_j, passed.received_j
     if packet.epoch != epoch or packet.number > number:
         if packet.epoch != epoch:
-            sum_j = packet.energy_j - squared(packet.wave) * (0.5 * packet.period_s)
+            sum_j = packet.energy_j - wave_j(packet.wave, packet.period_s)
         received_j += max(packet.energy_j - sum_j, 0.0)
         epoch, number, sum_j = packet.epoch, packet.number, packet.energy_j
     passed = passed._replace(received_j=received_j)
@@ -144,16 +145,16 @@ def tank_down(
     That is the longest s w, s <= 1, with (|v + s w|^2 - |v|^2)/2 <= free/0.1 s. A change that
     makes the wave smaller brings energy.
     """
-    passed, n, half_s = s.passed, s.latest, 0.5 * p.tick_s
+    passed, n = s.passed, s.latest
     work_j = passed.work_j + dot(n.f, minus(x, n.x)) if n.moved else passed.work_j
-    played_j = passed.played_j + squared(v) * half_s
+    played_j = passed.played_j + wave_j(v, p.tick_s)
     passed = passed._replace(played_j=played_j, work_j=work_j)
     latest = n._replace(x=x, moved=True, v=v)
     s = Tank(s.level, passed, latest)
     if not spends:
         return s, wanted
     wanted, cost = affordable(v, wanted, tank_free_j(s) * (2.0 / SPREAD_S))
-    cost_j, level = cost * half_s, s.level
+    cost_j, level = cost * (0.5 * p.tick_s), s.level
     level = level._replace(spent_j=level.spent_j + cost_j)
     return Tank(_saved(level, -cost_j, p.most_j), passed, latest), wanted
 
@@ -161,7 +162,7 @@ def tank_down(
 def tank_up(s: Tank, u: Vector, f: Vector, xd: Vector, h: float) -> Tank:
     """Note what came back in a tick [sqrt(W)], and the device's force and velocity."""
     passed, n = s.passed, s.latest
-    taken_j, device_j = passed.taken_j + squared(u) * (0.5 * h), passed.device_j + dot(f, xd) * h
+    taken_j, device_j = passed.taken_j + wave_j(u, h), passed.device_j + dot(f, xd) * h
     passed = passed._replace(taken_j=taken_j, device_j=device_j)
     latest = n._replace(f=f)
     return Tank(s.level, passed, latest)
@@ -171,13 +172,13 @@ def tank_send(s: Tank, y: Vector, p: PositionParams) -> tuple[Tank, Vector]:
     """Return the filter's output y, or as much of it as can be paid for [sqrt(W)]."""
     n, level, filter_s = s.latest, s.level, max(p.filter_s, 0.0)
     taken_j = s.passed.taken_j
-    before_j = taken_j - n.of_u_j + 0.5 * filter_s * squared(n.y)
-    needed_j = squared(y) * (0.5 * p.frame_s)
+    before_j = taken_j - n.of_u_j + wave_j(n.y, filter_s)
+    needed_j = wave_j(y, p.frame_s)
     allowed_j = max(level.saved_j + before_j + _lacking_j(s), 0.0)
     sent = y
     if needed_j > allowed_j:
         sent = scaled(y, math.sqrt(min(allowed_j / needed_j, 1.0)))
         needed_j = allowed_j
-    level = _saved(level, before_j - 0.5 * filter_s * squared(y) - needed_j, p.most_j)
+    level = _saved(level, before_j - wave_j(y, filter_s) - needed_j, p.most_j)
     latest = n._replace(y=y, of_u_j=taken_j)
     return Tank(level, s.passed, latest), sent

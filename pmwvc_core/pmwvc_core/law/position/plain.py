@@ -13,7 +13,7 @@ the rendered stiffness is the environment's. No passive link without stored ener
 and the port is passive with this storage.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.position.energy_tank import (
@@ -41,7 +41,6 @@ from pmwvc_core.law.position.error import (
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
-    position_lent,
     position_opened,
     position_packet,
     position_send,
@@ -84,9 +83,9 @@ def _error(
 
 @position_packet.member(Published)
 def _published_packet(s: Published, packet: Packet, p: PositionParams) -> Published:
-    return (
-        Published(error_packet(s.error, packet, p), s.spent_j) if is_news(s.error, packet) else s
-    )
+    if not is_news(s.error, packet):
+        return s
+    return s._replace(error=error_packet(s.error, packet, p))
 
 
 @position_packet.member(Budgeted)
@@ -95,23 +94,13 @@ def _budgeted_packet(s: Budgeted, packet: Packet, p: PositionParams) -> Budgeted
     return Budgeted(error, tank_packet(s.tank, packet, p))
 
 
-@position_there.member(Published)
-def _published_there(s: Published, there: bool) -> Published:
-    return Published(error_there(s.error, there), s.spent_j)
-
-
-@position_there.member(Budgeted)
-def _budgeted_there(s: Budgeted, there: bool) -> Budgeted:
-    return Budgeted(error_there(s.error, there), s.tank)
-
-
 @position_down.member(Published)
 def _published_down(
     s: Published, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[Published, Vector]:
     error, e = _error(s.error, v, x, p)
     if not error.there:
-        return Published(error, s.spent_j), v
+        return s._replace(error=error), v
     changed = plus(v, asked(error, e, p))
     more = squared(changed) - squared(v)
     return Published(error, s.spent_j + more * (0.5 * p.tick_s)), changed
@@ -126,21 +115,9 @@ def _budgeted_down(
     return Budgeted(error, tank), plus(v, change) if error.there else v
 
 
-@position_up.member(Published)
-def _published_up(s: Published, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Published:
-    return Published(error_taken(s.error, u, p.tick_s), s.spent_j)
-
-
 @position_up.member(Budgeted)
 def _budgeted_up(s: Budgeted, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Budgeted:
     return Budgeted(error_taken(s.error, u, p.tick_s), tank_up(s.tank, u, f, xd, p.tick_s))
-
-
-@position_send.member(Published)
-def _published_send(
-    s: Published, wave: Vector, number: int, frame_s: float, p: PositionParams
-) -> tuple[Published, Vector]:
-    return Published(error_sent(s.error, wave, wave, number, frame_s), s.spent_j), wave
 
 
 @position_send.member(Budgeted)
@@ -149,16 +126,6 @@ def _budgeted_send(
 ) -> tuple[Budgeted, Vector]:
     tank, sent = tank_send(s.tank, wave, p)
     return Budgeted(error_sent(s.error, wave, sent, number, frame_s), tank), sent
-
-
-@position_lent.member(Published)
-def _published_lent(s: Published, p: PositionParams) -> float:
-    return 0.0
-
-
-@position_lent.member(Budgeted)
-def _budgeted_lent(s: Budgeted, p: PositionParams) -> float:
-    return 0.0
 
 
 @position_energies.member(Published)
@@ -172,11 +139,27 @@ def _budgeted_energies(s: Budgeted) -> Vector:
     return level.spent_j, tank_free_j(s.tank), level.discarded_j, level.deficit_j
 
 
-@position_opened.member(Published)
-def _published_opened(s: Published) -> Published:
-    return Published(error_opened(s.error), s.spent_j)
+@position_there.member(Published, Budgeted)
+def told_there(s: Any, there: bool) -> Any:
+    """Note whether the server is there."""
+    return s._replace(error=error_there(s.error, there))
 
 
-@position_opened.member(Budgeted)
-def _budgeted_opened(s: Budgeted) -> Budgeted:
-    return Budgeted(error_opened(s.error), s.tank)
+@position_up.member(Published)
+def wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Any:
+    """Note the wave that goes on; the node or nobody pays for it."""
+    return s._replace(error=error_taken(s.error, u, p.tick_s))
+
+
+@position_send.member(Published)
+def wave_sent(
+    s: Any, wave: Vector, number: int, frame_s: float, p: PositionParams
+) -> tuple[Any, Vector]:
+    """Note the wave that is sent, as it is."""
+    return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
+
+
+@position_opened.member(Published, Budgeted)
+def opened(s: Any) -> Any:
+    """Return the feedback before the first packet, its list made here."""
+    return s._replace(error=error_opened(s.error))

@@ -33,11 +33,7 @@ from pmwvc_core.law.position.error import (
     PositionError,
     PositionParams,
     asked,
-    error_opened,
     error_packet,
-    error_sent,
-    error_taken,
-    error_there,
     error_tick,
     is_news,
     is_same_avatar,
@@ -53,6 +49,7 @@ from pmwvc_core.law.position.feedback import (
     position_there,
     position_up,
 )
+from pmwvc_core.law.position.plain import opened, told_there, wave_sent, wave_taken
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
 from pmwvc_core.law.wave.wave import wave_u
 
@@ -105,11 +102,6 @@ def _packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
     return OnStrict(error_packet(s.error, packet, p), line, s.spent_j)
 
 
-@position_there.member(OnStrict)
-def _there(s: OnStrict, there: bool) -> OnStrict:
-    return s._replace(error=error_there(s.error, there))
-
-
 @position_down.member(OnStrict)
 def _down(
     s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
@@ -131,18 +123,6 @@ def _down(
     return OnStrict(error, line, s.spent_j + cost * (0.5 * p.tick_s)), plus(v, wanted)
 
 
-@position_up.member(OnStrict)
-def _up(s: OnStrict, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> OnStrict:
-    return s._replace(error=error_taken(s.error, u, p.tick_s))
-
-
-@position_send.member(OnStrict)
-def _send(
-    s: OnStrict, wave: Vector, number: int, frame_s: float, p: PositionParams
-) -> tuple[OnStrict, Vector]:
-    return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
-
-
 @position_lent.member(OnStrict)
 def _lent(s: OnStrict, p: PositionParams) -> float:
     return p.lent_j
@@ -153,6 +133,7 @@ def _energies(s: OnStrict) -> Vector:
     return (s.spent_j,)
 
 
-@position_opened.member(OnStrict)
-def _opened(s: OnStrict) -> OnStrict:
-    return s._replace(error=error_opened(s.error))
+position_there.member(OnStrict)(told_there)
+position_up.member(OnStrict)(wave_taken)
+position_send.member(OnStrict)(wave_sent)
+position_opened.member(OnStrict)(opened)

@@ -23,7 +23,7 @@ Equations: docs/theory.md 17.13.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, same
 from pmwvc_core.law.safety.brake_force import BrakeForce, brake_force, brake_limit, resting_brake
 from pmwvc_core.law.vectors import Vector, dot, each, length, minus, scaled, squared
 from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, damper, free_velocity, impedance
@@ -58,7 +58,7 @@ def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
 
 
 # (s) -> s: the user left; also of what a controller without waves keeps of an avatar
-released_brake = Family("released_brake")
+released_brake = Family("released_brake", same)
 
 
 @released_brake.member(AvatarBrake)
@@ -89,11 +89,11 @@ def braked(b: Any, u: Vector, ratio: float) -> tuple[Any, Vector]:
 
 
 def unbraked(
-    s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, half_s: float
+    s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, h: float
 ) -> tuple[AvatarBrake, Any, Vector]:
     """Return the impedance of the port itself and the wave in front of the damper [sqrt(W)], given
     the wave received and u' + v'.
     """
-    heat_j = s.heat_j + (1.0 - 1.0 / ratio) * half_s * squared(both)
+    heat_j = s.heat_j + (1.0 - 1.0 / ratio) * (0.5 * h) * squared(both)
     wave = minus(scaled(both, 1.0 / math.sqrt(ratio)), u)
     return AvatarBrake(s.largest, heat_j), firmer(b, 1.0 / ratio), wave

@@ -30,12 +30,11 @@ from pmwvc_core.law.server.contacts import (
     touching,
     unwrapped_axis,
 )
-from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, times
-from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, Rows, applied
+from pmwvc_core.law.vectors import Vector, dot, each, plus, scaled, times
+from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, Rows, applied, loaded
 
 # (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance
 solved_contact = Family("solved_contact")
-loaded = Family("loaded")  # (impedance, free, f) -> velocity [m/s] of an avatar under a force
 
 
 class CoupledAnswer(NamedTuple):
@@ -128,11 +127,11 @@ def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> Co
     loose = each(_loose, (c.springs,), law.stiffness, held)
     rest = across(loose, gains, free, b)
     if not c.springs[0].one_sided:
-        rate = minus(free, applied(b.inverse, rest.held))
+        rate = loaded(b, free, rest.held)
         return CoupledAnswer(rest.held, rate, rest.slope)
     along = spring_answer(c.springs[0], free[0] - rest.less, rest.b, h, held, law)
     force = plus(rest.held, scaled(rest.lean, along.force))
-    rate = minus(free, applied(b.inverse, force))
+    rate = loaded(b, free, force)
     rate = each(_rate, (rate, b.numbers), along.rate)
     slope = each(_leaning, (rest.slope, rest.lean), rest.lean, along.slope)
     return CoupledAnswer(force, rate, slope)
@@ -166,17 +165,3 @@ def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight:
 
 def _sliding(s: Spring, xd_o: float, law: ContactLaw, held: bool) -> float:
     return _loose(s, law.stiffness, held) - _gain(s, law.damping, held) * xd_o
-
-
-@loaded.member(Impedance)
-def _loaded(b: Impedance, free: Vector, f: Vector) -> Vector:
-    return each(_loaded_axis, (free, f), b.b)
-
-
-def _loaded_axis(free: float, f: float, b: float) -> float:
-    return free - f / b
-
-
-@loaded.member(MatrixImpedance)
-def _coupled_loaded(b: MatrixImpedance, free: Vector, f: Vector) -> Vector:
-    return minus(free, applied(b.inverse, f))

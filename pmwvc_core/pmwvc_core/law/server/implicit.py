@@ -36,7 +36,7 @@ from pmwvc_core.law.server.contacts import (
     touching,
 )
 from pmwvc_core.law.vectors import columns, each
-from pmwvc_core.law.wave.wave import free_velocity
+from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
 
 ROUNDING = 8.0 * 2.0**-52
 NEWTON = 20  # steps before halving alone is trusted
@@ -137,7 +137,7 @@ def _advanced(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar,
     if not a.present:
         return a, 0.0
     force, rate = each(_force, (answers,)), each(_rate, (answers,))
-    xd = each(_velocity, (free_velocity(a.impedance, a.u), force), a.impedance.b)
+    xd = wave_velocity(a.impedance, a.u, force)
     contact, heat_j = advanced_contact(a.contact, force, rate, h)
     return a._replace(xd=xd, f=force, contact=contact), heat_j
 
@@ -148,7 +148,3 @@ def _force(answer: Answer) -> float:
 
 def _rate(answer: Answer) -> float:
     return answer.rate
-
-
-def _velocity(drive: float, force: float, b: float) -> float:
-    return drive - force / b

@@ -22,7 +22,7 @@ from typing import NamedTuple
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import advanced_contact
-from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, inverse, loaded
+from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, inverse
 from pmwvc_core.law.server.implicit import ROUNDING
 from pmwvc_core.law.vectors import (
     Vector,
@@ -35,7 +35,7 @@ from pmwvc_core.law.vectors import (
     squared,
     zero,
 )
-from pmwvc_core.law.wave.wave import MatrixImpedance, applied, free_velocity
+from pmwvc_core.law.wave.wave import MatrixImpedance, applied, free_velocity, loaded
 
 TAKEN = 1e-9
 STEPS = 60  # of Newton's method

@@ -33,9 +33,9 @@ from typing import NamedTuple
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, pushed_body
 from pmwvc_core.law.server.contacts import contact_force, contact_heat, slid
-from pmwvc_core.law.server.coupled_axes import loaded, solved_contact
+from pmwvc_core.law.server.coupled_axes import solved_contact
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
-from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
+from pmwvc_core.law.wave.wave import free_velocity, loaded, wave_velocity
 
 
 class OneStepDelay(NamedTuple):

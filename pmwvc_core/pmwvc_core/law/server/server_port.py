@@ -42,10 +42,9 @@ from pmwvc_core.law.vectors import (
     plus,
     scaled,
     shortened,
-    squared,
     zero,
 )
-from pmwvc_core.law.wave.wave import wave_v
+from pmwvc_core.law.wave.wave import wave_j, wave_v
 
 SLIDE_M_S = 0.1
 
@@ -87,6 +86,11 @@ class EnvironmentParams(NamedTuple):
     coupling: Any
     body: BodyLaw
     brakes: bool
+
+
+def summed(s: Sums, wave: Vector, v_s: Vector, h: float) -> Sums:
+    """Add the energies of a step's waves [J]."""
+    return s._replace(u_j=s.u_j + wave_j(wave, h), v_j=s.v_j + wave_j(v_s, h))
 
 
 # (p, s, came) -> s: one step with what each user brings, :class:`.server_step.Came`
@@ -138,10 +142,9 @@ def changed_port(
 
 @environment_step.member(EnvironmentParams)
 def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    half_s = 0.5 * p.body.period_s
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j, settled = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
-    ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, half_s))
+    ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
     for i in range(len(dropped)):
         lost_j += dropped[i]
     unsettled = s.unsettled if settled else s.unsettled + 1
@@ -168,7 +171,7 @@ def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, 
 
 
 def _give(
-    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, half_s: float
+    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, h: float
 ) -> tuple[UserPort, float]:
     """Give the wave that the step returned to the user, through the brake."""
     if not a.present:
@@ -176,13 +179,12 @@ def _give(
     offset, contact, dropped_j, brake, wave = s.offset, a.contact, 0.0, s.brake, came.wave
     impedance, v_s = a.impedance, wave_v(a.impedance, a.u, a.f)
     if ratio > 1.0:
-        brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, half_s)
+        brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, h)
     if not is_zero(offset):
-        way = shortened(scaled(offset, -1.0), 2.0 * half_s * SLIDE_M_S)
+        way = shortened(scaled(offset, -1.0), h * SLIDE_M_S)
         moved = cleared(contact, way)
         contact, dropped_j = slid(contact, moved)
         offset = plus(offset, moved)
     avatar = a._replace(impedance=impedance, u=wave, contact=contact)
-    e, x_s = s.sums, plus(body.x, offset_of(contact))
-    sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
+    x_s, sums = plus(body.x, offset_of(contact)), summed(s.sums, wave, v_s, h)
     return UserPort(avatar, brake, offset, x_s, v_s, sums, s.extra), dropped_j

@@ -33,6 +33,7 @@ from pmwvc_core.law.server.energies import (
 from pmwvc_core.law.server.sampled import object_pushed
 from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
+from pmwvc_core.law.wave.wave import loaded_axis
 from pmwvc_core.law.without_waves.device_end import controller_energies
 
 
@@ -141,14 +142,10 @@ def pulled(
     impedance = stiffness * h + damping
     free = each(_free, (stretch, velocity), stiffness, damping, impedance)
     f = contact_unwrapped(contact, free, body.xd, impedance, h)
-    xd = each(_loaded, (free, f), impedance)
+    xd = each(loaded_axis, (free, f), impedance)
     contact, lost_j = slid(contact, scaled(xd, h))
     return Pulled(xd, f, contact, lost_j)
 
 
 def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:
     return (k * stretch + b * velocity) / impedance
-
-
-def _loaded(free: float, f: float, impedance: float) -> float:
-    return free - f / impedance

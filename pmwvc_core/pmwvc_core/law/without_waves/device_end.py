@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import received_j
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, no_accounts, same
 from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_energies,
     port_measure,
-    port_opened,
     port_packet,
     port_send,
     port_signals,
@@ -50,40 +49,32 @@ class DeviceEndParams(NamedTuple):
     law: Any
 
 
-device_moved = Family("device_moved")  # (law, before, now, p) -> law: moved since the last tick
-device_sends = Family("device_sends")  # (law, p) -> (law, running sum of energy; below zero: none)
-device_receives = Family("device_receives")  # (law, packet, received_j, p) -> law: once a frame
+def _no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
+    return law, -1.0
+
+
+device_moved = Family(
+    "device_moved", same
+)  # (law, before, now, p) -> law: moved since the last tick
+device_sends = Family(
+    "device_sends", _no_energy
+)  # (law, p) -> (law, running sum of energy; below zero: none)
+device_receives = Family(
+    "device_receives", same
+)  # (law, packet, received_j, p) -> law: once a frame
 # (law, wave, silent, motion, p) -> law: what the newest packet carries, or let go
 device_answer = Family("device_answer")
 device_force = Family("device_force")  # (law, motion, p) -> (law, force wanted [N])
-controller_energies = Family("controller_energies")  # (state at either end) -> accounts [J]
-device_applied = Family("device_applied")  # (law, f, p) -> law: the force let through [N]
+controller_energies = Family(
+    "controller_energies", no_accounts
+)  # (state at either end) -> accounts [J]
+device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
 
 
 def resting_end(law: Any, axes: int) -> DeviceEnd:
     """Return a device's end at rest, with the state of its controller."""
     nothing = (0.0,) * axes
     return DeviceEnd(DeviceMotion(nothing, nothing), law, 0.0, 0.0)
-
-
-def same_moved(law: Any, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams) -> Any:
-    """Take no note of the motion."""
-    return law
-
-
-def sends_no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
-    """Send no sum of energy."""
-    return law, -1.0
-
-
-def same_received(law: Any, packet: Packet, received_j: float, p: DeviceEndParams) -> Any:
-    """Take no note of a packet."""
-    return law
-
-
-def same_applied(law: Any, f: Vector, p: DeviceEndParams) -> Any:
-    """Take no note of the force."""
-    return law
 
 
 @port_measure.member(DeviceEnd)
@@ -143,8 +134,3 @@ def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
 def _energies(s: DeviceEnd, arrivals: Any, p: DeviceEndParams) -> Vector:
     of_port: Vector = (s.given_j, s.given_j, s.taken_j, s.taken_j)
     return of_port + controller_energies(s.law)
-
-
-@port_opened.member(DeviceEnd)
-def _opened(s: DeviceEnd) -> DeviceEnd:
-    return s

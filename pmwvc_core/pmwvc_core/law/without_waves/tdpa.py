@@ -31,7 +31,6 @@ link.
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.safety.avatar_brake import released_brake
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
@@ -175,11 +174,6 @@ def _of_observer(s: Observer) -> Vector:
 @controller_energies.member(TdpaDevice)
 def _of_device(s: TdpaDevice) -> Vector:
     return _of_observer(s.observer)
-
-
-@released_brake.member(Observer)
-def _released(s: Observer) -> Observer:
-    return s
 
 
 @meet.member(Tdpa)

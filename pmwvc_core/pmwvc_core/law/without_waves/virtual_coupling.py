@@ -17,6 +17,7 @@ Neither rule excludes generated energy: no account bounds it.
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.vectors import Vector, each, minus, scaled, zero
@@ -24,18 +25,10 @@ from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
 from pmwvc_core.law.without_waves.device_end import (
     DeviceEndParams,
     DeviceMotion,
-    controller_energies,
     device_answer,
-    device_applied,
     device_force,
-    device_moved,
     device_receives,
-    device_sends,
-    same_applied,
-    same_moved,
-    sends_no_energy,
 )
-from pmwvc_core.law.without_waves.direct import NothingKept, no_accounts
 
 
 class VirtualCoupling(NamedTuple):
@@ -58,12 +51,6 @@ class AvatarSeen(NamedTuple):
 def resting_coupling(axes: int) -> AvatarSeen:
     """Return the device's end before the first packet."""
     return AvatarSeen((0.0,) * axes, (0.0,) * axes, 0, 0, False)
-
-
-device_moved.member(AvatarSeen)(same_moved)
-device_sends.member(AvatarSeen)(sends_no_energy)
-device_applied.member(AvatarSeen)(same_applied)
-controller_energies.member(AvatarSeen)(no_accounts)
 
 
 @device_receives.member(AvatarSeen)
@@ -98,7 +85,7 @@ def _spring(x: float, xd: float, p: float, pd: float, law: VirtualCoupling) -> f
 
 @meet.member(VirtualCoupling)
 def _meet(
-    p: VirtualCoupling, kept: NothingKept, report: Reported, x_s: Vector, xd_s: Vector,
+    p: VirtualCoupling, kept: Nothing, report: Reported, x_s: Vector, xd_s: Vector,
     contact: Contact, body: Body, h: float,
 ) -> Met:  # fmt: skip
     """Pull the avatar towards the device."""
