@@ -7,16 +7,13 @@
     xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         with the line F' = F0 + G xd
     F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
 
-The line is the environment's own where it reports its slope; else the one that the port learned
-(``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 -
-|v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of decoding with another
-force than F. What is done about it has a name (:mod:`.compensations`); the energies are
-kept. While the environment does not answer the port is a matched damper (v = 0).
+The line is the environment's own where it reports its slope, else the learned one (``secant``), or
+F' = F(n-1) (``late``). (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the
+power of decoding with another force than F, which a compensation treats (:mod:`.compensations`).
+While the environment does not answer the port is a matched damper (v = 0).
 
-The waves move the device by T (u + v')/sqrt(2b), with the wave v' that the compensation returned;
-the avatar moves by T xd. The difference is undelivered. A port that learns repays 0.3 of it in the
-next step: it decodes with that much more velocity. In a stiff contact that becomes force, and so a
-returning wave, of which the compensation lets through what its energy covers.
+The waves move the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns
+repays 0.3 of the difference in the next step.
 
 Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """

@@ -3,18 +3,14 @@
 """Environments that are known by their forces only, chosen by the type of their state; here wall
 and cube, with the contact laws of the other couplings.
 
-The wall uses the force at the end of a step, as ``one_step_delay`` does. Moved by h xd (backward
-Euler) it gives out no more than it got: K e(n) [e(n) - e(n-1)] is at least the gain of the spring.
-Of a sloped wall the port knows K dt + B where there is contact (App. C Eq. 4). A wall that is
-driven, x = A sin(2 pi f t) along axis 0, gives out what its drive puts in.
+The wall uses the force at the end of a step and moves by h xd (backward Euler), so K e(n) [e(n) -
+e(n-1)] is at least the gain of its spring. Of a sloped wall the port knows K dt + B in contact
+(App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along axis 0. The cube moves by the
+midpoint rule with the mean force over the step (:mod:`.implicit`): sum f_i xd_i h is stored or
+heat.
 
-The cube is a body that moves by its own force. Pushed by the force of the step before (as the
-sampled couplings do) it would make energy; here it moves with the avatars, by the midpoint rule
-and the mean force over the step (:mod:`.implicit`), so that sum f_i xd_i h is stored or heat to
-rounding.
-
-Forces act from the avatars on the environment. Positions and velocities are those of the avatars
-at the end of the step; a user who is not there stands still.
+Forces act from the avatars on the environment; positions and velocities are those of the avatars
+at the end of the step.
 """
 
 import math

@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a receiver of the strict channel believes of a packet.
 
-A packet contains all earlier ones, so the newest one is enough: the difference of two integrals
-and two energies is a segment for the playout, over the time of all packets in between. Loss joins
-segments, duplicates and stragglers add nothing, and packets may stand for any time. A segment's
-length is counted in packets, not by the sender's clock: a sender that wakes late has not sent
-another wave. Only where packets stood for different times its clock tells, within their bounds,
-how long lost ones were.
-
-What is counted follows the sums of the packets; the energy never goes back::
+Packets carry running sums, so the difference of two is a segment for the playout, whatever was
+lost, repeated or reordered in between. Its length is counted in packets; the sender's clock counts
+only where packets stood for different times::
 
     U <- U + dU     dU = packet's U - U,   |dU| <= longest legal wave * time
     J <- J + dJ     dJ = packet's J - J,   0 <= dJ <= what that wave carries
 
-A beginning (the first packet, another sender, an avatar placed anew) counts with the wave of its
-own packet alone, and what that needs of the energy paid.
+The first packet of a sender, or after the avatar was placed anew, counts with its own wave alone.
 
 Equations: docs/theory.md 17.24.
 """

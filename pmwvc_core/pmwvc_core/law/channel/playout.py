@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The playout of a wave on the strict channel: late packets concealed, no motion lost, and never
-more energy than arrived and was declared.
+"""The playout of a wave on the strict channel: late packets concealed, no displacement lost, never
+more energy than was received and lent.
 
 Segments come in: the integral dU of a wave over a duration dt of its sender, and the energy dJ
-that pays for it, whatever was lost, repeated or late in between. They are played in the time p of
-the sender (:mod:`.pace`), up to the end e of the newest one and, by the wave w^ of that one,
-beyond it. With U(p) the integral up to p, even within a segment, per step of length h::
+that pays for it. They are played in the sender's time p (:mod:`.pace`), up to the end e of the
+newest one and beyond it by that one's wave w^. With U(p) the integral up to p, per step h::
 
     due         = U(min(p, e)) - U(before),    guessed <- guessed + w^ (time beyond e)
     asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
@@ -15,22 +14,16 @@ beyond it. With U(p) the integral up to p, even within a segment, per step of le
                   where nothing is predicted or mended, E0 is what was lent before
     undelivered <- undelivered + asked - wave h     made up out of free energy alone
 
-A segment that comes late settles its part q = min(c, dt) of the c seconds concealed::
+A late segment settles its part q = min(c, dt) of the c seconds concealed::
 
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
-What was guessed for longer than the ends take to brake stays undelivered instead. What is
-undelivered is made up as fast as free energy lasts for all of it (:func:`.affordable.repayment`),
-from ``RETURN_S`` after the last wait on, until which the ends brake, and not at once: the longest
-wave that makes it up grows over ``rises_s``.
-
-The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So given + released <=
-received + E0 at every step, whatever is guessed, with one E0 (``store_j``) for the whole session;
-and U(min(p, e)) + guessed = integral given out + undelivered + mistaken: displacement may be late,
-it is never lost.
-
-A playout with something undelivered and no energy for it is *short*. The other direction then
-passes on what it can spare (``spared``); E0 is neither passed on nor used to make up.
+After an outage that made the ends brake, it stays undelivered instead. Repayment
+(:func:`.affordable.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
+over ``rises_s``. The reserve of a segment is |dU|^2/(2 dt). Invariants at every step: given +
+released <= received + E0 (``store_j``), and U(min(p, e)) + guessed = integral played + undelivered
++ mistaken. A playout without the energy for what is undelivered is *short*; the other direction
+then passes on what it can spare.
 
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.25.
 """

@@ -2,22 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hand whose target comes from outside: a person with a pointer, a table, another program.
 
-Arm and grip are those of :mod:`.hand`. The newest target counts. The point x_t that the arm
-follows moves towards it with at most ``speed_m_s``, and is never further than
-``reach_n / stiffness`` from the arm::
+Arm and grip are those of :mod:`.hand`. The arm follows a point x_t that moves towards the newest
+target with at most ``speed_m_s``, at most ``reach_n / stiffness`` from the arm::
 
     f_h = g [K (y - x) + B (yd - xd)] - (1 - g) brake xd
     m ydd = a k (x_t - y) - d yd - g [K (y - x) + B (yd - xd)]
 
-A target that is not finite, none at all, or none for ``SILENT_S`` lets go: g and a fall to zero
-within ``FADE_S`` while x_t rests. Then the handle is free and braked. A target that comes after
-that takes hold: the arm begins at the handle, at rest, and g rises within ``TAKE_S``.
-
-**Why this adds no energy.** With x_t at rest a falling stiffness only loses energy. While g rises,
-arm and target move so that K g (y - x)^2/2 stays what it is. The sum S of :mod:`.hand` has the
-terms - g (B + K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here, of the forces held over a tick T. A
-change of g changes them; that is part of ``effort_j``: letting go of a handle at w = 0.1 m/s, 20
-microjoules. So the work on the device is at most ``effort_j`` and the sum of these terms.
+A target that is not finite, or none for ``SILENT_S``, lets go: g and a fall to zero within
+``FADE_S`` while x_t rests. The next target takes hold: the arm begins at the handle and g rises
+within ``TAKE_S``, with K g (y - x)^2/2 constant. The sum S of :mod:`.hand` has the terms - g (B +
+K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here; their change with g is part of ``effort_j``.
 """
 
 import math

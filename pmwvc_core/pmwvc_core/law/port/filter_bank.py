@@ -2,26 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Filter bank with a local model on the high-pass part of the outgoing wave (App. E).
 
-Fig. 3, with the names of its filters here::
+Fig. 3::
 
     u_m --> low_up ---> anti-aliasing filter, packets --> server
         '-> high_up --> u2 --> local model --> v2 --> high_down -,
     v_m <---------------- w <-- low_down <-- hold <-- server --(+)
 
-``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The server
-receives what the anti-aliasing filter leaves and the local model what HP leaves, but nothing keeps
-the two answers together below what came: for a passive server and a passive local model the wave
-that comes back is bounded by (|LP1| + |LP2| |HP|) |u_m|, which is above 1 for the filters of Table
-1.
+``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The returning
+wave is bounded only by (|LP1| + |LP2| |HP|) |u_m|, above 1 for the filters of Table 1.
 
-``complementary``: the same first-order pair splits and puts together, |H1|^2 + |H2|^2 = 1. With
-H = (H1, H2): H^T H = 1 up to the pair's own storage, so |u1|^2 + |u2|^2 = |u_m|^2 in the end and
-never more on the way, and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
-local model. Where both reflect fully, H1^2 + H2^2 = (s^2 + a^2)/(s + a)^2 vanishes at a: there the
-device meets a matched damper, whatever there is to feel.
+``complementary``: one first-order pair splits and recombines, |H1|^2 + |H2|^2 = 1. Then |u1|^2 +
+|u2|^2 <= |u_m|^2 and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
+local model.
 
-The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU, the
-gains of the high filters on the spot and of the model's port.
+The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU.
 
 Equations: docs/theory.md 8.4.
 """

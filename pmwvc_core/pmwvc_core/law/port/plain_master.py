@@ -4,19 +4,14 @@
 
 Every tick (App. B Fig. 1)::
 
-    v      the returning wave, expanded to the ticks of its frame by the hold
+    v      the returning wave, from the hold
     F_m = b xd - sqrt(2b) v_m,   u_m = sqrt(2b) xd - v_m
     u_m_lp, u_tx: the anti-aliasing filter, and every M-th of its outputs
 
-so that F_m xd = (u_m^2 - v_m^2)/2. Without anything in between v_m = v; port filters add an answer
-of their own (:mod:`.port_filters`). The safety limits may let another force F through. Then u_m is
-shortened until the port emits no more than it gets, with the parts' answer to the shorter wave::
-
-    |u_m|^2/2 <= |w + g u_m|^2/2 + F xd
-
-Only a limit on the change of force can make this impossible (an old force still pushing when the
-motion has turned); what it gave away then, ``deficit_j``, is kept back from later waves. A silent
-server is a wave v = 0, reached through the hold: F_m = b xd, a matched damper.
+so that F_m xd = (u_m^2 - v_m^2)/2; v_m = v without port filters (:mod:`.port_filters`). Where the
+safety limits let another force F through, u_m is shortened until |u_m|^2/2 <= |w + g u_m|^2/2 + F
+xd. What even u_m = 0 does not cover, ``deficit_j``, is withheld from later waves. A silent server
+is a wave v = 0: F_m = b xd.
 
 Equations: docs/theory.md 10.1.
 """

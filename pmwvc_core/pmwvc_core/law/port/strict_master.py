@@ -1,35 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The master's end of the strict channel: displacement exact, energy as far as the hand gives it.
+"""The master's end of the strict channel: exact displacement, paid for by the hand.
 
-Per tick of length h, with F the force really applied and dx the motion really measured over it::
+Per tick of length h, with F the force applied and dx the motion measured over it::
 
-    v     of the playout, every tick
-    F_m = b xd - sqrt(2b) v_m                  asked of the device
-    u   = sqrt(2b) dx/h - v_m                  known when the tick is over;   U <- U + u h
-                                               (u_m is its estimate, sqrt(2b) xd - v_m)
-    node <- node + |v|^2 h/2 + F dx            what came in from both sides (dx: ``counts.moved``)
+    F_m = b xd - sqrt(2b) v_m                  v_m from the playout, every tick
+    u   = sqrt(2b) dx/h - v_m                  once the tick is over;   U <- U + u h
+    node <- node + |v|^2 h/2 + F dx            energy in from both sides (dx: ``counts.moved``)
 
 and per packet, for the mean wave w of its frame::
 
     paid  = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
-            (never what the brake stores: the hand can have it back)
+            (never what the brake stores)
     J <- J + paid,   node <- node - paid
 
-So the energy J sent never exceeds what channel and hand gave, whatever safety limits, velocity
-estimate, encoder, port filters or a late tick made of force and wave: they delay the payment, not
-the displacement U + V = sqrt(2b) x. Where a force that went on pushing out took the node itself
-below ``-LIMIT_J``, v waits until the hand has paid: the port is a damper. The packet carries w: no
-anti-aliasing filter, which passivity does not need here.
+So J never exceeds what channel and hand provided; limits, encoder, filters or late ticks delay the
+payment, not the displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the
+port is a damper. The packet carries w, without an anti-aliasing filter.
 
-Behind an encoder whose differences are the velocity, packets always lack some energy. Their
-deficit counts twice (``TWICE``), since to make the displacement up takes as much again, and the
-hand pays it by moving: F_m gets up to ``MORE`` of b xd on top, all of it from ``MUCH_J`` on.
-
-Where one of the playouts is short of energy, after outages or with a lag that has grown, the other
-one's surplus goes to it, and the hand pays likewise, through ``ASKED`` of b xd: packets take it to
-the playout of the server, which returns what it does not need. Motion that no force paid for, as
-that of a device that was silent, is undelivered there, too: up to all of b xd from ``MUCH`` on.
+The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a
+deficit (counted ``TWICE``) behind an encoder, ``ASKED`` while a playout is short, and all of b xd
+from ``MUCH`` of unpaid displacement on. The surplus of one playout goes to the other.
 
 Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """

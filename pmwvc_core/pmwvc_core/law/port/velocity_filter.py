@@ -2,24 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Velocity filter by feeding back the high-pass part of the outgoing wave (App. D).
 
-A share s (half, in App. D) of H_HP u_m comes back at once, so that the velocity, which is most of
-u_m at high frequency, and its noise do not reach the hand:
-
 exact (App. D Fig. 1)
-    v_m = w + s H_HP u_m with w the wave from the server. As u_m = sqrt(2b) xd - v_m this is a
-    loop; it is solved. F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Its part of the wave
-    is spent twice, here and at the low-pass filter behind it: what it gives out that filter pays
-    for where ``|H_LP| + s |H_HP| <= 1`` (:mod:`pmwvc_core.wave.design.branches`).
+    v_m = w + s H_HP u_m with w the wave from the server, solved together with u_m = sqrt(2b) xd -
+    v_m: F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Passive with the low-pass filter
+    behind it where ``|H_LP| + s |H_HP| <= 1`` (:mod:`pmwvc_core.wave.design.branches`).
 equivalent (App. D Fig. 2, Eq. 3 and 2)
-    F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m: of the velocity that is
-    fed back only the first term of u_m. The wave goes out as before, so more energy leaves on it
-    than the device has given: b (2 s H_HP xd) xd, which the account shows.
+    F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m. Generates b (2 s H_HP xd)
+    xd, which the account shows.
 complementary (ours)
-    v_m = H_1 w + s H_2 H_2 u_m, and H_1 u_m goes on, with |H_1|^2 + |H_2|^2 = 1. Passive by itself
-    at every tick for s <= 1, as [H_1 H_2] keeps energy; whatever stands behind it.
+    v_m = H_1 w + s H_2 H_2 u_m, and H_1 u_m goes on, with |H_1|^2 + |H_2|^2 = 1. Passive at every
+    tick for s <= 1.
 
-``kept_j`` is the energy that a filter has kept; below zero it has given it out. All states are
-zero at first. Which filters: :mod:`pmwvc_core.wave.design.velocity_filter_design`.
+s is the share that comes back (half in App. D); ``kept_j`` the energy that a filter has kept.
 
 Equations: docs/theory.md 7.1, 7.2, 7.3.
 """

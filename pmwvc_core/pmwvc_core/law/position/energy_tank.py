@@ -1,32 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The energy that a master has taken in and not given out, as far as it is free to be spent.
+"""The energy that a master has taken in and not released, as far as it is free to be spent.
 
-Packets (with the energy their sender reports as sent so far, lost ones included) and the hand
-bring energy in; packets take it out. Energy that filter and hold may still give out is not free::
+Energy that filter and hold may still release is reserved::
 
     free = [packets received - |v|^2 T_c/2 of the ticks - T_c (M-1)/4 |v|^2]     hold, per packet
          + [|u|^2 T_c/2 of the ticks - packets sent - tau |y|^2/2]            filter, at each send
          + min(0, F xd of the device less the energy into the link)           filters, limits
          + storage declared - spent - discarded
 
-with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
-output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
-been sent. The first line never falls while packets come in time. Where a hold gives out energy
-that no packet brought, the tank pays; ``deficit_j`` counts the remainder, at most M T_c/2 |v|^2
-for each load of a packet received before, and later packets pay that first. A packet that the tank
-cannot pay for is shortened. So at every packet
+with v the wave of the hold, u the one from the device, y the filter's output, tau its group delay
+less (M-1)/2 T_c. ``deficit_j`` is what the hold released without a packet and the tank did not
+cover, at most M T_c/2 |v|^2 per late packet; later packets pay it first. A packet that the tank
+cannot pay for is shortened, so that at every packet
 
     storage + received + F xd - sent >= - deficit
 
-with any passive port filters, for any anti-aliasing filter. F xd comes from the waves: behind an
-encoder it counts energy that the hand did not give. What is *spent* is bounded by the work of the
-hand as well, force held times distance measured,
+F xd comes from the waves. What is *spent* is bounded by the measured work as well,
 
     spent <= storage + received + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
 
-in which an encoder errs to the safe side (docs/theory.md, section 13): a grip held between two of
-its counts leaves nothing to spend.
+in which an encoder errs to the safe side (docs/theory.md, section 13).
 
 Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 """

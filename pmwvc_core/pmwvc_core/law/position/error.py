@@ -7,17 +7,15 @@ At either port xd = (u + v)/sqrt(2b), so with U, V the integrals of the waves
 
     sqrt(2b) (x_m - x_s - x_ref) = (U_m - U_s) - (V_s - V_m),
 
-the waves on their way to the server less those on their way back. Known are the wave in the
-filter (group delay tau, sampled at frame ends), those sent after the packet that the server has
-answered (its echo names it), the packet that is about to be played, and the wave in the hold::
+the waves on the uplink less those on the downlink. Known are the wave in the filter (group delay
+tau), those sent after the packet that the server answered (its echo), and those still to be
+played::
 
     lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - down
     down = w T + (M-1)/2 T_c v (first-order hold), or what the playout holds
 
-The residual is lost or distorted motion: lost packets, saturation, aliasing. ``x_ref`` makes the
-residual zero at the first packet of an avatar: its position then (before the face of the object,
-late) does not count. Both ends need equal impedances: with others the avatar moves on another
-scale. K_p is given, or follows the round trip tau that packets show: K_p = c sqrt(2b)/tau.
+The residual is lost or distorted motion. ``x_ref`` makes it zero at an avatar's first packet. Both
+ends need equal impedances. K_p is given, or follows the round trip tau: K_p = c sqrt(2b)/tau.
 
 Equations: docs/theory.md 9.1, 9.2, 9.3, 9.8.
 """

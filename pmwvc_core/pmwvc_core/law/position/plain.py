@@ -3,14 +3,10 @@
 """Position feedback on the returning wave of the plain channel.
 
 The wave changes by - K_p e (:mod:`.error`), with e = x_m - x_s - x_ref (``printed``,
-``budgeted``) or what of it the waves on their way do not explain (``integral``). ``printed`` pays
-for nothing: it can make energy. The others change v_m only as far as the energy tank of the master
-pays for it (:mod:`.energy_tank`), and shorten a packet that it does not.
-
-With K_p the link no longer is a spring: at rest v_m and e belong together only for e = 0, so that
-the rendered stiffness is the environment's. No passive link without stored energy can do that
-(K/M <= 4/tau^2, docs/theory.md, section 11): ``lent_j`` is what the paid forms hold at the start,
-and the port is passive with this storage.
+``budgeted``) or its residual (``integral``). ``printed`` pays for nothing and can generate energy;
+the others change v_m, and shorten packets, as the energy tank allows (:mod:`.energy_tank`). At
+rest the rendered stiffness is the environment's, which takes stored energy (K/M <= 4/tau^2 without
+it, docs/theory.md, section 11): ``lent_j`` at the start.
 """
 
 from typing import Any, NamedTuple

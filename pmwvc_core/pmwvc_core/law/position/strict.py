@@ -2,24 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position feedback on the strict channel: v_m - K_p e, paid out of the node.
 
-The node that pays for packets (:mod:`pmwvc_core.law.port.strict_master`) pays for this as well:
-what v_m brings less energy than the playout gave is missing from it. It begins with the energy
-declared as lent, E0, and is filled up to it again from whatever comes in beyond what packets need,
-before packets get it. A tick takes at most what is free, spread over ``SPREAD_S``: in one tick it
-would be a force step. Motion that playouts hold or have not delivered is part of e, so that after
-an outage device and avatar come together.
+The node (:mod:`pmwvc_core.law.port.strict_master`) begins with the energy lent, E0, and is
+refilled to it before packets get more than they need. A tick takes at most what is free, spread
+over ``SPREAD_S``. Between packets the avatar's position follows a line.
 
-A packet tells where the avatar is once a step; in between e follows a line from packet to packet,
-else it would have the steps of the server in it.
-
-In free motion e is the delay of the link, x_m - x_s = v T, which nothing should correct: to do so
-would add mass and damping. So e counts as far as the avatar feels a force F, in full from
-``FORCE_N`` on. F follows from the packets: the wave that the server sent in its steps and the way
-that the avatar went in them.
-
-A gain that adapts is larger by up to ``MOST`` where less is left of the loan. At the wall of
-stiffness K a larger gain makes slow presses give back more than they take (17.17), so what
-presses have taken comes back, up to the stiffness for which ``MOST`` is enough.
+In free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e counts as
+far as the avatar feels a force, in full from ``FORCE_N`` on. The force follows from the packets
+(the server's wave and the way of the avatar). A gain that adapts grows by up to ``MOST`` as less
+is left of the loan, so that slow presses return what they took (17.17).
 
 Equations: docs/theory.md 17.8, 17.16.
 """

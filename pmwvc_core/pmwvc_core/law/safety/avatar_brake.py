@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The brake at an avatar: it holds the contact while no waves of its user come.
 
-A silent port is a damper b, in front of which a grip of 1.5 N opens within milliseconds. A damper
-(N - 1) b beside the port holds it. The coupling then solves a port of impedance N b, whatever its
-law, and the waves of the user are those in front of the damper::
+A damper (N - 1) b beside the port. The coupling then solves a port of impedance N b, and the waves
+of the user are those in front of the damper::
 
     u' = u/sqrt(N),   v = (u' + v')/sqrt(N) - u
     (|u|^2 - |v|^2)/2 = (|u'|^2 - |v'|^2)/2 + (N - 1)/(2 N) |u' + v'|^2
 
-The last term is heat. So with any N >= 1, which may change at every step, the port returns no more
-than it would without: N is chosen for a friction of at most F_L (:mod:`.brake_force`) against the
-contact's force R that the wave leaves over::
+The last term is heat, for any N >= 1. N gives a friction of at most F_L (:mod:`.brake_force`)
+against the contact's force R that the wave leaves over::
 
     R = f_s - sqrt(2b) u,   N = |R|/(|R| - F_L), at most ``FIRMEST``; 1 where R . f_s <= 0
-
-A wave that pushes into the contact meets no brake.
 
 Equations: docs/theory.md 17.13.
 """

@@ -4,24 +4,21 @@
 
 What reaches the device, for whatever a controller asks, including values that are not numbers:
 
-* the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
-  longer than ``max_force`` (a vector keeps its direction);
-* whenever there is something to feel again (first answer, another server, any other recovery) it
-  grows from zero over ``soft_start_s``, or after a silence from what had not faded
-  (:mod:`.fading`);
+* the force starts at zero, changes by at most ``max_slew * tick_s`` in a tick and is never longer
+  than ``max_force`` (a vector keeps its direction);
+* after a start, another server or any recovery it grows from zero over ``soft_start_s``, after a
+  silence from what had not faded (:mod:`.fading`);
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
-  the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
-  remains; what pushes fades (at once above the speed). After ``release_s`` of silence the damping
-  itself, and the brake, are let go;
+  the device is faster than ``damper_velocity``, only the part that opposes the motion remains;
+  what pushes fades (at once above the speed). After ``release_s`` damping and brake are let go;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
-* **device silent**: while the device senses nothing there is no force at all (it is unknown how it
-  moves); after ``LOST_S`` that is a fault, which ends with the next sample;
+* **device silent**: no force while the device senses nothing; after ``LOST_S`` a fault, which ends
+  with the next sample;
 * a value that is not a finite number counts as a force of zero;
 * **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
 
-Everything that is a limit on the force is also a limit on its way to zero: letting go is fast, but
-never a step. On the strict channel a brake holds the hand while no waves come
-(:mod:`.hand_brake`); the server is silent only once nothing is at hand any more.
+The slew limit holds on the way to zero as well. On the strict channel a brake holds the hand while
+no waves come (:mod:`.hand_brake`).
 
 Equations: docs/theory.md 10.2.
 """

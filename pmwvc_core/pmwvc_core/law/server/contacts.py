@@ -2,22 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
 
-A contact knows the deflection of its springs and the position at which they are at rest, relative
-to the object, so the avatar stands at ``x_s = x_o + position`` with ``position = rest +
-deflection``. The deflection is the state (never the difference of two positions, which would lose
-digits far from the origin). Forces act from the avatar on the object.
+The avatar stands at ``x_s = x_o + position`` with ``position = rest + deflection``; the deflection
+is the state. Forces act from the avatar on the object.
 
-Two-sided (App. B, Eq. 3): spring and damper push and pull along every axis, f = K e + B e'; at
-rest where the avatar stood when it joined. A grip pushes along axis 0 only (:mod:`.grip`). Across
-it the avatar holds on: an anchor is set where contact begins. During a step it holds if the avatar
-was inside at its start; it is let go at the end of the step in which the avatar comes out, and the
-energy of its spring is dropped (it heats). Gripped things do not slip.
+Two-sided (App. B, Eq. 3): f = K e + B e' along every axis; at rest where the avatar joined. A grip
+pushes along axis 0 only (:mod:`.grip`); across it an anchor is set where contact begins and let go
+at the end of the step in which the avatar comes out, where its spring energy is dropped.
 
-Stiffness and damping may change while the contact is made: the deflection then becomes
-sqrt(K_old/K_new) times what it was, so that the spring stores what it stored; the avatar stays
-where it is, and its spring is at rest elsewhere (a stiffness that rises as it is adds energy, a
-position that jumps is felt). Of a grip, the face counts as shifted; outside the contact it goes
-back, never past the avatar, so without force and energy.
+When stiffness and damping change in contact, the deflection becomes sqrt(K_old/K_new) times what
+it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
+shifted, and returns outside the contact, never past the avatar.
 
 Equations: docs/theory.md 4.1, 4.3, 4.10.
 """

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contacts behind a wave port whose impedance B couples the axes.
 
-The laws are those of :mod:`.contacts`; what changes is the loop, xd = free - Y f with Y = B^-1.
-Along every axis but that of a face they are linear, f = l + G xd with G diagonal, so with the
-force f_0 of a face along axis 0, whose unit vector is e_0::
+The laws are those of :mod:`.contacts` in the loop xd = free - Y f with Y = B^-1. Along every axis
+but that of a face they are linear, f = l + G xd with G diagonal, so with the force f_0 of a face
+along axis 0, whose unit vector is e_0::
 
     f = A (l + G free) + A e_0 f_0,                            A = (1 + G Y)^-1
     xd_0 = (free_0 - Y_0 A (l + G free)) - f_0/b',             1/b' = Y_0 A e_0
 
-which leaves the law along axis 0 behind a number b' > 0 (a Schur complement), solved as ever. The
-force falls with the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, with s_0 the slope of
-the law along axis 0: a symmetric matrix.
+which leaves the law along axis 0 behind a number b' > 0 (a Schur complement). The force falls with
+the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, s_0 the slope of the law along axis 0.
 
 Equations: docs/theory.md 6.4, 6.5.
 """

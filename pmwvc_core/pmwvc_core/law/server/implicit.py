@@ -7,16 +7,11 @@ With the mean velocity v of the object over the step and w_i = xd_si - v::
     f_i    = contact law (w_i),         w_i = sqrt(2/b_i) u_i - f_i/b_i - v
     sum f_i = m_o (v1 - v0)/h + b_o v,   v = (v0 + v1)/2
     x_o += h v,  x_si += h xd_si
-
-so that, whatever the waves, stiffnesses and step::
-
     d(kinetic) + d(potential) + heat = h sum (|u_i|^2 - |v_i|^2)/2
 
-Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root and its slope
-is at least 2 m_o/h + b_o. Two-sided contacts are linear: one Newton step is the closed form.
-One-sided contacts are solved exactly for a given v (:mod:`.grip`) and the root is found by
-Newton's method kept inside a bracket that halves when it must, axis by axis. Where a wave
-impedance couples the axes, see :mod:`.coupled_axes`.
+Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root, found by
+Newton's method within a bracket, axis by axis (one step where all contacts are two-sided). Where a
+wave impedance couples the axes: :mod:`.implicit_coupled`.
 
 Equations: docs/theory.md 4.4, 4.5.
 """

@@ -3,15 +3,10 @@
 """The implicit step (:mod:`.implicit`) where a wave impedance couples the axes: one vector
 equation for the object.
 
-With r(v) the force that is missing at a mean velocity v of the object, dr/dv is symmetric and at
-least 2 m_o/h + b_o (the contacts' slopes are symmetric and not negative): r is the gradient of a
-convex function, so it has one root. Newton's step c is damped by a line search on r itself: along
-v - t c the derivative g(t) = -c . r(v - t c) of that function never falls with t, and g(0) < 0. So
-any t with g(t) <= 0 goes downhill; t is bisected between such a t and one beyond, until |g| has
-halved. With two-sided contacts alone the first step is the closed form.
-
-It ends at rounding. Where the matrices are so ill-conditioned that rounding is larger, a residual
-of 1e-9 of the forces is taken once Newton's step no longer halves it.
+With r(v) the force that is missing at a mean velocity v, dr/dv is symmetric and at least 2 m_o/h +
+b_o, so r has one root. Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which
+never falls with t, until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the
+forces once Newton's step no longer halves it.
 
 Equations: docs/theory.md 6.6.
 """

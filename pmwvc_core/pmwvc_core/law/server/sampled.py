@@ -2,28 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Couplings that use the contact force at an instant and hold it over the step.
 
-The object goes on exactly under the held forces. (With semi-implicit or forward Euler for the
-object the published stability regions do not come out.) These couplings balance energy only as the
-step goes to zero; the heat counts B |xd_s - xd_o|^2 at the instants, so what is missing in the
-balance is what the computation itself makes. With the weights (old, new) [s] of old and new
+The object moves exactly under the held forces. Energy balances only as the step goes to zero; the
+heat counts B |xd_s - xd_o|^2 at the instants. With the weights (old, new) [s] of old and new
 velocity in an avatar's displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
 
-one-step delay (App. B, Eq. 4): the wave is decoded with the force of the step before
+one-step delay (App. B, Eq. 4): decoded with the force of the step before
     xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
     f_s(n)  = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)]
-    where the object has come from n-1 to n under f_s(n-1). Passive at the wave port of a wall if
-    and only if K h + 2 B <= b (backward Euler): with F = (K h z/(z-1) + B) xd_s the reflection is
-    (1 + F/(b z) - 2 F/b)/(1 + F/(b z)), whose length at z = -1 is 1 just at that bound. With the
-    trapezoid it is active for every K > 0.
+    Passive at a wall if and only if K h + 2 B <= b (backward Euler); active for every K > 0 with
+    the trapezoid.
 unwrapped (App. C, Eq. 4): the loop is solved per user, against the object as sampled
     xd_s = [sqrt(2 b) u_s - K (x' - x_o) + B xd_o] / (b + B + g K),     x_s = x' + g xd_s
-    with x' the position without the new velocity and g its weight in the position. At a wall the
-    port is passive for g = h and h/2, and for g = 0 while B >= K h/2.
-one frame late (App. B, Eq. 14; the sign of f_s/b is corrected: as published the port would feed
-the force back into itself)
+    Passive at a wall for g = h and h/2, and for g = 0 while B >= K h/2.
+one frame late (App. B, Eq. 14, the sign of f_s/b corrected; Fig. 2)
     f_s(n)    = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)],   x_s(n+1) = x_s(n) + h xd_s(n)
     xd_s(n+1) = sqrt(2/b) u_s(n) - f_s(n)/b
-    then the object moves on under f_s(n). This is the scheme behind App. B, Fig. 2.
 
 Equations: docs/theory.md 4.6, 4.7, 4.8.
 """

@@ -1,20 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The users around one object: joining, leaving, and one step of the environment from waves to
-waves.
+waves. Joining stores no energy; leaving drops what the springs hold.
 
-Joining stores no energy: the contact begins without force. Leaving drops what its springs hold. An
-avatar that joined at the face, with its device inside the object, slides to it once there is room,
-by a change of the mapping between the two of at most ``SLIDE_M_S``::
+An avatar that joined at the face, with its device inside the object, slides to it once there is
+room, at most ``SLIDE_M_S``::
 
     offset <- offset + w h,   x_s <- x_s + w h,   where the avatar is outside before and after
 
-A contact stores nothing there (phi(p) = 0 for p <= 0); waves, forces and xd_s of the step stay
-what they are. So no energy comes or goes, and the device receives nothing of it.
-
-Decoding belongs to the coupling (it is the algebraic loop). Encoding is v_s = u_s - sqrt(2/b) f_s
-for all of them, so that at a port whose xd_s was decoded with the same f_s, power balances: f_s
-xd_s = (|u_s|^2 - |v_s|^2)/2.
+which neither stores nor releases energy (phi(p) = 0 for p <= 0). Decoding belongs to the coupling;
+encoding is v_s = u_s - sqrt(2/b) f_s, so that f_s xd_s = (|u_s|^2 - |v_s|^2)/2.
 
 Equations: docs/theory.md 17.20.
 """

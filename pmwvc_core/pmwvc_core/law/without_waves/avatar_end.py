@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server's end of all controllers without waves.
 
-A step: the object has come here exactly under the last forces held; then every avatar meets it,
-each by itself. ``sums.u_j`` is what flowed to the avatar, ``sums.v_j`` what came back, both from
-f_s xd_s of the step.
-
-Two ways to move an avatar: along the device (``direct``, ``tdpa``; what goes back is the force),
-or by a spring and a damper from a set point, solved together with the contact
-(``virtual_coupling``, ``pspm``; what goes back is the avatar's position, in the device's frame).
+The object moves exactly under the last forces held; then every avatar meets it, each by itself.
+``sums.u_j`` is the flow to the avatar, ``sums.v_j`` the flow back, both from f_s xd_s. An avatar
+goes along with the device (``direct``, ``tdpa``; the force goes back), or hangs on spring and
+damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's frame).
 """
 
 from typing import Any, NamedTuple

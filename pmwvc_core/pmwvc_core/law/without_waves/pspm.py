@@ -7,29 +7,18 @@ follow each other as far as energy allows.
 
     F_m = B xd_m + K (x_m - q_m),    f_s = K (q_s - x_s) - B xd_s
 
-q_m goes towards the avatar and q_s towards the device, as last received; how far, see ``aimed``.
-B damps to ground, and what it turns to heat pays for the next moves. Neither end ever gives out
-more than it had, took in and received: passive with any delay, loss and order of packets, for B >
-K T_c/2 at the device (its spring is held over a tick; at the server force and motion are solved
-together). The price is B, felt at both ends.
-
-With x where an end is and q its set point, the spring K |x - q|^2/2 gains, when q moves to q',
+q follows the other end as received (``aimed``). With x where an end is, moving q to q' costs
 
     dE = K/2 (|x - q'|^2 - |x - q|^2)
 
-This comes out of a tank; q' is the point nearest to the wanted one on the straight way there that
-the tank can pay for. The tank is filled by what the damper of this end turns to heat, and by what
-the peer sends; above a cap the rest goes to the peer.
-
-Lee and Huang bound the damper's heat from below by positions, b (x_max - x_min)^2/dt. Here the
-work done at the port in a tick is known: what has been put in and is not in the spring went to the
-damper. For one tick and b = B - K dt/2 that is their bound, but for the acceleration within the
-tick; it stays right where safety changes the force. Work, tank and spring add up::
+out of a tank; q' is the nearest point on the way that the tank can pay for. The tank gets what the
+damper turns to heat, and what the peer sends; above a cap the rest goes to the peer. The heat is
+the work put in less the gain of the spring::
 
     work put in + received = spring + (tank - initial) + sent + dropped
 
-A tank below zero (a force that safety changed, a spring too stiff for its tick) moves the set
-point only where that pays the tank back.
+Passive with any delay, loss and order of packets for B > K T_c/2 at the device. A tank below zero
+moves the set point only where that pays the tank back.
 """
 
 import math

@@ -3,29 +3,20 @@
 """Time-domain passivity observer and controller for a two-port with delay (Hannaford and Ryu 2002;
 Ryu, Artigas and Preusche 2010).
 
-The device sends its velocity, the server its contact force. Both ends count what flows into and
-out of the link at their port, P = f . velocity against the link,
+The device sends its velocity, the server its contact force. Both ends count the flow at their
+port, P = f . velocity against the link, and send E_in::
 
     E_in += max(P, 0) h,    E_out += max(-P, 0) h
-
-and send E_in. An end may give out what the other is known to have put in:
-
     allowance = E_in of the other, as received, - E_out + what its controller has dissipated
 
-Where the next step would overdraw it by dE, the controller dissipates dE: at the device by a
-damper (impedance type), at the avatar by giving way (admittance type),
+Where the next step would overdraw it by dE, the controller dissipates dE, by a damper at the
+device and by giving way at the avatar::
 
     F += a xd,   a = min(dE/(h |xd|^2), damping_max),        xd_s -= (dE/(h |f|^2)) f
 
-At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}): the force is
-held while the velocity changes, and with an encoder the velocity at the tick belongs to the way
-before. The damper is chosen from the velocity at the tick and can fall short (at rest, at its
-limit, by what the velocity changes); what is missing stays in the observer and is dissipated
-later. The damper fades over ``fade_s`` instead of switching off at each tick, which limits its
-chatter. Giving way makes avatar and device drift apart; the drift is made up by a share per step,
-under the same observer (after Coelho et al. 2019). ``xd_s`` is the velocity with which the avatar
-goes on until the next step, under the force f_s held, so f_s xd_s h is the work that leaves the
-link.
+At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}); what the damper
+falls short of stays in the observer. It fades over ``fade_s``. The drift of the avatar is made up
+by a share per step under the same observer (after Coelho et al. 2019).
 """
 
 from typing import NamedTuple
