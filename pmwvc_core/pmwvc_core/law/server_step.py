@@ -40,7 +40,7 @@ from pmwvc_core.law.server.server_port import (
     left,
     passed_through,
 )
-from pmwvc_core.law.vectors import Vector, columns, each, minus, zero
+from pmwvc_core.law.vectors import Vector, columns, each, minus, total, zero
 
 ABSENT, JOINING, COUPLED, DAMPING = 0, 1, 2, 3
 
@@ -110,8 +110,7 @@ def server_step(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
     )
     dissipated_j = before.dissipated_j
-    for i in range(len(lost)):
-        dissipated_j += lost[i]
+    dissipated_j = total(dissipated_j, lost)
     after = environment_step(
         p.environment, before._replace(ports=ports, dissipated_j=dissipated_j), came
     )

@@ -41,6 +41,7 @@ from pmwvc_core.law.server.body import BodyLaw
 from pmwvc_core.law.server.server_port import (
     Environment,
     UserPort,
+    avatar_of,
     environment_step,
     summed,
     taken_port,
@@ -114,8 +115,7 @@ class Reply(NamedTuple):
 exchange = Family("exchange")
 
 
-@exchange.member(Wall)
-@exchange.member(FreeCube)
+@exchange.member(Wall, FreeCube)
 def exchange_known(
     s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: BlackBoxParams
 ) -> tuple[Any, Reply]:
@@ -152,7 +152,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
     environment = visited(box.environment, there, begins, at)
     starts = each(_start, (ports,), p.old_s)
     users, velocities = columns(each(guess, (users, ports, starts), p))
-    avatars = each(_avatar, (ports,))
+    avatars = each(avatar_of, (ports,))
     environment, reply = exchange(environment, avatars, starts, velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
     if reply.answered:
@@ -180,10 +180,6 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
     box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
     return Environment(ports, box, spent_j, s.unsettled)
-
-
-def _avatar(s: UserPort) -> Avatar:
-    return s.avatar
 
 
 def _start(s: UserPort, old_s: float) -> Vector:

@@ -3,11 +3,7 @@
 """What a black box reports as stored, what its port and its compensation count."""
 
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
-from pmwvc_core.law.black_box.compensations import (
-    CompensationParams,
-    Corrected,
-    JointLedger,
-)
+from pmwvc_core.law.black_box.compensations import CompensationParams, Corrected, JointLedger
 from pmwvc_core.law.black_box.secant import learned
 from pmwvc_core.law.family import Family, no_accounts
 from pmwvc_core.law.server.energies import PortShown, brakes_j, environment_energies, port_shown

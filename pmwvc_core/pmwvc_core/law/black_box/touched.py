@@ -72,15 +72,10 @@ class FreeCube(NamedTuple):
     body: Body
 
 
-@visited.member(Wall)
-def _at_wall(s: Wall, there: Any, begins: Any, positions: Vectors) -> Wall:
+@visited.member(Wall, FreeCube)
+def _at(s: Any, there: Any, begins: Any, positions: Vectors) -> Any:
     visitors = each(_visited, (s.visitors, there, begins, positions), s.body.x)
     return s._replace(visitors=visitors)
-
-
-@visited.member(FreeCube)
-def _at_cube(s: FreeCube, there: Any, begins: Any, positions: Vectors) -> FreeCube:
-    return FreeCube(each(_visited, (s.visitors, there, begins, positions), s.body.x), s.body)
 
 
 def _visited(s: Visitor, there: bool, begins: bool, position: Vector, centre: Vector) -> Visitor:
@@ -141,13 +136,9 @@ def _carried(
 ) -> tuple[Visitor, Vector]:
     if not s.there:
         return s, zero(position)
-    force, rate = columns(each(_force_and_rate, (answers,)))
+    force, rate, _ = columns(answers)
     contact, _ = advanced_contact(s.contact, force, rate, h)
     return Visitor(True, position, contact), force
-
-
-def _force_and_rate(answer: Answer) -> tuple[float, float]:
-    return answer.force, answer.rate
 
 
 @local_line.member(Wall)
@@ -197,7 +188,6 @@ def _cube_j(s: FreeCube, p: BodyLaw) -> float:
     return springs_j(s, p) + kinetic_j(s.body, p)
 
 
-@shown.member(Wall)
-@shown.member(FreeCube)
+@shown.member(Wall, FreeCube)
 def _moving(s: Any, like: Vector) -> tuple[Vector, Vector]:
     return s.body.x, s.body.xd

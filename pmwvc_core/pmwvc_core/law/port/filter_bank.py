@@ -22,6 +22,7 @@ Equations: docs/theory.md 8.4.
 
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.port.local_model import (
     LocalModel,
     SpringDamper,
@@ -31,7 +32,6 @@ from pmwvc_core.law.port.local_model import (
     resting_local,
     spring_damper,
 )
-from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled
 from pmwvc_core.law.wave.cascade import (
     Cascade,
@@ -103,7 +103,7 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
     )
 
 
-@part_down.member(Bank)
+@port_filters.part_down.member(Bank)
 def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
     e = s.energies
     low_out = e.low_out + wave_j(v, p.tick_s)
@@ -112,7 +112,7 @@ def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
     return s._replace(low_down=low_down, energies=energies), w
 
 
-@part_offer.member(Bank)
+@port_filters.part_offer.member(Bank)
 def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector, float]:
     local, v0, gain = local_offer(s.local, x, p.local, impedance)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
@@ -121,7 +121,7 @@ def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Ban
     return s, answer, gain * (gain_of(p.high_up) * gain_of(p.high_down))
 
 
-@part_up.member(Bank)
+@port_filters.part_up.member(Bank)
 def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector]:
     high_up, u2 = columns(each(cascade, (s.high_up, u), p.high_up))
     local, v2 = local_answer(s.local, u2, p.local, impedance)
@@ -137,7 +137,7 @@ def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, 
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
 
 
-@part_energies.member(Bank)
+@port_filters.part_energies.member(Bank)
 def _bank_energies(s: Bank, p: BankFilters) -> Vector:
     e, local = s.energies, s.local
     stored_j = local_stored_j(local, p.local)

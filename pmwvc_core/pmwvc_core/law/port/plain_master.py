@@ -19,17 +19,7 @@ Equations: docs/theory.md 10.1.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_energies,
-    port_measure,
-    port_opened,
-    port_packet,
-    port_send,
-    port_signals,
-    port_tick,
-)
+from pmwvc_core.law.port import master
 from pmwvc_core.law.port.port_filters import (
     answered,
     filters_energies,
@@ -89,13 +79,13 @@ class PlainMasterParams(NamedTuple):
     position: Any
 
 
-@port_measure.member(PlainMaster)
+@master.port_measure.member(PlainMaster)
 def _measure(s: PlainMaster, x: Vector, xd: Vector, p: PlainMasterParams) -> PlainMaster:
     x, _ = known_motion(x, xd, s.x)
     return s._replace(x=x)
 
 
-@port_send.member(PlainMaster)
+@master.port_send.member(PlainMaster)
 def _send(
     s: PlainMaster, arrivals: Any, frame_s: float, number: int, held_j: float, p: PlainMasterParams
 ) -> tuple[PlainMaster, Any, Sent]:
@@ -109,13 +99,13 @@ def _send(
     return s, arrivals, Sent(wave, s.x, -1.0, ())
 
 
-@port_packet.member(PlainMaster)
+@master.port_packet.member(PlainMaster)
 def _packet(s: PlainMaster, arrivals: Any, packet: Packet, p: PlainMasterParams) -> PlainMaster:
     position = position_packet(s.position, packet, p.position)
     return s._replace(position=position)
 
 
-@port_answer.member(PlainMaster)
+@master.port_answer.member(PlainMaster)
 def _answer(
     s: PlainMaster, wave: Vector, silent: bool, frame_s: float, p: PlainMasterParams
 ) -> PlainMaster:
@@ -129,7 +119,7 @@ def _answer(
     return s._replace(hold=held, position=position, energies=energies)
 
 
-@port_tick.member(PlainMaster)
+@master.port_tick.member(PlainMaster)
 def _tick(
     s: PlainMaster, arrivals: Any, x: Vector, xd: Vector, p: PlainMasterParams
 ) -> tuple[PlainMaster, Any, Vector]:
@@ -146,7 +136,7 @@ def _tick(
     return s, arrivals, f_m
 
 
-@port_applied.member(PlainMaster)
+@master.port_applied.member(PlainMaster)
 def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     """Pay for the force that was applied [N], then let the wave pass on to the filter."""
     e, half_s, deficit_j = s.energies, 0.5 * p.tick_s, s.energies.deficit_j
@@ -166,18 +156,18 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     )
 
 
-@port_signals.member(PlainMaster)
+@master.port_signals.member(PlainMaster)
 def _signals(s: PlainMaster) -> tuple[Vector, Vector, Vector]:
     return s.waves
 
 
-@port_energies.member(PlainMaster)
+@master.port_energies.member(PlainMaster)
 def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
     e = s.energies
     others = filters_energies(s.filters, p.filters) + position_energies(s.position)
     return (e.u_m, e.u_tx, e.v_rx, e.v_m) + others  # noqa: RUF005
 
 
-@port_opened.member(PlainMaster)
+@master.port_opened.member(PlainMaster)
 def _opened(s: PlainMaster) -> PlainMaster:
     return s._replace(position=position_opened(s.position))

@@ -26,7 +26,6 @@ Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """
 
 import math
-from typing import Any
 
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.law.channel.packet import Packet, Sent
@@ -40,25 +39,11 @@ from pmwvc_core.law.channel.playout import (
     take_back,
     waiting,
 )
-from pmwvc_core.law.port.counts import Counts, counts, may_count, resting_counts, rough_count
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_energies,
-    port_measure,
-    port_opened,
-    port_packet,
-    port_send,
-    port_signals,
-    port_tick,
-)
+from pmwvc_core.law.port import master
+from pmwvc_core.law.port.counts import counts, may_count, resting_counts, rough_count
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
 from pmwvc_core.law.port.sensing import known_motion
-from pmwvc_core.law.port.strict_state import (
-    Node,
-    StrictMaster,
-    StrictMasterParams,
-)
+from pmwvc_core.law.port.strict_state import Node, StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
@@ -69,7 +54,7 @@ from pmwvc_core.law.position.feedback import (
     position_there,
     position_up,
 )
-from pmwvc_core.law.vectors import Vector, dot, each, length, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, columns, dot, each, length, plus, scaled, zero
 from pmwvc_core.law.wave.wave import damper, wave_force, wave_j, wave_u
 
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
@@ -88,7 +73,7 @@ def _with_playout(a: StrictArrivals, playout: Playout) -> StrictArrivals:
     return a._replace(playout=playout)
 
 
-@port_measure.member(StrictMaster)
+@master.port_measure.member(StrictMaster)
 def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> StrictMaster:
     """Account for the tick that ended with this motion; once."""
     x, xd = known_motion(x, xd, s.x)
@@ -99,13 +84,12 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
         return s._replace(
             node=node, x=x, xd=xd, counts=each(resting_counts, (x,)), under=under, energies=e
         )
-    after = each(counts, (s.counts, x, xd), h)
-    tracked, xd = each(_state, (after,)), each(_velocity, (after,))
-    u = wave_u(p.impedance, scaled(each(_moved_wave, (after,)), 1.0 / h), s.waves[2])
+    tracked, steps = columns(each(counts, (s.counts, x, xd), h))
+    dx, moved, xd = columns(steps)
+    u = wave_u(p.impedance, scaled(dx, 1.0 / h), s.waves[2])
     filters, u = filters_up(s.filters, u, p.filters)
     position = position_up(s.position, u, under.f, xd, p.position)
-    worked = dot(under.f, each(_moved_force, (after,)))
-    node_j = node.node_j + wave_j(under.v, h) + worked
+    node_j = node.node_j + wave_j(under.v, h) + dot(under.f, moved)
     due_j = node.due_j + wave_j(u, h)
     node = node._replace(node_j=node_j, due_j=due_j)
     return s._replace(
@@ -122,23 +106,7 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
     )
 
 
-def _state(counted: Any) -> Counts:
-    return counted[0]
-
-
-def _velocity(counted: Any) -> float:
-    return counted[1].xd
-
-
-def _moved_wave(counted: Any) -> float:
-    return counted[1].dx
-
-
-def _moved_force(counted: Any) -> float:
-    return counted[1].moved
-
-
-@port_send.member(StrictMaster)
+@master.port_send.member(StrictMaster)
 def _send(
     s: StrictMaster, a: StrictArrivals, frame_s: float, number: int, held_j: float,
     p: StrictMasterParams,
@@ -184,7 +152,7 @@ def _send(
     return s, _with_playout(a, playout), Sent(wave, s.x, energies.u_tx, ())
 
 
-@port_packet.member(StrictMaster)
+@master.port_packet.member(StrictMaster)
 def _packet(
     s: StrictMaster, a: StrictArrivals, packet: Packet, p: StrictMasterParams
 ) -> StrictMaster:
@@ -194,7 +162,7 @@ def _packet(
     return s._replace(position=position, unpaid=unpaid, asks=(packet.short, is_short(a.playout)))
 
 
-@port_answer.member(StrictMaster)
+@master.port_answer.member(StrictMaster)
 def _answer(
     s: StrictMaster, wave: Vector, silent: bool, frame_s: float, p: StrictMasterParams
 ) -> StrictMaster:
@@ -202,7 +170,7 @@ def _answer(
     return s._replace(position=position)
 
 
-@port_tick.member(StrictMaster)
+@master.port_tick.member(StrictMaster)
 def _tick(
     s: StrictMaster, a: StrictArrivals, x: Vector, xd: Vector, p: StrictMasterParams
 ) -> tuple[StrictMaster, StrictArrivals, Vector]:
@@ -239,7 +207,7 @@ def _tick(
     return s, _with_playout(a, playout), f_m
 
 
-@port_applied.member(StrictMaster)
+@master.port_applied.member(StrictMaster)
 def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     """Note the force that was let through [N]; what it cost is known when the tick is over."""
     e, (u_m, _, v_m) = s.energies, s.waves
@@ -248,12 +216,12 @@ def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     return s._replace(under=s.under._replace(f=f, settled=False), energies=energies)
 
 
-@port_signals.member(StrictMaster)
+@master.port_signals.member(StrictMaster)
 def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
     return s.waves
 
 
-@port_energies.member(StrictMaster)
+@master.port_energies.member(StrictMaster)
 def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vector:
     e, m = s.energies, a.playout.moved
     own = (
@@ -264,6 +232,6 @@ def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vect
     return own + others
 
 
-@port_opened.member(StrictMaster)
+@master.port_opened.member(StrictMaster)
 def _opened(s: StrictMaster) -> StrictMaster:
     return s._replace(position=position_opened(s.position))

@@ -20,13 +20,7 @@ Equations: docs/theory.md 7.1, 7.2, 7.3.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.port.port_filters import (
-    part_down,
-    part_energies,
-    part_offer,
-    part_up,
-    part_velocity,
-)
+from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared
 from pmwvc_core.law.wave.cascade import (
     Cascade,
@@ -101,19 +95,19 @@ def resting_complementary(axes: int, p: VelocityParams) -> Complementary:
     return Complementary(low, low, high, high, (0.0,) * axes, (0.0,) * axes, 0.0)
 
 
-@part_down.member(Exact)
+@port_filters.part_down.member(Exact)
 def _exact_down(s: Exact, v: Vector, p: VelocityParams) -> tuple[Exact, Vector]:
     return s._replace(w=v), v
 
 
-@part_offer.member(Exact)
+@port_filters.part_offer.member(Exact)
 def _exact_offer(
     s: Exact, x: Vector, p: VelocityParams, impedance: Any
 ) -> tuple[Exact, Vector, float]:
     return s, scaled(each(rest_of, (s.high,), p.high), p.share), p.share * gain_of(p.high)
 
 
-@part_up.member(Exact)
+@port_filters.part_up.member(Exact)
 def _exact_up(s: Exact, u: Vector, p: VelocityParams, impedance: Any) -> tuple[Exact, Vector]:
     high, y = columns(each(cascade, (s.high, u), p.high))
     back = plus(s.w, scaled(y, p.share))
@@ -121,7 +115,7 @@ def _exact_up(s: Exact, u: Vector, p: VelocityParams, impedance: Any) -> tuple[E
     return Exact(high, s.w, kept_j), u
 
 
-@part_velocity.member(InForce)
+@port_filters.part_velocity.member(InForce)
 def _in_force(s: InForce, xd: Vector, p: VelocityParams, impedance: Any) -> tuple[InForce, Vector]:
     high, y = columns(each(cascade, (s.high, xd), p.high))
     less = scaled(y, 2.0 * p.share)
@@ -129,7 +123,7 @@ def _in_force(s: InForce, xd: Vector, p: VelocityParams, impedance: Any) -> tupl
     return InForce(high, kept_j), minus(xd, less)
 
 
-@part_down.member(Complementary)
+@port_filters.part_down.member(Complementary)
 def _complementary_down(
     s: Complementary, v: Vector, p: VelocityParams
 ) -> tuple[Complementary, Vector]:
@@ -137,7 +131,7 @@ def _complementary_down(
     return s._replace(down=down, w=v, passed=passed), passed
 
 
-@part_offer.member(Complementary)
+@port_filters.part_offer.member(Complementary)
 def _complementary_offer(
     s: Complementary, x: Vector, p: VelocityParams, impedance: Any
 ) -> tuple[Complementary, Vector, float]:
@@ -146,7 +140,7 @@ def _complementary_offer(
     return s, scaled(plus(scaled(first, gain), second), p.share), p.share * gain * gain
 
 
-@part_up.member(Complementary)
+@port_filters.part_up.member(Complementary)
 def _complementary_up(
     s: Complementary, u: Vector, p: VelocityParams, impedance: Any
 ) -> tuple[Complementary, Vector]:
@@ -159,6 +153,6 @@ def _complementary_up(
     return s._replace(up=up, first=first, second=second, kept_j=kept_j), on
 
 
-@part_energies.member(Exact, InForce, Complementary)
+@port_filters.part_energies.member(Exact, InForce, Complementary)
 def _energies(s: Any, p: VelocityParams) -> Vector:
     return (s.kept_j,)

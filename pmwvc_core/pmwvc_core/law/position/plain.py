@@ -12,6 +12,7 @@ it, docs/theory.md, section 11): ``lent_j`` at the start.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.position import feedback
 from pmwvc_core.law.position.energy_tank import (
     Tank,
     resting_tank,
@@ -33,15 +34,6 @@ from pmwvc_core.law.position.error import (
     error_tick,
     is_news,
     resting_error,
-)
-from pmwvc_core.law.position.feedback import (
-    position_down,
-    position_energies,
-    position_opened,
-    position_packet,
-    position_send,
-    position_there,
-    position_up,
 )
 from pmwvc_core.law.vectors import Vector, plus, scaled, squared
 
@@ -77,20 +69,20 @@ def _error(
     return error_tick(s, x, s.seen.x, v, plus(s.seen.wave, scaled(s.v, p.hold_s)), p)
 
 
-@position_packet.member(Published)
+@feedback.position_packet.member(Published)
 def _published_packet(s: Published, packet: Packet, p: PositionParams) -> Published:
     if not is_news(s.error, packet):
         return s
     return s._replace(error=error_packet(s.error, packet, p))
 
 
-@position_packet.member(Budgeted)
+@feedback.position_packet.member(Budgeted)
 def _budgeted_packet(s: Budgeted, packet: Packet, p: PositionParams) -> Budgeted:
     error = error_packet(s.error, packet, p) if is_news(s.error, packet) else s.error
     return Budgeted(error, tank_packet(s.tank, packet, p))
 
 
-@position_down.member(Published)
+@feedback.position_down.member(Published)
 def _published_down(
     s: Published, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[Published, Vector]:
@@ -102,7 +94,7 @@ def _published_down(
     return Published(error, s.spent_j + more * (0.5 * p.tick_s)), changed
 
 
-@position_down.member(Budgeted)
+@feedback.position_down.member(Budgeted)
 def _budgeted_down(
     s: Budgeted, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[Budgeted, Vector]:
@@ -111,12 +103,12 @@ def _budgeted_down(
     return Budgeted(error, tank), plus(v, change) if error.there else v
 
 
-@position_up.member(Budgeted)
+@feedback.position_up.member(Budgeted)
 def _budgeted_up(s: Budgeted, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Budgeted:
     return Budgeted(error_taken(s.error, u, p.tick_s), tank_up(s.tank, u, f, xd, p.tick_s))
 
 
-@position_send.member(Budgeted)
+@feedback.position_send.member(Budgeted)
 def _budgeted_send(
     s: Budgeted, wave: Vector, number: int, frame_s: float, p: PositionParams
 ) -> tuple[Budgeted, Vector]:
@@ -124,30 +116,30 @@ def _budgeted_send(
     return Budgeted(error_sent(s.error, wave, sent, number, frame_s), tank), sent
 
 
-@position_energies.member(Published)
+@feedback.position_energies.member(Published)
 def _published_energies(s: Published) -> Vector:
     return (s.spent_j,)
 
 
-@position_energies.member(Budgeted)
+@feedback.position_energies.member(Budgeted)
 def _budgeted_energies(s: Budgeted) -> Vector:
     level = s.tank.level
     return level.spent_j, tank_free_j(s.tank), level.discarded_j, level.deficit_j
 
 
-@position_there.member(Published, Budgeted)
+@feedback.position_there.member(Published, Budgeted)
 def told_there(s: Any, there: bool) -> Any:
     """Note whether the server is there."""
     return s._replace(error=error_there(s.error, there))
 
 
-@position_up.member(Published)
+@feedback.position_up.member(Published)
 def wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Any:
     """Note the wave that goes on; the node or nobody pays for it."""
     return s._replace(error=error_taken(s.error, u, p.tick_s))
 
 
-@position_send.member(Published)
+@feedback.position_send.member(Published)
 def wave_sent(
     s: Any, wave: Vector, number: int, frame_s: float, p: PositionParams
 ) -> tuple[Any, Vector]:
@@ -155,7 +147,7 @@ def wave_sent(
     return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
 
 
-@position_opened.member(Published, Budgeted)
+@feedback.position_opened.member(Published, Budgeted)
 def opened(s: Any) -> Any:
     """Return the feedback before the first packet, its list made here."""
     return s._replace(error=error_opened(s.error))

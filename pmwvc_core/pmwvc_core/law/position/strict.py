@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.position import feedback
 from pmwvc_core.law.position.energy_tank import SPREAD_S
 from pmwvc_core.law.position.error import (
     PositionError,
@@ -28,16 +29,6 @@ from pmwvc_core.law.position.error import (
     is_news,
     is_same_avatar,
     resting_error,
-)
-from pmwvc_core.law.position.feedback import (
-    position_down,
-    position_energies,
-    position_lent,
-    position_opened,
-    position_packet,
-    position_send,
-    position_there,
-    position_up,
 )
 from pmwvc_core.law.position.plain import opened, told_there, wave_sent, wave_taken
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
@@ -73,7 +64,7 @@ def resting_on_strict(nothing: Vector) -> OnStrict:
     return OnStrict(resting_error(nothing), Line(nothing, 0.0, 0.0, 0.0, nothing), 0.0)
 
 
-@position_packet.member(OnStrict)
+@feedback.position_packet.member(OnStrict)
 def _packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
     if not is_news(s.error, packet):
         return s
@@ -92,7 +83,7 @@ def _packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
     return OnStrict(error_packet(s.error, packet, p), line, s.spent_j)
 
 
-@position_down.member(OnStrict)
+@feedback.position_down.member(OnStrict)
 def _down(
     s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[OnStrict, Vector]:
@@ -113,17 +104,17 @@ def _down(
     return OnStrict(error, line, s.spent_j + cost * (0.5 * p.tick_s)), plus(v, wanted)
 
 
-@position_lent.member(OnStrict)
+@feedback.position_lent.member(OnStrict)
 def _lent(s: OnStrict, p: PositionParams) -> float:
     return p.lent_j
 
 
-@position_energies.member(OnStrict)
+@feedback.position_energies.member(OnStrict)
 def _energies(s: OnStrict) -> Vector:
     return (s.spent_j,)
 
 
-position_there.member(OnStrict)(told_there)
-position_up.member(OnStrict)(wave_taken)
-position_send.member(OnStrict)(wave_sent)
-position_opened.member(OnStrict)(opened)
+feedback.position_there.member(OnStrict)(told_there)
+feedback.position_up.member(OnStrict)(wave_taken)
+feedback.position_send.member(OnStrict)(wave_sent)
+feedback.position_opened.member(OnStrict)(opened)

@@ -18,16 +18,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.safety.brake_force import BrakeForce, brake_force, brake_limit, resting_brake
-from pmwvc_core.law.vectors import (
-    Vector,
-    minus,
-    plus,
-    scaled,
-    shortened,
-    squared,
-    within,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 
 STALL_S = 0.0125
 RETURN_S = 0.2

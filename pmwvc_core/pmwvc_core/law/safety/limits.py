@@ -25,22 +25,8 @@ Equations: docs/theory.md 10.2.
 
 from typing import NamedTuple
 
+from pmwvc_core.law.safety import causes
 from pmwvc_core.law.safety.brake_force import brake_limit
-from pmwvc_core.law.safety.causes import (
-    DEVICE_LOST,
-    DEVICE_SILENT,
-    LATE,
-    NONE,
-    NOT_FINITE,
-    OUTSIDE,
-    RELEASED,
-    RUNAWAY,
-    SILENT,
-    SOFT_START,
-    TOO_FAST,
-    UNRECEIVED,
-    WAITING,
-)
 from pmwvc_core.law.safety.fading import RESTING_FADING, Fading, Through, damping, faded
 from pmwvc_core.law.safety.hand_brake import (
     HandBrake,
@@ -141,7 +127,7 @@ def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
     """Return the limits before the first tick."""
     return Limits(
         nothing, RESTING_FADING, Device(False, 0.0, False), resting_hand_brake(nothing),
-        Interventions(0, False, False), WAITING, p.timeout_s,
+        Interventions(0, False, False), causes.WAITING, p.timeout_s,
     )  # fmt: skip
 
 
@@ -162,7 +148,7 @@ def limits_restart(s: Limits) -> Limits:
     fading = old._replace(gain=0.0, returns=False, quiet=False)
     brake = resting_hand_brake(zero(s.f))
     brake = brake._replace(x=s.brake.x)
-    return s._replace(fading=fading, brake=brake, cause=WAITING)
+    return s._replace(fading=fading, brake=brake, cause=causes.WAITING)
 
 
 def held_j(s: Limits, p: LimitsParams) -> float:
@@ -201,29 +187,29 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
     unreceived = x.unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
     interventions = _counted(s.interventions, disturbed, limited and force and not damped)
-    cause = NONE
+    cause = causes.NONE
     if faulty:
-        cause = RUNAWAY
+        cause = causes.RUNAWAY
     elif lost:
-        cause = DEVICE_LOST
+        cause = causes.DEVICE_LOST
     elif gone:
-        cause = DEVICE_SILENT
+        cause = causes.DEVICE_SILENT
     elif not active:
-        cause = WAITING
+        cause = causes.WAITING
     elif not good:
-        cause = NOT_FINITE
+        cause = causes.NOT_FINITE
     elif silent:
-        cause = RELEASED if released else SILENT
+        cause = causes.RELEASED if released else causes.SILENT
     elif outside:
-        cause = OUTSIDE
+        cause = causes.OUTSIDE
     elif fast:
-        cause = TOO_FAST
+        cause = causes.TOO_FAST
     elif unreceived:
-        cause = UNRECEIVED
+        cause = causes.UNRECEIVED
     elif fading.gain < 1.0:
-        cause = SOFT_START
+        cause = causes.SOFT_START
     elif holds and brake_limit(brake.largest) > 0.0:
-        cause = LATE
+        cause = causes.LATE
     device = Device(sensed, missing_s, faulty)
     return Limits(applied, fading, device, brake, interventions, cause, s.silence_s), applied
 

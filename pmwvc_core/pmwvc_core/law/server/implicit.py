@@ -30,7 +30,7 @@ from pmwvc_core.law.server.contacts import (
     spring_meets,
     touching,
 )
-from pmwvc_core.law.vectors import columns, each
+from pmwvc_core.law.vectors import columns, each, total
 from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
 
 ROUNDING = 8.0 * 2.0**-52
@@ -64,8 +64,7 @@ def implicit(
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
     moved, heats = columns(each(_advanced, (avatars, columns(answers)), law.period_s))
-    for i in range(len(heats)):
-        lost_j += heats[i]
+    lost_j = total(lost_j, heats)
     every = True
     for i in range(len(settled)):
         every = every and settled[i]
@@ -131,15 +130,7 @@ def _answer(row: Row, velocity: float, h: float) -> Answer:
 def _advanced(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
-    force, rate = each(_force, (answers,)), each(_rate, (answers,))
+    force, rate, _ = columns(answers)
     xd = wave_velocity(a.impedance, a.u, force)
     contact, heat_j = advanced_contact(a.contact, force, rate, h)
     return a._replace(xd=xd, f=force, contact=contact), heat_j
-
-
-def _force(answer: Answer) -> float:
-    return answer.force
-
-
-def _rate(answer: Answer) -> float:
-    return answer.rate

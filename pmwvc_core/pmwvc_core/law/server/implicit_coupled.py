@@ -28,6 +28,7 @@ from pmwvc_core.law.vectors import (
     plus,
     scaled,
     squared,
+    total,
     zero,
 )
 from pmwvc_core.law.wave.wave import MatrixImpedance, applied, free_velocity, loaded
@@ -63,8 +64,7 @@ def implicit_coupled(
     found = _root(avatars, body, law)
     after, lost_j = drifted(body, found.velocity, law)
     moved, heats = columns(each(_advanced, (avatars, found.answers), law.period_s))
-    for i in range(len(heats)):
-        lost_j += heats[i]
+    lost_j = total(lost_j, heats)
     return moved, after, lost_j, found.close
 
 

@@ -27,7 +27,7 @@ from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, pushed_body
 from pmwvc_core.law.server.contacts import contact_force, contact_heat, slid
 from pmwvc_core.law.server.coupled_axes import solved_contact
-from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import free_velocity, loaded, wave_velocity
 
 
@@ -72,8 +72,7 @@ def object_pushed(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Push
             force = plus(force, avatars[i].f)
     body, moved, lost_j = pushed_body(body, force, law)
     avatars, dropped = columns(each(_left_behind, (avatars,), scaled(moved, -1.0)))
-    for i in range(len(dropped)):
-        lost_j += dropped[i]
+    lost_j = total(lost_j, dropped)
     return avatars, body, lost_j
 
 
@@ -89,8 +88,7 @@ def one_step_delay(p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law
     """Decode with the last force."""
     avatars, body, lost_j = object_pushed(avatars, body, law)
     moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return moved, body, lost_j, True
 
 
@@ -110,8 +108,7 @@ def unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLa
     """Solve each avatar with its contact."""
     avatars, body, lost_j = object_pushed(avatars, body, law)
     moved, lost = columns(each(_unwrapped, (avatars,), p, body.xd, law.period_s))
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return moved, body, lost_j, True
 
 
@@ -132,8 +129,7 @@ def one_frame_late(p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law
     """Decode now, move in the next step."""
     moved, lost = columns(each(_late, (avatars,), body.xd, law.period_s))
     moved, body, lost_j = object_pushed(moved, body, law)
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return moved, body, lost_j, True
 
 

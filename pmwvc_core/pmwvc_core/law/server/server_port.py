@@ -37,6 +37,7 @@ from pmwvc_core.law.vectors import (
     plus,
     scaled,
     shortened,
+    total,
     zero,
 )
 from pmwvc_core.law.wave.wave import wave_j, wave_v
@@ -138,15 +139,15 @@ def changed_port(
 @environment_step.member(EnvironmentParams)
 def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
-    avatars, body, lost_j, settled = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
+    avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
-    for i in range(len(dropped)):
-        lost_j += dropped[i]
+    lost_j = total(lost_j, dropped)
     unsettled = s.unsettled if settled else s.unsettled + 1
     return Environment(ports, body, s.dissipated_j + lost_j, unsettled)
 
 
-def _avatar(s: UserPort) -> Avatar:
+def avatar_of(s: UserPort) -> Avatar:
+    """Return the avatar of a port."""
     return s.avatar
 
 

@@ -28,8 +28,14 @@ from pmwvc_core.law.server.energies import (
     potential_j,
 )
 from pmwvc_core.law.server.sampled import object_pushed
-from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
+from pmwvc_core.law.server.server_port import (
+    Environment,
+    Sums,
+    UserPort,
+    avatar_of,
+    environment_step,
+)
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import loaded_axis
 from pmwvc_core.law.without_waves.device_end import controller_energies
 
@@ -68,16 +74,11 @@ meet = Family("meet")
 
 @environment_step.member(AvatarEndParams)
 def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    avatars, body, lost_j = object_pushed(each(_avatar, (s.ports,)), s.body, p.body)
+    avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return Environment(ports, body, s.dissipated_j + lost_j, s.unsettled)
-
-
-def _avatar(s: UserPort) -> Avatar:
-    return s.avatar
 
 
 def _meet(

@@ -12,16 +12,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.arrivals import received_j
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.family import Family, no_accounts, same
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_energies,
-    port_measure,
-    port_packet,
-    port_send,
-    port_signals,
-    port_tick,
-)
+from pmwvc_core.law.port import master
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.vectors import Vector, dot, zero
 
@@ -77,14 +68,14 @@ def resting_end(law: Any, axes: int) -> DeviceEnd:
     return DeviceEnd(DeviceMotion(nothing, nothing), law, 0.0, 0.0)
 
 
-@port_measure.member(DeviceEnd)
+@master.port_measure.member(DeviceEnd)
 def _measure(s: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> DeviceEnd:
     x, xd = known_motion(x, xd, s.motion.x)
     now = DeviceMotion(x, xd)
     return s._replace(motion=now, law=device_moved(s.law, s.motion, now, p))
 
 
-@port_send.member(DeviceEnd)
+@master.port_send.member(DeviceEnd)
 def _send(
     s: DeviceEnd, arrivals: Any, frame_s: float, number: int, held_j: float, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Sent]:
@@ -93,13 +84,13 @@ def _send(
     return s._replace(law=law), arrivals, sent
 
 
-@port_packet.member(DeviceEnd)
+@master.port_packet.member(DeviceEnd)
 def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> DeviceEnd:
     law = device_receives(s.law, packet, received_j(arrivals), p)
     return s._replace(law=law)
 
 
-@port_answer.member(DeviceEnd)
+@master.port_answer.member(DeviceEnd)
 def _answer(
     s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
 ) -> DeviceEnd:
@@ -107,7 +98,7 @@ def _answer(
     return s._replace(law=law)
 
 
-@port_tick.member(DeviceEnd)
+@master.port_tick.member(DeviceEnd)
 def _tick(
     s: DeviceEnd, arrivals: Any, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Vector]:
@@ -116,7 +107,7 @@ def _tick(
     return s._replace(law=law), arrivals, f
 
 
-@port_applied.member(DeviceEnd)
+@master.port_applied.member(DeviceEnd)
 def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
     energy_j = p.tick_s * dot(f, s.motion.xd)
     law = device_applied(s.law, f, p)
@@ -124,13 +115,13 @@ def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
     return DeviceEnd(s.motion, law, given_j, taken_j)
 
 
-@port_signals.member(DeviceEnd)
+@master.port_signals.member(DeviceEnd)
 def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
     nothing = zero(s.motion.x)
     return nothing, nothing, nothing
 
 
-@port_energies.member(DeviceEnd)
+@master.port_energies.member(DeviceEnd)
 def _energies(s: DeviceEnd, arrivals: Any, p: DeviceEndParams) -> Vector:
     of_port: Vector = (s.given_j, s.given_j, s.taken_j, s.taken_j)
     return of_port + controller_energies(s.law)

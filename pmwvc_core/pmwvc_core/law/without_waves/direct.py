@@ -15,13 +15,9 @@ from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
 from pmwvc_core.law.vectors import Vector, minus, plus, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    device_answer,
-    device_force,
-)
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 
 
 class Held(NamedTuple):
@@ -36,12 +32,12 @@ class Direct(NamedTuple):
     none: int
 
 
-@device_answer.member(Held)
+@device_end.device_answer.member(Held)
 def _answer(s: Held, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams) -> Held:
     return Held(zero(wave) if silent else wave)
 
 
-@device_force.member(Held)
+@device_end.device_force.member(Held)
 def _force(s: Held, motion: DeviceMotion, p: DeviceEndParams) -> tuple[Held, Vector]:
     return s, s.force
 

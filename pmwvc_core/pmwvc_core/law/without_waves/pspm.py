@@ -29,18 +29,9 @@ from pmwvc_core.law.safety.avatar_brake import released_brake
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, offset_of
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    controller_energies,
-    device_answer,
-    device_applied,
-    device_force,
-    device_moved,
-    device_receives,
-    device_sends,
-)
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 
 
 class Pspm(NamedTuple):
@@ -122,7 +113,7 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
     return ModulatedSpring(x, True, s.tank_j, 0.0, s.sent_j, s.received_j, dropped_j)
 
 
-@device_moved.member(PspmDevice)
+@device_end.device_moved.member(PspmDevice)
 def _moved(
     s: PspmDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
 ) -> PspmDevice:
@@ -131,18 +122,18 @@ def _moved(
     return s._replace(spring=set_to(s.spring, q, now.x, work_j, p.law))
 
 
-@device_sends.member(PspmDevice)
+@device_end.device_sends.member(PspmDevice)
 def _send(s: PspmDevice, p: DeviceEndParams) -> tuple[PspmDevice, float]:
     spring = divided(s.spring, p.law)
     return s._replace(spring=spring), spring.sent_j
 
 
-@device_receives.member(PspmDevice)
+@device_end.device_receives.member(PspmDevice)
 def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> PspmDevice:
     return s._replace(spring=taken_in(s.spring, received_j))
 
 
-@device_answer.member(PspmDevice)
+@device_end.device_answer.member(PspmDevice)
 def _answer(
     s: PspmDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> PspmDevice:
@@ -151,7 +142,7 @@ def _answer(
     return PspmDevice(aimed(s.spring, wave, motion.x, p.law), s.force, True)
 
 
-@device_force.member(PspmDevice)
+@device_end.device_force.member(PspmDevice)
 def _force(s: PspmDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
     if not s.coupled:
         return s, zero(motion.x)
@@ -162,17 +153,17 @@ def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
     return law.damping * xd + law.stiffness * (x - q)
 
 
-@device_applied.member(PspmDevice)
+@device_end.device_applied.member(PspmDevice)
 def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
     return s._replace(force=f)
 
 
-@controller_energies.member(ModulatedSpring)
+@device_end.controller_energies.member(ModulatedSpring)
 def _of_spring(s: ModulatedSpring) -> Vector:
     return (s.tank_j, s.spring_j)
 
 
-@controller_energies.member(PspmDevice)
+@device_end.controller_energies.member(PspmDevice)
 def _of_device(s: PspmDevice) -> Vector:
     return _of_spring(s.spring)
 

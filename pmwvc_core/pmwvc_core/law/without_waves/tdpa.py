@@ -25,18 +25,9 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    controller_energies,
-    device_answer,
-    device_applied,
-    device_force,
-    device_moved,
-    device_receives,
-    device_sends,
-)
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -109,7 +100,7 @@ def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float
     )  # fmt: skip
 
 
-@device_moved.member(TdpaDevice)
+@device_end.device_moved.member(TdpaDevice)
 def _moved(
     s: TdpaDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
 ) -> TdpaDevice:
@@ -122,25 +113,25 @@ def _moved(
     return TdpaDevice(observer, s.force, s.damping, zero(s.held), 0.0)
 
 
-@device_sends.member(TdpaDevice)
+@device_end.device_sends.member(TdpaDevice)
 def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
     return s, s.observer.in_j
 
 
-@device_receives.member(TdpaDevice)
+@device_end.device_receives.member(TdpaDevice)
 def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
     observer = informed(s.observer, received_j)
     return s._replace(observer=observer)
 
 
-@device_answer.member(TdpaDevice)
+@device_end.device_answer.member(TdpaDevice)
 def _answer(
     s: TdpaDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> TdpaDevice:
     return s._replace(force=zero(wave) if silent else wave)
 
 
-@device_force.member(TdpaDevice)
+@device_end.device_force.member(TdpaDevice)
 def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
     """Return the force received and that of both dampers [N]."""
     square, needed = squared(motion.xd), 0.0
@@ -152,17 +143,17 @@ def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[Tdp
     return s._replace(damping=damping), f
 
 
-@device_applied.member(TdpaDevice)
+@device_end.device_applied.member(TdpaDevice)
 def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
     return s._replace(held=f, braked=s.damping)
 
 
-@controller_energies.member(Observer)
+@device_end.controller_energies.member(Observer)
 def _of_observer(s: Observer) -> Vector:
     return (s.dissipated_j, s.allowance_j)
 
 
-@controller_energies.member(TdpaDevice)
+@device_end.controller_energies.member(TdpaDevice)
 def _of_device(s: TdpaDevice) -> Vector:
     return _of_observer(s.observer)
 

@@ -20,14 +20,9 @@ from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.vectors import Vector, each, minus, scaled, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    device_answer,
-    device_force,
-    device_receives,
-)
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 
 
 class VirtualCoupling(NamedTuple):
@@ -52,7 +47,7 @@ def resting_coupling(axes: int) -> AvatarSeen:
     return AvatarSeen((0.0,) * axes, (0.0,) * axes, 0, 0, False)
 
 
-@device_receives.member(AvatarSeen)
+@device_end.device_receives.member(AvatarSeen)
 def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndParams) -> AvatarSeen:
     """Take the avatar's velocity from the way it went since the packet before."""
     pd, numbers = s.pd, packet.number - s.number
@@ -64,14 +59,14 @@ def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndPara
     return AvatarSeen(s.p, pd, packet.number, packet.sent_ns, s.coupled)
 
 
-@device_answer.member(AvatarSeen)
+@device_end.device_answer.member(AvatarSeen)
 def _answer(
     s: AvatarSeen, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> AvatarSeen:
     return s._replace(p=s.p if silent else wave, coupled=not silent)
 
 
-@device_force.member(AvatarSeen)
+@device_end.device_force.member(AvatarSeen)
 def _force(s: AvatarSeen, motion: DeviceMotion, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
     if not s.coupled:
         return s, zero(motion.x)
