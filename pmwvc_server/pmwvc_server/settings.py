@@ -17,9 +17,9 @@ from typing import Any
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import is_strict
-from pmwvc_core.ends.assembly import make_server_end
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.made.server import coupling_of
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -41,9 +41,9 @@ from pmwvc_core.runtime.parameters import (
 )
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
+from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
 from pmwvc_server.asking import caller
 
@@ -105,17 +105,19 @@ class ServerSettings:
     server: ServerParams
     watchdog: WatchdogParams
     task: TaskParams
+    own: Any  # of environments from other packages, by their names
     token: Token | None
 
     def make_step(self, epoch: int) -> ServerEnd:
         """Return the server's end of the protocol at rest, with no user present."""
-        return make_server_end(  # type: ignore[no-any-return]
+        return ServerEnd(
             self.users,
             controller=self.controller,
             channel=self.channel,
             dof=self.dof,
             server=self.server,
             task=self.task,
+            own=self.own,
             times=ServerTimes(**asdict(self.watchdog)),
             epochs=[epoch for _ in self.users],
             call=caller(self.server),
@@ -147,6 +149,7 @@ def declare_settings(
     for_all = _ForAll(node, names)
     contact = for_all.contact = binding.declare("server", ContactParams, for_all.pass_on)
     baseline = declare(node, "baseline", BaselineParams)
+    own = declare(node, "", ControllerOwn)
     settings = ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
         channel=declare_value(node, "channel", TOP["channel"], DEFAULTS["channel"]),
@@ -164,12 +167,14 @@ def declare_settings(
                     check_change=for_all.check_change,
                 ),
                 baseline=declare(node, f"{name}.baseline", BaselineParams, defaults=baseline),
+                own=declare(node, name, ControllerOwn, defaults=own),
             )
             for number, name in enumerate(names)
         ),
         server=binding.declare("server", ServerParams, on_server, check_change=for_all.check),
         watchdog=declare(node, "safety", WatchdogParams),
         task=declare(node, "task", TaskParams),
+        own=declare(node, "", EnvironmentOwn),
         token=declare_token(node, user=""),
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
@@ -218,7 +223,7 @@ class _ForAll:
         if new != old and any(coupling.black_box for coupling in couplings):
             raise ParameterError(f"server.coupling = {new.coupling!r}: {FIXED}")
         if (new.coupling, new.integrator) != (old.coupling, old.integrator):
-            solver_of(couplings[1], new)
+            coupling_of(new, ())
         fixed = why_fixed(PERIOD, strict=self.strict, server=new, coupling=couplings[1])
         if fixed and new.period_s != old.period_s:
             raise ParameterError(f"{PERIOD} = {new.period_s:g}: {fixed}")
