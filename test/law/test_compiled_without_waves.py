@@ -51,7 +51,7 @@ def frame(end, arrivals, e, packet, x, xd, silent, p, q, rules):
     arrivals = arrive(arrivals, packet, packet.sent_ns, rules)
     end = port_measure(end, x, xd, p)
     end, _, sent = port_send(end, arrivals, H, packet.number, 0.0, p)
-    came = Came(sent.wave, sent.position, False, max(sent.energy_j, 0.0))
+    came = Came(sent.wave, sent.position, False, max(sent.energy_j, 0.0), ())
     e = environment_step(q, e, (came,))
     one, lost_j = left(e.ports[0])
     one, _ = joined(one, sent.position, e.body)
