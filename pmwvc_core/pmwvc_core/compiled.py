@@ -4,7 +4,8 @@
 
 A compiled law is made from the source of the law itself. The functions it calls are compiled with
 it: each gets a copy of its globals in which laws are their compiled forms. Families are resolved
-by the type of the first argument, and what builds tuples has one line per element.
+by the type of the first argument, and what builds tuples has one line per element. NamedTuples
+have ``_replace``.
 """
 
 import dis
@@ -18,8 +19,14 @@ from typing import Any
 
 import numba
 from numba import types
-from numba.core.imputils import lower_constant
+from numba.core.imputils import impl_ret_borrowed, lower_builtin, lower_constant
 from numba.core.registry import CPUDispatcher
+from numba.core.typing.templates import (
+    AbstractTemplate,
+    AttributeTemplate,
+    infer_getattr,
+    signature,
+)
 from numba.extending import models, overload, register_model
 
 from pmwvc_core.law import vectors
@@ -138,14 +145,53 @@ def _family(family: Family) -> Any:
     stub.__name__ = family.name
 
     def choose(first, *others):
-        law = family.members.get(getattr(first, "instance_class", type(None)))
-        if law is None:
+        kind = getattr(first, "instance_class", type(None))
+        if kind not in family.members and family.members.default is None:
             return None
-        chosen = _inside(law)
+        chosen = _inside(family.members[kind])
         return lambda first, *others: chosen(first, *others)
 
     overload(stub, jit_options=BARE)(choose)
     return stub
+
+
+class _Replace(AbstractTemplate):
+    """The type of ``s._replace(field=value, ...)``."""
+
+    key = "NamedTuple._replace"
+
+    def generic(self, args, kws):
+        if args or not kws.keys() <= {*self.this.fields}:
+            return None
+        names = self.this.fields
+        given = [kws.get(name, types.Omitted(None)) for name in names]
+        kinds = [kws.get(name, kind) for name, kind in zip(names, self.this, strict=True)]
+        made = types.BaseTuple.from_types(kinds, self.this.instance_class)
+        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        fields = [inspect.Parameter(name, kind, default=None) for name in names]
+        found = signature(made, *given, recvr=self.this)
+        return found.replace(pysig=inspect.Signature(fields))
+
+
+class _HasReplace(AttributeTemplate):
+    def resolve__replace(self, s):
+        return types.BoundFunction(_Replace, s)
+
+
+for _kind in (types.NamedTuple, types.NamedUniTuple):
+    infer_getattr(type(_kind.__name__, (_HasReplace,), {"key": _kind}))
+
+
+@lower_builtin(_Replace.key, types.BaseTuple, types.VarArg(types.Any))
+def _replace(context, builder, sig, args):
+    """Build the tuple from the fields given, and those of the old one."""
+    (old, *kinds), (before, *given), fields = sig.args, args, []
+    for i, (kind, value) in enumerate(zip(kinds, given, strict=True)):
+        if isinstance(kind, types.Omitted):
+            kind, value = old[i], builder.extract_value(before, i)
+        fields.append(context.cast(builder, value, kind, sig.return_type[i]))
+    made = context.make_tuple(builder, sig.return_type, fields)
+    return impl_ret_borrowed(context, builder, sig.return_type, made)
 
 
 def _built(text: str, **names: Any) -> Any:

@@ -40,7 +40,7 @@ from pmwvc_core.law.server.server_port import (
     left,
     passed_through,
 )
-from pmwvc_core.law.vectors import Vector, columns, each, minus, zero
+from pmwvc_core.law.vectors import Vector, columns, each, minus, total, zero
 
 ABSENT, JOINING, COUPLED, DAMPING = 0, 1, 2, 3
 
@@ -112,10 +112,9 @@ def server_step(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
     )
     dissipated_j = before.dissipated_j
-    for i in range(len(lost)):
-        dissipated_j += lost[i]
+    dissipated_j = total(dissipated_j, lost)
     after = environment_step(
-        p.environment, Environment(ports, before.body, dissipated_j, before.unsettled), came
+        p.environment, before._replace(ports=ports, dissipated_j=dissipated_j), came
     )
     guests, ports, answers = columns(
         each(_gone, (guests, after.ports, p.guests), now_ns, p.period_s)
@@ -128,9 +127,7 @@ def server_step(
         task_s += p.period_s
     elif together:
         task_s = -p.soft_start_s
-    return Server(
-        guests, Environment(ports, after.body, after.dissipated_j, after.unsettled), task_s
-    ), answers
+    return Server(guests, after._replace(ports=ports), task_s), answers
 
 
 def _come(
@@ -183,7 +180,7 @@ def _gone(
         now_ns, lacks(arrivals), waits(arrivals), s.anew, False, arrivals.silence.number, 0
     )
     packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
-    return Guest(s.presence, s.anew, arrivals, packing, s.extra), port, Answer(packet, sends)
+    return s._replace(arrivals=arrivals, packing=packing), port, Answer(packet, sends)
 
 
 def _nothing(s: Guest, port: UserPort) -> Packet:

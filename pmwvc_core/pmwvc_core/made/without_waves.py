@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams, resting_end
-from pmwvc_core.law.without_waves.direct import Direct, Held, NothingKept
+from pmwvc_core.law.without_waves.direct import Direct, Held
 from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
 from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
 from pmwvc_core.law.without_waves.virtual_coupling import VirtualCoupling, resting_coupling
@@ -28,8 +29,8 @@ class Made(NamedTuple):
     sprung: bool
 
 
-def _nothing(baseline: BaselineParams, axes: int) -> NothingKept:
-    return NothingKept(0)
+def _nothing(baseline: BaselineParams, axes: int) -> Nothing:
+    return NOTHING
 
 
 def _spring_damper(baseline: BaselineParams, tick_s: float) -> VirtualCoupling:

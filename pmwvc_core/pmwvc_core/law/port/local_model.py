@@ -2,19 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A local model of interaction at the rate of the force loop, and its wave port (App. E).
 
-The port decodes a wave u2 into velocity, and encodes the force of the model, at every tick::
+The port decodes u2 and encodes the force of the model in the same tick::
 
     F = F0 + G xd,   xd = sqrt(2/b) u2 - F/b,   v2 = u2 - sqrt(2/b) F
     F = (F0 + sqrt(2/b) G u2)/(1 + G/b),   v2 = (b - G)/(b + G) u2 - sqrt(2/b) F0/(1 + G/b)
 
-The loop through F and xd is solved within the tick, so the port takes exactly F xd.
-
-The spring and damper goes by the implicit midpoint rule: F0 = K x, G = K T_c/2 + B, x+ = x + T_c
-xd. Then F xd T_c is what the spring gains plus B xd^2 T_c: passive for every K, B >= 0 and every
-tick. It is in place everywhere, or while the *device* is on one side of ``begins_m``: its own
-position is that of a high-passed motion, which returns to zero. Where it begins its spring is at
-rest; where it ends the energy of the spring is dropped. Meanwhile it pulls as well as it pushes,
-since its force comes on top of the one of the server. Where it is not, F = 0 and v2 = u2.
+Spring and damper by the implicit midpoint rule: F0 = K x, G = K T_c/2 + B, x+ = x + T_c xd, so
+that F xd T_c is the gain of the spring plus B xd^2 T_c. The model acts everywhere, or while the
+device is on one side of ``begins_m``; where it ends, the energy of the spring is dropped.
 
 Equations: docs/theory.md 1.6, 8.1, 8.2, 8.3.
 """
@@ -111,7 +106,7 @@ def _offered(s: LocalModel, device_x: Vector, p: SpringDamper) -> LocalModel:
 @local_moved.member(LocalModel)
 def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
     dissipated_j = s.dissipated_j + squared(xd) * p.damping * p.tick_s
-    return LocalModel(plus(s.x, scaled(xd, p.tick_s)), s.f0, s.slope, s.there, dissipated_j)
+    return s._replace(x=plus(s.x, scaled(xd, p.tick_s)), dissipated_j=dissipated_j)
 
 
 @local_stored_j.member(LocalModel)
@@ -126,4 +121,4 @@ def _changed(s: LocalModel, old: SpringDamper, p: SpringDamper) -> LocalModel:
     if p == old:
         return s
     lost_j = s.dissipated_j + local_stored_j(s, old)
-    return LocalModel(zero(s.x), s.f0, s.slope, True, lost_j)
+    return s._replace(x=zero(s.x), there=True, dissipated_j=lost_j)
