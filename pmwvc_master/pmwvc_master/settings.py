@@ -13,6 +13,7 @@ from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.made.waves import waves_params
 from pmwvc_core.master.safety.changes import check_change
 from pmwvc_core.params import (
@@ -106,9 +107,8 @@ def declare_settings(
         return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))
 
     def designed(master: MasterParams) -> None:
-        waves_params(
-            master, impedance_of(master), None, strict=False
-        )  # refuses what cannot be made
+        # Refuses a change that the force loop could not make.
+        waves_params(master, impedance_of(master), PlayoutParams(0.0, 0.0, 0.0), strict=False)
 
     def allowed(old: MasterParams, new: MasterParams) -> None:
         """Refuse a change of the packets that the channel cannot carry."""

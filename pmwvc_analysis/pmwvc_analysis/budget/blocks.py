@@ -125,9 +125,9 @@ def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
         kept = np.asarray(dot(f_m - port.force(xd, v_m), xd) * dt)
         beside["force_velocity_filter"] = sums.of_ticks(kept)
     into, on = dot(f, xd) * dt, wave_energy(u_m, dt) - wave_energy(v_m, dt) + kept
-    limited = squared(f - f_m) > SAME_N**2
-    limited = limited | (squared(u_m - port.u(xd, v_m)) > SAME_ROOT_W**2)
-    each = Account(into, on, dissipated=where(limited, into - on, 0.0))
+    changed = squared(f - f_m) > SAME_N**2
+    changed = changed | (squared(u_m - port.u(xd, v_m)) > SAME_ROOT_W**2)
+    each = Account(into, on, dissipated=where(changed, into - on, 0.0))
     to_waves = _kept_sum(sums, "u_m") - _kept_sum(sums, "v_m")
     taken = sums.of_ticks(each.taken)
     if not complete(user):

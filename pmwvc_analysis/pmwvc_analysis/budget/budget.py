@@ -34,7 +34,7 @@ from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT
 from pmwvc_core.motion import damper_heat
-from pmwvc_core.numeric import Array, dot, squared
+from pmwvc_core.numeric import Array, Value, dot, squared
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -209,7 +209,7 @@ def _object(server: ServerTraces, found: Sequence[Stage]) -> Account:
         m, b, h = params.object_mass, params.object_damping, server.periods_s[rows, np.newaxis]
         moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows]
         push = (before if motion == "held_before" else force)[rows]
-        lost = b / h * squared(moved)  # by the midpoint rule: at a mean velocity
+        lost: Value = b / h * squared(moved)  # by the midpoint rule: at a mean velocity
         if motion != "midpoint":
             lost = damper_heat(m, b, h, velocity[rows], push)
         taken[rows], heat[rows] = np.ravel(dot(push, moved)), np.ravel(lost)
