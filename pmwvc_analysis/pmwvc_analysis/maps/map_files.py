@@ -15,7 +15,7 @@ from pmwvc_analysis.maps.maps import Grid, Points, growth_per_s
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.stability import ROUNDING
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.names import spec_of
 
 PARTS = "finished.npz"
@@ -67,14 +67,14 @@ def key_of(grid: Grid) -> str:
     return hashlib.sha256(whole.encode()).hexdigest()
 
 
-def is_stable(radius: Array) -> Array:
+def is_stable(radius: Array) -> Flags:
     """Tell of every point whether it is stable."""
     return np.asarray(radius <= 1.0 + ROUNDING)
 
 
 def first_crossing(values: Array, row: Array) -> float | None:
     """Return where a row loses stability first, between grid points; None where it never does."""
-    bad = np.flatnonzero(~is_stable(row))
+    bad = np.flatnonzero(np.logical_not(is_stable(row)))
     if not len(bad):
         return None
     index = int(bad[0])

@@ -64,11 +64,13 @@ def of_each(
             (limit,) = z_width(scenario, [b], live=live, bound=bound or BOUND)
             if limit.unknown:
                 raise PmwvcError(limit.unknown)
-            yield b, Bracket(limit.bound if limit.first is None else limit.first, limit.first)
+            bracket = Bracket(limit.bound if limit.first is None else limit.first, limit.first)
         else:
             highest = bound or HIGHEST_SIMULATED
-            how = {"duration_s": LONG_S, "decay_ratio": CLEAR_RATIO}
-            yield b, simulated_z_width(scenario, b, highest=highest, **how)
+            bracket = simulated_z_width(
+                scenario, b, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
+            )
+        yield b, bracket
 
 
 def simulated_z_width(
@@ -134,7 +136,10 @@ def decays(traces: SessionTraces, *, decay_ratio: float = DECAY_RATIO) -> bool:
         return False
     power = sum(np.sum(user.xd_m**2, axis=-1) for user in traces.users)
     quarter = len(power) // 4
-    before, after = float(np.mean(power[-2 * quarter : -quarter])), float(np.mean(power[-quarter:]))
+    before, after = (
+        float(np.mean(power[-2 * quarter : -quarter])),
+        float(np.mean(power[-quarter:])),
+    )
     if not np.isfinite(after):
         return False
     return after <= AT_REST_M_S**2 or after < decay_ratio**2 * before

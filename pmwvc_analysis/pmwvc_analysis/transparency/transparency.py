@@ -54,11 +54,11 @@ STEADY = 0.05  # relative change per octave above which there is no limit but fr
 class Rendered:
     """Rendered quantities of one coupling; None where there is no such limit."""
 
-    admittance_dc: float | None  # [m/N]
-    k_felt: float | None  # [N/m]
-    b_felt: float | None  # [N s/m]
-    mass_felt: float | None  # [kg]
-    first_peak_hz: float | None
+    admittance_dc: float | None = None  # [m/N]
+    k_felt: float | None = None  # [N/m]
+    b_felt: float | None = None  # [N s/m]
+    mass_felt: float | None = None  # [kg]
+    first_peak_hz: float | None = None
 
 
 @dataclass(frozen=True)
