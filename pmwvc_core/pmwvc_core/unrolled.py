@@ -63,7 +63,9 @@ class _Members(dict[type, Any]):
         self._family, self._axes = family, axes
 
     def __missing__(self, kind: type) -> Any:
-        self[kind] = unrolled(self._family.members[kind], self._axes)
+        law = self._family.members[kind]
+        inside = law.__module__.startswith(LAWS)
+        self[kind] = unrolled(law, self._axes) if inside else law
         return self[kind]
 
 

@@ -10,11 +10,10 @@ from typing import Any
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import is_strict
-from pmwvc_core.ends.assembly import make_user_end
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.made.waves import waves_params
 from pmwvc_core.master.safety.changes import check_change
 from pmwvc_core.params import (
     BaselineParams,
@@ -33,6 +32,7 @@ from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.changes import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.transport.token import Token
+from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of
 
@@ -65,7 +65,7 @@ class MasterSettings(User):
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:
         """Return this user's end of the protocol, for a device that declares this of itself."""
-        return make_user_end(  # type: ignore[no-any-return]
+        return UserEnd(
             replace(self, safety=limits_of(info, self.safety)),
             controller=self.controller,
             channel=self.channel,
@@ -105,7 +105,9 @@ def declare_settings(
         return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))
 
     def designed(master: MasterParams) -> None:
-        WaveMaster(master)  # refuses a change that the force loop could not make
+        waves_params(
+            master, impedance_of(master), None, strict=False
+        )  # refuses what cannot be made
 
     def allowed(old: MasterParams, new: MasterParams) -> None:
         """Refuse a change of the packets that the channel cannot carry."""

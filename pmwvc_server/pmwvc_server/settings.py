@@ -17,9 +17,9 @@ from typing import Any
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import is_strict
-from pmwvc_core.ends.assembly import make_server_end
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.made.server import coupling_of
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -43,7 +43,6 @@ from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
 from pmwvc_server.asking import caller
 
@@ -109,7 +108,7 @@ class ServerSettings:
 
     def make_step(self, epoch: int) -> ServerEnd:
         """Return the server's end of the protocol at rest, with no user present."""
-        return make_server_end(  # type: ignore[no-any-return]
+        return ServerEnd(
             self.users,
             controller=self.controller,
             channel=self.channel,
@@ -218,7 +217,7 @@ class _ForAll:
         if new != old and any(coupling.black_box for coupling in couplings):
             raise ParameterError(f"server.coupling = {new.coupling!r}: {FIXED}")
         if (new.coupling, new.integrator) != (old.coupling, old.integrator):
-            solver_of(couplings[1], new)
+            coupling_of(new, ())
         fixed = why_fixed(PERIOD, strict=self.strict, server=new, coupling=couplings[1])
         if fixed and new.period_s != old.period_s:
             raise ParameterError(f"{PERIOD} = {new.period_s:g}: {fixed}")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pmwvc_core.account import Account, Passage
+from pmwvc_core.controllers.accounts import CONTACTS
 from pmwvc_core.motion import damper_heat, motion
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import SimulatedDevice, device_account
-from pmwvc_core.server.contacts import CONTACTS
 from pmwvc_core.server.cube import Cube, object_account
 from pmwvc_core.wave.ledger import port_account
 from pmwvc_core.wave.transform import WavePort

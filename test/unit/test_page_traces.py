@@ -11,7 +11,7 @@ pytest.importorskip("rclpy")
 from geometry_msgs.msg import PointStamped
 from rclpy.serialization import deserialize_message, serialize_message
 
-from pmwvc_core.master.strict_accounts import ENTRIES
+from pmwvc_core.controllers.accounts import ENTRIES
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 from pmwvc_view.feed.accounts import ways
 from pmwvc_view.feed.traces import F_H

@@ -19,7 +19,6 @@ import numpy as np
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linearize import Linear, model_of
 from pmwvc_analysis.models.links import SIGNALS
-from pmwvc_analysis.models.loops import loop_of
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -117,7 +116,7 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     users = [
         dataclasses.replace(user, link_up=at_once, link_down=at_once) for user in scenario.users
     ]
-    loop = loop_of(dataclasses.replace(scenario, users=tuple(users)), live=live)
+    loop = Hyperperiod(dataclasses.replace(scenario, users=tuple(users)), live=live)
     links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
     model = opened_at(loop, links)
     (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)

@@ -132,12 +132,12 @@ class _Held:
 
 @cache
 def _names(module: str, key: int, held: _Held) -> dict[str, Any]:
-    found = {name: _value(value) for name, value in held.names.items()}
+    found = {name: _value(value, module) for name, value in held.names.items()}
     return found | {"min": _least, "max": _largest}
 
 
-def _value(value: Any) -> Any:
-    if isinstance(value, FunctionType) and value.__module__.startswith(LAWS):
+def _value(value: Any, module: str) -> Any:
+    if isinstance(value, FunctionType) and value.__module__.startswith((LAWS, module)):
         return _lifted(value)
     if isinstance(value, Family):
         return _family(value)

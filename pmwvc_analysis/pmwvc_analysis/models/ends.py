@@ -41,7 +41,7 @@ class EndsParams(NamedTuple):
 def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[Ends, EndsParams]:
     """Return both ends of a scenario whose numbers may be columns ``(runs, 1)``."""
     server = scenario.server
-    if not scenario.coupling.black_box and scenario.environment.body is None:
+    if not scenario.coupling.black_box and not scenario.environment.known:
         server = dataclasses.replace(server, environment="wall")  # a black box only
     users = tuple(map(two_sided, scenario.users))
     modelled = dataclasses.replace(scenario, users=users, server=server)

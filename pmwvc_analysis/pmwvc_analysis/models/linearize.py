@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
-from pmwvc_analysis.models.loops import loop_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -68,7 +67,7 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = loop_of(scenario, live=live, weights=weights)
+    loop = Hyperperiod(scenario, live=live, weights=weights)
     return model_of(loop, *loop.around(outputs=outputs))
 
 

@@ -15,9 +15,9 @@ Equations: docs/theory.md 14.4.
 
 import numpy as np
 
+from pmwvc_core.law.wave.anti_aliasing import filter_params, filter_step, resting_filter
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.wave.impedance import largest
-from pmwvc_core.wave.rates import AntiAliasing
 
 TICKS = 4000
 
@@ -28,11 +28,11 @@ def encoder_noise_w(user: User) -> float:
     if not device.differences or device.encoder_step_m <= 0.0:
         return 0.0
     ticks = master.rate_drop if master.filter.means else TICKS
-    filtering = AntiAliasing(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
-    if master.filter.means:
-        response = np.full(ticks, 1.0 / ticks)
-    else:
-        response = np.array([float(filtering.step(1.0 if k == 0 else 0.0)) for k in range(ticks)])
+    p = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    s, response = resting_filter(master.filter, 1, p), np.full(ticks, 1.0 / ticks)
+    if not master.filter.means:
+        for k in range(ticks):
+            s, (response[k],) = filter_step(s, (1.0 if k == 0 else 0.0,), p)
     change = np.diff(response, prepend=0.0, append=0.0)
     variance = float(device.encoder_step_m) ** 2 / 12.0 / master.tick_s**2
     return float(largest(user.impedance)) * variance * float(np.sum(change**2))

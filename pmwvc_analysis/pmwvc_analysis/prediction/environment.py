@@ -16,11 +16,11 @@ Equations: docs/theory.md 5.4.
 
 from typing import NamedTuple
 
+from pmwvc_core.law.black_box.secant import SOFT
+from pmwvc_core.law.black_box.seen import REPAID
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.black_box.port import REPAID
-from pmwvc_core.server.black_box.secant import SOFT
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings.sampled import least_impedance
+from pmwvc_core.server.couplings.library import least_impedance
 from pmwvc_core.wave.impedance import smallest
 
 

@@ -43,16 +43,21 @@ from pmwvc_analysis.models.links import (
 )
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.playout_lag import strict_lag_s
+from pmwvc_core.law.wave.anti_aliasing import (
+    filter_params,
+    filter_sample,
+    filter_step,
+    resting_filter,
+)
 from pmwvc_core.motion import motion
 from pmwvc_core.network.effects import active, is_random, mean_s
-from pmwvc_core.numeric import Value, flatten
+from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.design.velocity_filter_response import slow_lags
 from pmwvc_core.wave.impedance import first_axis, transformation
-from pmwvc_core.wave.rates import AntiAliasing
 from pmwvc_core.wave.transform import WavePort
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
@@ -177,7 +182,8 @@ def step_lag_s(
     if master.ramps or not plain or load >= 2.0:
         return 0.0
     m, tick_s = master.rate_drop, master.tick_s
-    stage = AntiAliasing(master.filter, tick_s=tick_s, rate_drop=m)
+    p = filter_params(master.filter, tick_s=tick_s, rate_drop=m)
+    s = resting_filter(master.filter, 1, p)
     moves = motion(device.mass, device.damping, tick_s)
     left, port = 0.0, WavePort(impedance)
     xd: Value = 0.0
@@ -185,9 +191,9 @@ def step_lag_s(
         before = left
         for tick in range(m):
             v = 0.5 * (m - 1) - (tick - phase) % m
-            stage.step(port.u(xd, v))
+            s, _ = filter_step(s, (port.u(xd, v),), p)
             xd = moves.xd_xd * xd - moves.f_xd * port.force(xd, v)
-        left = float(flatten(stage.sample())[0])
+        s, (left,) = filter_sample(s, p)
         if abs(left - before) < SETTLED_TICKS:
             break
     return left * tick_s

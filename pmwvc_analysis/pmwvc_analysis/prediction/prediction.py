@@ -28,7 +28,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings.sampled import least_impedance
+from pmwvc_core.server.couplings.library import least_impedance
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.impedance import first_axis, smallest

@@ -52,6 +52,7 @@ class Guest(NamedTuple):
     anew: bool  # flips whenever the avatar is placed anew
     arrivals: Any
     packing: Packing
+    extra: Vector  # signals beside the wave, of the newest packet
 
 
 class GuestParams(NamedTuple):
@@ -95,6 +96,7 @@ class Came(NamedTuple):
     position: Vector  # [m] of its device
     brakes: bool  # none of its waves come
     received_j: float  # by the sums of its packets, without waves
+    extra: Vector  # signals that a controller declares
 
 
 def server_step(
@@ -136,10 +138,10 @@ def _come(
     body: Body, p: ServerStepParams,
 ) -> tuple[Guest, UserPort, Came, float]:  # fmt: skip
     """Take a user's packets in; return what it brings to the step, and the energy dropped [J]."""
-    presence, flips, arrivals, lost_j = s.presence, s.anew, s.arrivals, 0.0
+    presence, flips, arrivals, lost_j, extra = s.presence, s.anew, s.arrivals, 0.0, s.extra
     there = presence != ABSENT
     for packet in packets:
-        arrivals = arrive(arrivals, packet, now_ns, q.arrivals)
+        arrivals, extra = arrive(arrivals, packet, now_ns, q.arrivals), packet.extra
         if packet.leaves:
             port, dropped_j = left(port)
             presence, lost_j = ABSENT, lost_j + dropped_j
@@ -162,8 +164,8 @@ def _come(
             presence, brakes = COUPLED, interrupted(arrivals, now_ns)
             if silent or unreceived:
                 presence = DAMPING
-    came = Came(wave, arrivals.position, brakes, received_j(arrivals))
-    return Guest(presence, flips, arrivals, s.packing), port, came, lost_j
+    came = Came(wave, arrivals.position, brakes, received_j(arrivals), extra)
+    return Guest(presence, flips, arrivals, s.packing, extra), port, came, lost_j
 
 
 def _gone(
@@ -181,7 +183,7 @@ def _gone(
         now_ns, lacks(arrivals), waits(arrivals), s.anew, False, arrivals.silence.number, 0
     )
     packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
-    return Guest(s.presence, s.anew, arrivals, packing), port, Answer(packet, sends)
+    return Guest(s.presence, s.anew, arrivals, packing, s.extra), port, Answer(packet, sends)
 
 
 def _nothing(s: Guest, port: UserPort) -> Packet:

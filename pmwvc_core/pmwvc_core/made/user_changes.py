@@ -97,9 +97,9 @@ def _bank(s: Any, p: Any, q: Any) -> Any:
     """Start another split at zero, another spring at rest."""
     if not isinstance(s, Bank):
         return s
-    local = s.local if q.local == p.local else changed_local(s.local, p.local)
+    local = changed_local(s.local, p.local, q.local)
     if _split(q) != _split(p):
-        s = resting_bank(len(s.local.x), q)._replace(energies=s.energies)
+        s = resting_bank(len(s.low_up), q)._replace(energies=s.energies)
     return s._replace(local=local)
 
 

@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
+from pmwvc_core.controllers.plugged_local import PluggedLocalParams
+from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
+from pmwvc_core.law.port.local_model import acts_of, spring_damper
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, NoFilter
 from pmwvc_core.law.port.strict_state import (
@@ -81,13 +84,30 @@ def waves_params(
 def filters_params(master: MasterParams, b: Any) -> FilteredParams | NoFilter:
     """Return the parameters of the filters at a port; those of the velocity are nearest."""
     own = master.velocity_filter
+    if own.splits and master.bank.is_on:
+        raise ParameterError(
+            f"bank.kind = {master.bank.kind}: must be none with velocity_filter.kind = "
+            f"{own.kind}, which splits the wave itself"
+        )
     if not own.is_on and not master.bank.is_on:
         return NONE
     velocity = velocity_params(master) if own.is_on else NONE
     in_force = own.is_on and own.in_force
-    far = bank_of(master) if master.bank.is_on else NONE
+    far = bank_of(master, _local(master, b)) if master.bank.is_on else NONE
     near, force = (NONE, velocity) if in_force else (velocity, NONE)
     return FilteredParams(near, far, force, b)
+
+
+def _local(master: MasterParams, b: Any) -> Any:
+    """Return the parameters of the local model behind an impedance."""
+    if isinstance(b, MatrixImpedance):
+        raise ParameterError(
+            f"bank.kind = {master.bank.kind}: must be none where master.impedance couples the axes"
+        )
+    local = master.local_model
+    if not local.is_plugin:
+        return spring_damper(local, master.tick_s)
+    return PluggedLocalParams(local, b.b, acts_of(local), local.begins_m, master.tick_s)
 
 
 def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | NoFilter:

@@ -27,8 +27,6 @@ from pmwvc_core.transport.fitness import unfit
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, WavePacket, ahead
 from pmwvc_core.transport.path import Path
 from pmwvc_core.transport.verdict import Verdict
-from pmwvc_core.wave.playout import Playout
-from pmwvc_core.wave.rates import Latest
 
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
@@ -69,8 +67,6 @@ class Receiver(Stateful):
         "counts lost newest round_trip_s accepted_ns came_ns strangers _seen _first _stranger "
         "_stranger_ns"
     )
-    plays_on = False  # in a silence; and whoever uses the playout steps it
-    playout: Latest | Playout
 
     def __init__(
         self,
@@ -92,7 +88,6 @@ class Receiver(Stateful):
         self.accepted_ns = 0  # when the newest was taken,
         self.came_ns = 0  # and when it reached this end, which may be before
         self.path = Path()  # delay and jitter of the packets, both ways
-        self.playout = Latest(once=once)
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
         self.strangers: dict[int, int] = {}
@@ -110,10 +105,6 @@ class Receiver(Stateful):
         elif verdict is STRANGER or verdict is Verdict.STALE:
             self._note_stranger(packet, now_ns)
         return verdict
-
-    def spared(self, h: float) -> Value:
-        """Return energy that the other end lacks and this one has, over ``h`` seconds [J]."""
-        return 0.0 if self.newest is None else self.playout.spared(h, wanted=self.newest.short)
 
     def waits(self, now_ns: int) -> tuple[Flag, bool]:
         """Tell whether this end or the other one has nothing at hand, and whether the other end
@@ -231,8 +222,6 @@ class Receiver(Stateful):
         self.accepted_ns = now_ns
         self.came_ns = came_ns = packet.came_ns or now_ns
         self.path.add(packet, came_ns)
-        if isinstance(self.playout, Latest):
-            self.playout.add(packet)
         if packet.echo_seq > 0:
             round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:

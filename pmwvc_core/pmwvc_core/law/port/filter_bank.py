@@ -29,13 +29,10 @@ Equations: docs/theory.md 8.4.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.port.local_model import (
-    LocalModel,
-    SpringDamper,
     local_answer,
     local_offer,
     local_stored_j,
     resting_local,
-    spring_damper,
 )
 from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared
@@ -68,7 +65,7 @@ class Bank(NamedTuple):
     low_down: tuple[Cascade, ...]
     high_up: tuple[Cascade, ...]
     high_down: tuple[Cascade, ...]
-    local: LocalModel
+    local: Any
     energies: BankEnergies
 
 
@@ -79,19 +76,19 @@ class BankFilters(NamedTuple):
     low_down: Sections
     high_up: Sections
     high_down: Sections
-    local: SpringDamper
+    local: Any
     tick_s: float
 
 
-def bank_of(master: MasterParams) -> BankFilters:
-    """Return the parameters of the bank of a master."""
+def bank_of(master: MasterParams, local: Any) -> BankFilters:
+    """Return the parameters of the bank of a master around a local model."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
     return BankFilters(
         () if found.low_up is None else sections_of(found.low_up),
         () if found.low_down is None else sections_of(found.low_down),
         sections_of(found.high_up),
         sections_of(found.high_down),
-        spring_damper(master.local_model, master.tick_s),
+        local,
         master.tick_s,
     )
 
@@ -103,7 +100,7 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
         (resting_cascade(p.low_down),) * axes,
         (resting_cascade(p.high_up),) * axes,
         (resting_cascade(p.high_down),) * axes,
-        resting_local(axes),
+        resting_local(p.local, axes),
         BankEnergies(0.0, 0.0, 0.0, 0.0),
     )
 
