@@ -15,11 +15,13 @@ Equations: docs/theory.md 4.9.
 """
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.delays.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Relative, left_out, relative
+from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
@@ -112,6 +114,16 @@ def answer(scenario: Scenario, *, live: bool) -> Answer:
         any_delay(scenario, live=live),
         environment.limited(scenario),
     )
+
+
+def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
+    """Return the rate at which the slowest motion grows [1/s], below zero where it decays; None
+    where there is no exact model.
+    """
+    found = exact(scenario, live=live)
+    if not isinstance(found, Exact) or found.spectral_radius <= 0.0:
+        return None
+    return math.log(found.spectral_radius) / (hyperperiod_ticks(scenario) * scenario.tick_s)
 
 
 def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:

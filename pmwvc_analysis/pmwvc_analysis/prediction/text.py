@@ -10,8 +10,8 @@ import math
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment
-from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
-from pmwvc_analysis.prediction.encoder_work import encoder_lines
+from pmwvc_analysis.prediction.encoder import encoder_noise_w
+from pmwvc_analysis.prediction.encoder import encoder_lines
 from pmwvc_analysis.prediction.lag import (
     RATIO_TOLERANCE,
     lag_decides,
