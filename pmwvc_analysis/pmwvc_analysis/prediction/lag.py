@@ -68,6 +68,12 @@ def rendered_stiffness(user: User, tau: float) -> float:
     return series_stiffness(contact, b, tau, transformer(user))
 
 
+def rendered_mass(user: User, scenario: Scenario, *, live: bool) -> float:
+    """Return the mass of a user's link, b tau/2 with nothing touched [kg]."""
+    tau = lag_s(user, scenario, live=live, touching=False)
+    return first_axis(user.impedance) * tau / 2.0
+
+
 def transformer(user: User) -> float:
     """Return n^2 = b_s/b_m of a user's ends, for a force along the first axis."""
     return transformation(user.impedance, user.server_impedance)
@@ -110,7 +116,7 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
     more than the waves lag, what the device renders instead.
     """
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    mass = b * lag_s(user, scenario, live=live, touching=False) / 2.0
+    mass = rendered_mass(user, scenario, live=live)
     stiffness, contact = rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
     if tau > 0.0:
         return (
