@@ -60,7 +60,7 @@ def _made(
     of: dict[str, Any] = {"controller": controller, "channel": scenario.channel}
     rest, loops = (0.0,) * dof, []
     for index, (user, line) in enumerate(zip(scenario.users, lines, strict=True)):
-        own = user.master, user.baseline, user.safety, user.device
+        own = user.master, user.baseline, user.own, user.safety, user.device
         key = index, *map(id, own)
         if key not in kept:
             fed = _fed_back(user, line.user.master.position.is_on)
