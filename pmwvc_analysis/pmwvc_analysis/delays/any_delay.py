@@ -23,6 +23,7 @@ same with its absolute value, which commutes with the delays of its user.
 Equations: docs/theory.md 14.5, 14.6.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -185,16 +186,16 @@ def _outside(scenario: Scenario) -> list[str]:
         for element in nonlinear(scenario)
         if not element.name.endswith(OF_SERVER)
     ]
+    period = scenario.period_ticks
     for user in scenario.users:
-        master, period = user.master, scenario.period_ticks
-        if master.position.is_on and not master.position.is_paid:
+        position, frame = user.master.position, user.master.rate_drop
+        if position.is_on and not position.is_paid:
             found.append(f"{user.name}: the position feedback as published generates energy")
-        if (frame := master.rate_drop) != period:
+        if frame != period:
             # the largest energy gain of taking the newest packet, once around
-            repeats = -(-frame // period) * period / frame * -(-period // frame) * frame / period
+            repeats = math.ceil(frame / period) * math.ceil(period / frame)
             found.append(
-                f"{user.name}: a packet every {master.rate_drop} ticks and a server step every "
-                f"{period} repeat or skip packets, which can multiply their energy by up to "
-                f"{repeats:.3g}"
+                f"{user.name}: a packet every {frame} ticks and a server step every {period} "
+                f"repeat or skip packets, which can multiply their energy by up to {repeats:.3g}"
             )
     return list(dict.fromkeys(found))

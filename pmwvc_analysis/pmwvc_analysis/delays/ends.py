@@ -48,13 +48,9 @@ class System(NamedTuple):
 
     def response(self, z: Complex) -> Complex:
         """Return y per w ``(points, outputs, inputs)`` at points of the z-plane."""
-        states = len(self.a)
-        if states == 0:
-            return np.tile(self.d.astype(np.complex128), (len(z), 1, 1))
-        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(states) - self.a
-        driven = np.linalg.solve(resolvent, np.tile(self.b.astype(np.complex128), (len(z), 1, 1)))
-        found: Complex = np.asarray(self.c @ driven + self.d, dtype=np.complex128)
-        return found
+        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a
+        driven = np.linalg.solve(resolvent, self.b.astype(np.complex128))
+        return np.asarray(self.c @ driven + self.d)
 
 
 def observable(system: System) -> tuple[System, int]:
