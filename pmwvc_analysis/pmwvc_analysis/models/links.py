@@ -24,11 +24,9 @@ from pmwvc_core.scenario.scenario import Scenario, User
 
 LONGEST = 20000  # ticks of a hyperperiod
 AMPLE_J = 1e3  # a frame: more than any wave of the model needs, so the account never binds
-SIGNALS = WAVE, POSITION, EXTRA = (
-    "wave",
-    "position",
-    "extra",
-)  # of a packet, as far as controllers read them
+WAVE, POSITION, EXTRA = "wave", "position", "extra"
+SIGNALS = (WAVE, POSITION, EXTRA)  # of a packet, as far as controllers read them
+CUT = (WAVE, POSITION)  # those that a cut link gives back
 
 
 def size_of(scenario: Scenario, way: str, signal: str, dof: int) -> int:
