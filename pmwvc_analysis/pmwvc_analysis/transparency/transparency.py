@@ -25,6 +25,7 @@ All three are limits at rest, extrapolated from four low frequencies.
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -154,7 +155,7 @@ def transparency(
 
 def ideal_of(scenario: Scenario) -> Scenario:
     """Return the scenario with direct coupling at every tick, without delay."""
-    at_once = {"link_up": LinkParams(), "link_down": LinkParams()}
+    at_once: dict[str, Any] = {"link_up": LinkParams(), "link_down": LinkParams()}
     users = tuple(
         dataclasses.replace(user, master=dataclasses.replace(user.master, rate_drop=1), **at_once)
         for user in scenario.users
