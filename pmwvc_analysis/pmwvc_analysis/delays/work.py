@@ -41,7 +41,7 @@ class Work:
         ticks, runs, users = hyperperiod_ticks(part), max(lengths(part), default=1), part.users
         longest_s = max(way.delay_s for user in users for way in (user.link_up, user.link_down))
         before = 0.0 if is_long(part) else 2.0 * longest_s / part.tick_s
-        entries = ticks * ENTRY * runs * STATES * axes_of(part)
+        entries = ticks * ENTRY * runs * STATES * axes_of(part) * len(users)
         self._count(len(users) * ((3 * ticks + before) * TICK + entries), "")
 
     def eigenvalues(self, matrices: Array) -> None:
