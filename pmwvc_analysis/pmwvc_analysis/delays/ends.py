@@ -37,6 +37,11 @@ class System(NamedTuple):
         """Return the eigenvalues of A."""
         return np.asarray(np.linalg.eigvals(self.a).astype(complex))
 
+    @property
+    def growth(self) -> float:
+        """The length of the longest eigenvalue of A; 0 without a state."""
+        return float(np.abs(self.poles()).max(initial=0.0))
+
     def angles_near(self, width: Array, widths: Array) -> Array:
         """Return angles so many widths [rad] before and behind that of every pole."""
         steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
@@ -44,13 +49,9 @@ class System(NamedTuple):
 
     def response(self, z: Complex) -> Complex:
         """Return y per w ``(points, outputs, inputs)`` at points of the z-plane."""
-        states = len(self.a)
-        if states == 0:
-            return np.tile(self.d.astype(np.complex128), (len(z), 1, 1))
-        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(states) - self.a
-        driven = np.linalg.solve(resolvent, np.tile(self.b.astype(np.complex128), (len(z), 1, 1)))
-        found: Complex = np.asarray(self.c @ driven + self.d, dtype=np.complex128)
-        return found
+        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a
+        driven = np.linalg.solve(resolvent, self.b.astype(np.complex128))
+        return np.asarray(self.c @ driven + self.d)
 
 
 def observable(system: System) -> tuple[System, int]:
