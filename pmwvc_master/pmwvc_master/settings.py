@@ -5,7 +5,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 from rclpy.node import Node
 
@@ -24,9 +23,9 @@ from pmwvc_core.params import (
     SafetyParams,
     ServerParams,
     TaskParams,
-    specs,
 )
 from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.runtime.parameter_values import OF_SERVER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.changes import NEEDS_STRICT
@@ -47,8 +46,7 @@ class MasterSettings(User):
     channel: str
     dof: int
     seed: int
-    period_s: float  # of the server [s]
-    object_size_m: float
+    server: ServerParams  # of it what a master needs
     task: TaskParams
     token: Token | None
 
@@ -70,7 +68,7 @@ class MasterSettings(User):
             controller=self.controller,
             channel=self.channel,
             dof=self.dof,
-            server_period_s=self.period_s,
+            server_period_s=self.server.period_s,
             epoch=epoch,
             schedule=LIVE,
             workspace_m=info.workspace_m,
@@ -78,7 +76,7 @@ class MasterSettings(User):
 
     def device_setup(self, node: Node) -> DeviceSetup:
         """Return what the device is made for; it starts in front of the user's face."""
-        half = self.object_size_m / 2
+        half = self.server.object_size_m / 2
         return DeviceSetup(
             dof=self.dof,
             tick_s=self.master.tick_s,
@@ -101,9 +99,6 @@ def declare_settings(
     """Declare all parameters of the node and return the values; ParameterError if one is wrong."""
     value = partial(declare_value, node)
 
-    def shared(name: str) -> Any:
-        return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))
-
     def designed(master: MasterParams) -> None:
         waves_params(
             master, impedance_of(master), None, strict=False
@@ -124,8 +119,7 @@ def declare_settings(
         dof=value("dof", TOP["dof"], DEFAULTS["dof"]),
         seed=value("seed", TOP["seed"], DEFAULTS["seed"]),
         side=value("side", SIDE, -1),
-        period_s=shared("period_s"),
-        object_size_m=shared("object_size_m"),
+        server=declare(node, "server", ServerParams, only=OF_SERVER),
         master=binding.declare(
             "master", MasterParams, on_master, check=designed, check_change=allowed
         ),
