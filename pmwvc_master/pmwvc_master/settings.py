@@ -29,6 +29,7 @@ from pmwvc_core.runtime.parameter_values import OF_SERVER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.changes import NEEDS_STRICT
+from pmwvc_core.scenario.own import ControllerOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.transport.token import Token
 from pmwvc_core.wave.impedance import impedance_of
@@ -124,6 +125,7 @@ def declare_settings(
             "master", MasterParams, on_master, check=designed, check_change=allowed
         ),
         baseline=declare(node, "baseline", BaselineParams),
+        own=declare(node, "", ControllerOwn),
         safety=binding.declare("safety", SafetyParams, on_safety, check_change=check_change),
         device=declare(node, "device", DeviceParams),
         operator=declare(node, "operator", OperatorParams),

@@ -11,6 +11,7 @@ users goes to each of them.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from rclpy.node import Node
 
@@ -40,6 +41,7 @@ from pmwvc_core.runtime.parameters import (
 )
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
+from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.token import Token
@@ -69,6 +71,7 @@ class ServerSettings:
     server: ServerParams
     times: ServerTimes
     task: TaskParams
+    own: Any  # of environments from other packages, by their names
     token: Token | None
 
     def make_step(self, epoch: int) -> ServerEnd:
@@ -80,6 +83,7 @@ class ServerSettings:
             dof=self.dof,
             server=self.server,
             task=self.task,
+            own=self.own,
             times=self.times,
             epochs=[epoch for _ in self.users],
             call=caller(self.server),
@@ -111,6 +115,7 @@ def declare_settings(
     for_all = _ForAll(node, names)
     contact = for_all.contact = binding.declare("server", ContactParams, for_all.pass_on)
     baseline = declare(node, "baseline", BaselineParams)
+    own = declare(node, "", ControllerOwn)
     settings = ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
         channel=declare_value(node, "channel", TOP["channel"], DEFAULTS["channel"]),
@@ -130,12 +135,14 @@ def declare_settings(
                     check_change=for_all.check_change,
                 ),
                 baseline=declare(node, f"{name}.baseline", BaselineParams, defaults=baseline),
+                own=declare(node, name, ControllerOwn, defaults=own),
             )
             for number, name in enumerate(names)
         ),
         server=binding.declare("server", ServerParams, on_server, check_change=for_all.check),
         times=server_times([declare(node, "safety", SafetyParams, only=OF_SAFETY)]),
         task=declare(node, "task", TaskParams),
+        own=declare(node, "", EnvironmentOwn),
         token=declare_token(node, user=""),
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box

@@ -10,6 +10,7 @@ import time
 
 from rclpy.node import Node
 
+from pmwvc_core.controllers.library import record_of
 from pmwvc_core.frame.rows import PortRow
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import RECORDED_QOS, offered
@@ -35,6 +36,7 @@ class RosWires:
                 outgoing=f"~/{user}/wave_down",
                 admission=Admission(token.of(user) if token else None, out="down", into="up"),
                 dof=settings.dof,
+                extra=record_of(settings.controller).extra(settings.dof)[0],
                 period_s=period_s,
             )
             for user in self._users

@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from pmwvc_core.frame.assembly import make_server_step
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
@@ -57,9 +57,10 @@ class Rig:
         users = [User(f"user{side}", side=side, contact=contact) for side in (-1, 1)]
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
         self.loop = ServerLoop(
-            make_server_step(
+            ServerEnd(
                 users,
                 controller="pmwvc",
+                channel="plain",
                 dof=1,
                 server=ServerParams(),
                 task=TASK,

@@ -18,7 +18,8 @@ import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linearize import Linear, model_of
-from pmwvc_analysis.models.links import SIGNALS
+from pmwvc_analysis.models.links import CUT
+from pmwvc_analysis.models.outside import checked
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -75,10 +76,10 @@ def opened_at(loop: Hyperperiod, links: Sequence[tuple[Any, int]]) -> Linear:
     Of each link it is told how many packets are sent in a hyperperiod; the loop is at its
     beginning.
     """
-    loop.begin(sum(count for _, count in links) * len(SIGNALS))
+    loop.begin(sum(count for _, count in links) * len(CUT))
     cuts: list[list[Any]] = []
     for link, _ in links:
-        cuts.append(loop.cut(link, sum(count for _, count in links[: len(cuts)]) * len(SIGNALS)))
+        cuts.append(loop.cut(link, sum(count for _, count in links[: len(cuts)]) * len(CUT)))
     for tick in range(loop.ticks):
         loop.advance(tick, loop.still)
     sent = [value for cut in cuts for value in cut]
@@ -111,11 +112,11 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     users = [
         dataclasses.replace(user, link_up=at_once, link_down=at_once) for user in scenario.users
     ]
-    loop = Hyperperiod(dataclasses.replace(scenario, users=tuple(users)), live=live)
+    loop = checked(dataclasses.replace(scenario, users=tuple(users)), live=live)
     links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
     model = opened_at(loop, links)
     (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)
-    packet = len(SIGNALS) * loop.dof  # the wave comes first
+    packet = len(CUT) * loop.dof  # the wave comes first
     up = [packet * user + axis for user in range(len(users)) for axis in range(loop.dof)]
     down = [packet * len(users) + index for index in up]
 

@@ -76,7 +76,8 @@ def _lifted(law: Any) -> Callable[..., Any]:
 
     def call(*given: Any) -> Any:
         if not inner:
-            inner.append(FunctionType(law.__code__, _module(law), law.__name__, law.__defaults__))
+            more = law.__defaults__, law.__closure__
+            inner.append(FunctionType(law.__code__, _module(law), law.__name__, *more))
         try:
             return inner[0](*given)
         except DividedError as divided:

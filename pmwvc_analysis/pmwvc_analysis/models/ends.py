@@ -7,9 +7,10 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.models.elements import stacked
+from pmwvc_analysis.models.elements import lifted, stacked
 from pmwvc_analysis.models.links import Line
 from pmwvc_analysis.models.variation import runs_of
+from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.plant.device import resting_device, simulated_params
 from pmwvc_core.law.port.counts import resting_counts
@@ -18,6 +19,7 @@ from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.couplings.contained import Contained
 
 LEAST_S = 1e-9  # of a soft start
 
@@ -60,7 +62,7 @@ def _made(
     of: dict[str, Any] = {"controller": controller, "channel": scenario.channel}
     rest, loops = (0.0,) * dof, []
     for index, (user, line) in enumerate(zip(scenario.users, lines, strict=True)):
-        own = user.master, user.baseline, user.safety, user.device
+        own = user.master, user.baseline, user.own, user.safety, user.device
         key = index, *map(id, own)
         if key not in kept:
             fed = _fed_back(user, line.user.master.position.is_on)
@@ -81,7 +83,26 @@ def _made(
     present = [g._replace(arrivals=arrivals_of(g.arrivals, rest)) for g in at_server.guests]
     at_server = at_server._replace(guests=tuple(present))
     states, params, devices, of_devices = zip(*loops, strict=True)
-    return Ends(states, devices, at_server), EndsParams(params, of_devices, q)
+    return Ends(states, devices, at_server), EndsParams(
+        tuple(map(_from_outside, params)), of_devices, _at_server_from_outside(q)
+    )
+
+
+def _from_outside(p: Any) -> Any:
+    """Return a force loop whose law of another package takes elements, too."""
+    if not isinstance(p.port, PluggedParams):
+        return p
+    return p._replace(port=p.port._replace(device=lifted(p.port.device)))
+
+
+def _at_server_from_outside(q: Any) -> Any:
+    """Return a server likewise; what a coupling raises is not contained."""
+    e = q.environment
+    if isinstance(e, PluggedServerParams):
+        e = e._replace(avatar=lifted(e.avatar))
+    elif isinstance(getattr(e, "coupling", None), Contained):
+        e = e._replace(coupling=e.coupling.law)
+    return q._replace(environment=e)
 
 
 def _opened(s: Any, p: Any) -> tuple[Any, Any]:

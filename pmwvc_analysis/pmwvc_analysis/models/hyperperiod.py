@@ -22,7 +22,7 @@ from pmwvc_analysis.models.elements import (
     repeated,
 )
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.models.links import SIGNALS, Link
+from pmwvc_analysis.models.links import CUT, SIGNALS, Link, size_of
 from pmwvc_analysis.models.loop import Loop
 from pmwvc_analysis.models.places import Places, State
 from pmwvc_core.law.channel.packet import Packet
@@ -62,7 +62,7 @@ class Hyperperiod(Loop):
             for way, link in (("up", line.up), ("down", line.down))
             for past in link.past
             for signal in SIGNALS
-            for axis in range(self.dof)
+            for axis in range(size_of(scenario, way, signal, self.dof))
         }
         self._carried: dict[State, Path] = {}
         self._find()
@@ -174,7 +174,7 @@ class Hyperperiod(Loop):
 
         def relay(packet: Packet) -> Packet:
             comes: dict[str, Any] = {}
-            for signal in SIGNALS:
+            for signal in CUT:
                 comes[signal] = self._inputs(first + len(sent) // self.dof)
                 sent.extend(getattr(packet, signal))
             return packet._replace(**comes)

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
+from pmwvc_analysis.models.outside import checked
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -67,7 +68,7 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = Hyperperiod(scenario, live=live, weights=weights)
+    loop = checked(scenario, live=live, weights=weights)
     return model_of(loop, *loop.around(outputs=outputs))
 
 

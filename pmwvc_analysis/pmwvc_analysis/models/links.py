@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import repeated
-from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.law.channel.arrivals import StrictArrivals
@@ -24,7 +24,14 @@ from pmwvc_core.scenario.scenario import Scenario, User
 
 LONGEST = 20000  # ticks of a hyperperiod
 AMPLE_J = 1e3  # a frame: more than any wave of the model needs, so the account never binds
-SIGNALS = ("wave", "position")  # of a packet, as far as controllers read them
+WAVE, POSITION, EXTRA = "wave", "position", "extra"
+SIGNALS = (WAVE, POSITION, EXTRA)  # of a packet, as far as controllers read them
+CUT = (WAVE, POSITION)  # those that a cut link gives back
+
+
+def size_of(scenario: Scenario, way: str, signal: str, dof: int) -> int:
+    """Return how many numbers a signal of the packets up or down has."""
+    return record_of(scenario.controller).extra(dof)[way == "down"] if signal == EXTRA else dof
 
 
 def hyperperiod_ticks(scenario: Scenario) -> int:

@@ -142,6 +142,7 @@ def _master(scenario: Scenario, user: User) -> dict[str, object]:
         "side": user.side,
         "master": user.master,
         "baseline": user.baseline,
+        "": user.own,
         "device": user.device,
         "operator": user.operator,
         "safety": user.safety,
@@ -158,12 +159,14 @@ def _server(scenario: Scenario) -> dict[str, object]:
         "users": [user.name for user in scenario.users],
         "server": scenario.server,
         "task": scenario.task,
+        "": scenario.own,
         **{f"safety.{name}": value for name, value in times._asdict().items()},
     }
     for user in scenario.users:
         found[f"{user.name}.side"] = user.side
         found[f"{user.name}.server"] = user.contact
         found[f"{user.name}.baseline"] = user.baseline
+        found[user.name] = user.own
         for name in OF_MASTER:
             found[f"{user.name}.master.{name}"] = getattr(user.master, name)
     return found

@@ -33,6 +33,7 @@ def server_end_of(scenario: Scenario) -> ServerEnd:
         dof=scenario.dof,
         server=scenario.server,
         task=scenario.task,
+        own=scenario.own,
         times=server_times(user.safety for user in scenario.users),
         epochs=[SERVER_EPOCH + number for number in range(len(scenario.users))],
     )

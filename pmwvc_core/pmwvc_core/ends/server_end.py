@@ -51,6 +51,8 @@ class ServerEnd:
         Of each the side, contact, baseline, and the impedance and frame of the master.
     controller, channel, dof, server, task
         Of the session.
+    own
+        Parameters of environments from other packages, by their names.
     times
         Silence, release and start.
     epochs
@@ -83,6 +85,7 @@ class ServerEnd:
         dof: int,
         server: ServerParams,
         task: TaskParams,
+        own: Any = None,
         times: ServerTimes,
         epochs: Sequence[int],
         call: Call = directly,
@@ -97,7 +100,7 @@ class ServerEnd:
         }
         self.p = self._made(server.period_s)
         s = resting_server(
-            users, self.p, controller=controller, server=server, axes=dof, call=call
+            users, self.p, controller=controller, server=server, axes=dof, own=own, call=call
         )
         rest = (0.0,) * dof
         guests = (guest._replace(arrivals=arrivals_of(guest.arrivals, rest)) for guest in s.guests)
@@ -111,6 +114,7 @@ class ServerEnd:
                 user.server_impedance,
                 period_s=user.master.frame_s,
                 timeout_s=times.timeout_s,
+                from_server=False,
             )
             for user in users
         ]

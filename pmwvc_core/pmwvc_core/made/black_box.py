@@ -94,7 +94,11 @@ def black_box_params(
 
 
 def resting_box(
-    server: ServerParams, users: Sequence["scenarios.User"], contacts: Contacts, call: Call
+    server: ServerParams,
+    users: Sequence["scenarios.User"],
+    contacts: Contacts,
+    own: Any,
+    call: Call,
 ) -> BlackBox:
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
     axes = len(contacts[0].springs)
@@ -103,7 +107,8 @@ def resting_box(
         state, _ = ENVIRONMENTS[server.environment](server, contacts, axes)
     else:
         sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
-        setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users)
+        values = getattr(own, server.environment, None)
+        setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults = Faults("server.environment", server.environment)
         state = Outside(Asked(make_black_box(setup)), call, faults, (False,) * len(users))
     least = (float(impedances.smallest(user.server_impedance)) for user in users)

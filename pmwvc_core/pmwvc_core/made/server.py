@@ -185,10 +185,11 @@ def resting_server(
     controller: str,
     server: ServerParams,
     axes: int,
+    own: Any = None,
     call: Call = directly,
 ) -> Server:
-    """Return the server with no user present; ``call`` is how an environment of another package
-    is asked.
+    """Return the server with no user present. Environments of other packages have their parameters
+    in ``own``, by their names, and ``call`` is how they are asked.
     """
     rest, record = (0.0,) * axes, record_of(controller)
     contacts, ports, guests = _contacts(users, server, axes), [], []
@@ -209,6 +210,6 @@ def resting_server(
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
-        body = resting_box(server, users, contacts, call)
+        body = resting_box(server, users, contacts, own, call)
     environment = Environment(tuple(ports), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

@@ -68,7 +68,7 @@ CONTROLLERS: Mapping[str, Made] = {
 
 def own_values(user: "scenarios.User", record: Controller) -> Any:
     """Return a user's parameters of a controller of another package; None without any."""
-    return record.params() if record.params else None
+    return getattr(user.own, record.name) if record.params else None
 
 
 def device_params(record: Controller, user: "scenarios.User") -> DeviceEndParams | PluggedParams:

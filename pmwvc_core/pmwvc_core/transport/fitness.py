@@ -25,7 +25,7 @@ def unfit(
     if packet.refusal is not None:
         return packet.refusal
     signals = (packet.wave, packet.integral, packet.position)
-    if not all(map(_finite, (*signals, packet.energy, packet.period))):
+    if not all(map(_finite, (*signals, packet.energy, packet.period, *packet.extra))):
         return Verdict.NOT_FINITE
     if not all(_fits(value, dof) for value in signals):
         return Verdict.WRONG_LENGTH
@@ -52,6 +52,7 @@ def _well_typed(packet: WavePacket) -> bool:
         and 1 <= packet.seq < 1 << 32  # uint32 in the message
         and isinstance(packet.period, (float, int))
         and all(_is_value(value) for value in values)
+        and all(isinstance(value, float) for value in packet.extra)
         and (packet.refusal is None or isinstance(packet.refusal, Verdict))
     )
 

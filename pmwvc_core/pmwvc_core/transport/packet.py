@@ -48,6 +48,7 @@ class WavePacket:
     echo_sent_ns: int = 0  # the peer's clock when it was sent,
     echo_hold_ns: int = 0  # and how long ago it came in here
     flags: int = 0
+    extra: tuple[float, ...] = ()  # signals beside the wave, as the controller declares them
     session: int = 0  # number of the session, 0: an open one
     short: Flag = False  # the sender's playout lacks energy, one per run; in a message a flag
     came_ns: int = 0  # this end's clock at reception where known; no field of the message
@@ -195,6 +196,8 @@ class Packer(Stateful):
         )
 
 
-def size_bytes(dof: int) -> int:
-    """Return the size of a serialized Wave message (CDR): 124 bytes and three values per axis."""
-    return 124 + 24 * dof
+def size_bytes(dof: int, extra: int = 0) -> int:
+    """Return the size of a serialized Wave message (CDR): 124 bytes and three values per axis;
+    signals beside the wave take 8 bytes more than their values.
+    """
+    return 124 + 24 * dof + (8 + 8 * extra if extra else 0)

@@ -167,6 +167,7 @@ class Receiver(Stateful):
         return (
             self.dof == 1
             and p.refusal is None
+            and not p.extra
             and type(p.wave) is type(p.integral) is type(p.energy) is float
             and type(p.position) is type(p.period) is float
             and type(p.epoch) is type(p.seq) is type(p.sent_ns) is type(p.flags) is int

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Code of other packages in the exact model: it is checked before its model is believed.
+
+A controller or a coupling from outside the library is perturbed like one of the library. Whether
+its state is all in what it returns, and whether it is linear at the amplitudes of a session, only
+its author knows; so both are tried:
+
+- Two hyperperiods in a row have to be the model applied twice. A state kept elsewhere is at rest
+  in the first one only.
+- The model has to be the same at the amplitude of a motion as at the tiny one of
+  :mod:`.hyperperiod`: a dead zone, a limit or a product of signals makes another one.
+
+Neither is a proof: what changes at larger signals only, or never within two hyperperiods, is not
+seen. The notes of every answer say so.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from pmwvc_analysis.models.hyperperiod import ONE, Hyperperiod
+from pmwvc_analysis.models.linear import (
+    NonlinearError,
+    amplitude_of,
+    outside,
+    tried_strictly,
+)
+from pmwvc_core.controllers.library import PLAIN
+from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+
+EQUAL = 1e-9  # relative to the largest entry
+FRAME_TICKS = 8  # on the strict channel
+
+
+def checked(
+    scenario: Scenario,
+    *,
+    live: bool = False,
+    weights: Sequence[int] = (),
+) -> Hyperperiod:
+    """Return the loop of a scenario with code of other packages, once it was tried.
+
+    Raises
+    ------
+    NonlinearError
+        If something is not linear, or code from outside the library keeps state elsewhere.
+    PmwvcError
+        If the hyperperiod is too long.
+    """
+    if found := outside(scenario):
+        what = f"{scenario.name}: {', '.join(found)}"
+        try:
+            _check(scenario, what, live=live, weights=weights)
+        except PmwvcError:
+            raise
+        except PLUGIN_ERRORS as error:  # whatever a plug-in raises
+            raise NonlinearError(f"{what}: not perturbed: {reason(error)}") from error
+    return Hyperperiod(scenario, live=live, weights=weights)
+
+
+def trial(scenario: Scenario) -> Scenario:
+    """Return the scenario in which code from outside is tried.
+
+    On the strict channel a wave passes only if its energy has come, which limits the amplitude. So
+    a coupling is tried on the plain channel; a strict master with frames as long as steps, where
+    playouts hold the same after every hyperperiod.
+    """
+    if not scenario.strict:
+        return scenario
+    if not tried_strictly(scenario):
+        return dataclasses.replace(scenario, channel=PLAIN)
+    users = tuple(
+        dataclasses.replace(user, master=dataclasses.replace(user.master, rate_drop=FRAME_TICKS))
+        for user in scenario.users
+    )
+    server = dataclasses.replace(scenario.server, period_s=FRAME_TICKS * scenario.tick_s)
+    return dataclasses.replace(scenario, users=users, server=server)
+
+
+def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int]) -> None:
+    tried = trial(scenario)
+
+    def made() -> Hyperperiod:
+        return Hyperperiod(tried, live=live, weights=weights)
+
+    loop = made()
+    once, _ = loop.around()
+    twice, _ = made().around(rounds=2)
+    if names := _other(loop, (once @ once), twice):
+        raise NonlinearError(
+            f"{what}: two hyperperiods in a row are not the model applied twice, in {names}: "
+            "it keeps state elsewhere than in what it returns, or changes with time"
+        )
+    amplitude = amplitude_of(scenario)
+    if names := _other(loop, once, made().around(one=amplitude)[0]):
+        raise NonlinearError(
+            f"{what}: not linear: signals of {amplitude:.2g} and of {ONE:.1g} (in SI units) "
+            f"give different models, in {names}; use 'pmwvc simulate'"
+        )
+
+
+def _other(loop: Hyperperiod, one: Array, another: Array) -> str:
+    """Return the names of the states that differ; empty where none does."""
+    off = np.abs(one - another).max(axis=(0, 2), initial=0.0) > EQUAL * np.abs(one).max()
+    return ", ".join(sorted({loop.names[row][0] for row in np.flatnonzero(off)}))
