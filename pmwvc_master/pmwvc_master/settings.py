@@ -27,7 +27,7 @@ from pmwvc_core.params import (
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameter_values import OF_SERVER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
-from pmwvc_core.runtime.session_token import declare_token
+from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import NEEDS_STRICT
 from pmwvc_core.scenario.own import ControllerOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
@@ -131,7 +131,7 @@ def declare_settings(
         operator=declare(node, "operator", OperatorParams),
         task=declare(node, "task", TaskParams),
         contact=declare(node, "server", ContactParams),
-        token=declare_token(node, user=name),
+        token=token_of_node(value(TOKEN_FILE, TOKEN_SPEC, ""), user=name),
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")

@@ -39,7 +39,7 @@ from pmwvc_core.runtime.parameters import (
     declare_value,
     pass_on,
 )
-from pmwvc_core.runtime.session_token import declare_token
+from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
 from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
@@ -143,7 +143,7 @@ def declare_settings(
         times=server_times([declare(node, "safety", SafetyParams, only=OF_SAFETY)]),
         task=declare(node, "task", TaskParams),
         own=declare(node, "", EnvironmentOwn),
-        token=declare_token(node, user=""),
+        token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=""),
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
     for_all.strict = is_strict(settings.controller, settings.channel)
