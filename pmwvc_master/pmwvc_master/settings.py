@@ -101,9 +101,8 @@ def declare_settings(
     value = partial(declare_value, node)
 
     def designed(master: MasterParams) -> None:
-        waves_params(
-            master, impedance_of(master), None, strict=False
-        )  # refuses what cannot be made
+        """Refuse what cannot be made; the plain channel has no playout."""
+        waves_params(master, impedance_of(master), None, strict=False)  # type: ignore[arg-type]
 
     def allowed(old: MasterParams, new: MasterParams) -> None:
         """Refuse a change of the packets that the channel cannot carry."""

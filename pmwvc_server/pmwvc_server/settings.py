@@ -115,7 +115,7 @@ def declare_settings(
     for_all = _ForAll(node, names)
     contact = for_all.contact = binding.declare("server", ContactParams, for_all.pass_on)
     baseline = declare(node, "baseline", BaselineParams)
-    own = declare(node, "", ControllerOwn)
+    own: Any = declare(node, "", ControllerOwn)
     settings = ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
         channel=declare_value(node, "channel", TOP["channel"], DEFAULTS["channel"]),
