@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The trace of a force loop: a block of ticks per frame, published while the next frame is under
-way.
+way; and the work at its device, which the trace holds.
 """
 
 from array import array
@@ -12,14 +12,47 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.frame.rows import FrameReport, Row
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import Value, dot
 from pmwvc_core.runtime.messages.fields import PER_AXIS, PER_TICK
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.traces import ENERGIES
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_master.device_work import DeviceWork
+from pmwvc_master.devices import DeviceSample
 
 UINT32 = 0xFFFFFFFF
+
+
+class DeviceWork:
+    """Running sums of the work done at a device by the forces held between its samples [J].
+
+    Attributes
+    ----------
+    device, hand
+        Work of the device's force against the hand, and of the hand on the device [J].
+    samples
+        Samples of the device that were new.
+    held
+        Forces of device and hand since the last sample [N]; None before the first.
+    """
+
+    def __init__(self, *, hand_force_known: bool) -> None:
+        self.device: Value = 0.0
+        self.hand: Value = 0.0
+        self._hand_force_known = hand_force_known
+        self.samples = 0
+        self.held: tuple[Value, Value] | None = None
+
+    def moved(self, x: Value, sample: DeviceSample) -> None:
+        """Take a sample; add the work since the last valid position [m]."""
+        self.samples += sample.fresh
+        if sample.work is not None:
+            self.device, self.hand = sample.work
+        elif sample.valid and self.held is not None:
+            moved = sample.x - x
+            f, f_h = self.held
+            self.device = self.device + dot(f, moved)
+            if self._hand_force_known:
+                self.hand = self.hand + dot(f_h, moved)
 
 
 class Block:

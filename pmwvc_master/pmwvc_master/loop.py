@@ -15,8 +15,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
 from pmwvc_core.transport.packet import PacketLink
-from pmwvc_master.blocks import Block, TraceBlocks
-from pmwvc_master.device_work import DeviceWork
+from pmwvc_master.blocks import Block, DeviceWork, TraceBlocks
 from pmwvc_master.devices import DeviceSample, HapticDevice
 
 PRIORITY = 20
@@ -53,8 +52,7 @@ class MasterLoop:
         self.protocol, self.device, self.tick_s = protocol, device, tick_s
         self.wires, self.link = wires, wires.link
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
-        self.health = Health()
-        self.missed = 0
+        self.health, self.missed = Health(), 0
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self._clock = clock

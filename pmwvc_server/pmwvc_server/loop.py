@@ -57,10 +57,8 @@ class ServerLoop:
     def __init__(
         self, protocol: ServerEnd, *, wires: Wires, clock: Callable[[], int] = time.monotonic_ns
     ) -> None:
-        self.protocol = protocol
-        self.wires = wires
-        self.missed = 0
-        self.health = Health()
+        self.protocol, self.wires = protocol, wires
+        self.health, self.missed = Health(), 0
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)

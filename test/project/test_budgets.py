@@ -82,7 +82,7 @@ ROOMS = {
         3_751, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(4_953, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_728, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(2_713, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(4_714, 3_000, ("pmwvc_view",)),
 }
 
