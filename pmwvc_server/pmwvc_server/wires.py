@@ -16,13 +16,12 @@ from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import RECORDED_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
-from pmwvc_server.loop import ServerLoop
+from pmwvc_server.loop import ServerLoop, Step
 from pmwvc_server.settings import ServerSettings
-from pmwvc_server.step import Step
 
 
 class RosWires:
-    """See :class:`pmwvc_server.step.Wires`."""
+    """See :class:`pmwvc_server.loop.Wires`."""
 
     def __init__(self, node: Node, settings: ServerSettings, *, epoch: int) -> None:
         self._users = [user.name for user in settings.users]

@@ -14,7 +14,7 @@ import yaml
 
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.user import server_times
-from pmwvc_core.runtime.parameter_values import to_ros_yaml
+from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SERVER, to_ros_yaml
 from pmwvc_core.runtime.records import record_of
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -148,8 +148,7 @@ def _master(scenario: Scenario, user: User) -> dict[str, object]:
         "safety": user.safety,
         "task": scenario.task,
         "server": user.contact,
-        "server.period_s": scenario.server.period_s,
-        "server.object_size_m": scenario.server.object_size_m,
+        **{f"server.{name}": getattr(scenario.server, name) for name in OF_SERVER},
     }
 
 
@@ -168,7 +167,7 @@ def _server(scenario: Scenario) -> dict[str, object]:
         found[f"{user.name}.server"] = user.contact
         found[f"{user.name}.baseline"] = user.baseline
         found[user.name] = user.own
-        for name in ("impedance", "impedance_matrix", "rate_drop", "tick_s"):
+        for name in OF_MASTER:
             found[f"{user.name}.master.{name}"] = getattr(user.master, name)
     return found
 
