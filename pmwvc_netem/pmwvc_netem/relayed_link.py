@@ -98,11 +98,16 @@ class RelayedLink:
         clock: Callable[[], int],
         is_wave: bool,
     ) -> None:
-        self.name, self.link = name, link
+        self.name = name
+        self.link = link
         self.fates = FateLog()
-        self.invalid = self._count = 0
+        self.invalid = 0
         self.timing = Timing()
-        self._take, self._give, self._clock, self._is_wave = take, give, clock, is_wave
+        self._count = 0
+        self._take = take
+        self._give = give
+        self._clock = clock
+        self._is_wave = is_wave
 
     def take_in(self) -> None:
         """Put everything that has come in onto the link."""

@@ -53,10 +53,9 @@ def test_whatever_comes_in_the_answer_is_a_verdict_and_the_wave_is_finite(spoilt
         packet = dataclasses.replace(good, **change) if isinstance(change, dict) else change
         now_ns = n * PERIOD_NS
         assert inbox.push(packet, now_ns) in Verdict
-        newest = inbox.newest
-        wave, position = (0.0, 0.0) if newest is None else (newest.wave, newest.position)
+        wave = inbox.playout.step(PERIOD_S)
         assert np.size(wave) == 1 and finite(wave) and abs(wave) <= 100.0
-        assert finite(position)
+        assert finite(inbox.position())
         assert all(isinstance(number, int) for number in inbox.echo(now_ns))
         assert inbox.silence_s(now_ns) >= 0.0
     assert sum(inbox.counts.values()) == len(spoilt)
@@ -70,7 +69,7 @@ def test_any_order_and_any_copies_end_with_the_newest(data):
     inbox = receiver()
     verdicts = [inbox.push(packet, 0) for packet in order]
     assert inbox.newest is packets[-1]
-    assert inbox.newest.wave == float(len(packets))
+    assert inbox.playout.step(PERIOD_S) == float(len(packets))
     accepted = [p.seq for p, verdict in zip(order, verdicts, strict=True) if verdict in ACCEPTING]
     assert accepted == sorted(set(accepted))
 
@@ -104,5 +103,5 @@ def test_loss_of_any_length_is_counted_and_the_stream_goes_on(gaps):
             packets[seq] = packet
     for seq, packet in packets.items():
         assert inbox.push(packet, seq * PERIOD_NS) in ACCEPTING
-        assert inbox.newest.wave == float(seq)
+        assert inbox.playout.step(PERIOD_S) == float(seq)
     assert inbox.lost == sum(gaps) - len(gaps)

@@ -4,8 +4,7 @@
 
 from dataclasses import replace
 
-from pmwvc_core.baselines import tuning
-from pmwvc_core.controllers.accounts import OF_PSPM, OF_TDPA
+from pmwvc_core.baselines import direct, pspm, tdpa, tuning, virtual_coupling
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.server.couplings.record import forward
 
@@ -13,6 +12,8 @@ DIRECT = Controller(
     name="direct",
     words="Direct coupling: nothing keeps it passive as delay or stiffness grows.",
     waves=False,
+    make_master=lambda params, _: direct.DirectMaster(tick_s=params.tick_s),
+    make_server=direct.DirectServer,
     linear="direct",
     drifts=True,
     coupling=replace(HELD, moves=None),
@@ -21,6 +22,10 @@ VIRTUAL_COUPLING = Controller(
     name="virtual_coupling",
     words="Virtual coupling: stable where its rules are met; energy is not monitored.",
     waves=False,
+    make_master=lambda params, baseline: virtual_coupling.VirtualCouplingMaster(
+        baseline.virtual_coupling, tick_s=params.tick_s
+    ),
+    make_server=virtual_coupling.VirtualCouplingServer,
     linear="virtual_coupling",
     coupling=HELD,
     rule=Rule(
@@ -34,6 +39,8 @@ TDPA = Controller(
     words="Time-domain passivity control: energy that the link generated is dissipated "
     "later; a device at rest dissipates none.",
     waves=False,
+    make_master=lambda params, baseline: tdpa.TdpaMaster(baseline.tdpa, tick_s=params.tick_s),
+    make_server=tdpa.TdpaServer,
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
         "tdpa",
@@ -46,12 +53,14 @@ TDPA = Controller(
         },
     ),
     coupling=replace(HELD, moves=forward),
-    accounts=OF_TDPA,
+    accounts=tdpa.ENTRIES,
 )
 PSPM = Controller(
     name="pspm",
     words="Set-position modulation: neither end releases more energy than its tank holds.",
     waves=False,
+    make_master=lambda params, baseline: pspm.PspmMaster(baseline.pspm, tick_s=params.tick_s),
+    make_server=pspm.PspmServer,
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
     rule=Rule(
@@ -65,6 +74,6 @@ PSPM = Controller(
         },
     ),
     storage_j=lambda _, baseline: 2.0 * float(baseline.pspm.initial_j),  # [J] of both tanks
-    accounts=OF_PSPM,
+    accounts=pspm.ENTRIES,
 )
 RECORDS = (DIRECT, VIRTUAL_COUPLING, TDPA, PSPM)

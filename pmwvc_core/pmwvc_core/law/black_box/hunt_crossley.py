@@ -10,9 +10,15 @@ out no more than it got: K d^n is the slope of a convex potential.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box import touched
 from pmwvc_core.law.black_box.black_box import exchange, exchange_known
-from pmwvc_core.law.black_box.touched import Vectors
+from pmwvc_core.law.black_box.touched import (
+    Vectors,
+    energy_j,
+    local_line,
+    moved_by,
+    shown,
+    visited,
+)
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, zero
 
 
@@ -40,7 +46,7 @@ class SoftBodyParams(NamedTuple):
     face: float
 
 
-@touched.visited.member(SoftBody)
+@visited.member(SoftBody)
 def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBody:
     return SoftBody(each(_visit, (s.dents, there, begins, positions)))
 
@@ -48,10 +54,10 @@ def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBo
 def _visit(s: Dent, there: bool, begins: bool, position: Vector) -> Dent:
     if begins:
         return Dent(True, s.inward[0] * position[0], 0.0, s.stiffness, s.inward)
-    return s._replace(there=there)
+    return Dent(there, s.start, s.depth, s.stiffness, s.inward)
 
 
-@touched.moved_by.member(SoftBody)
+@moved_by.member(SoftBody)
 def _moved(
     s: SoftBody, positions: Vectors, velocities: Vectors, h: float, p: SoftBodyParams
 ) -> tuple[SoftBody, Vectors]:
@@ -72,10 +78,10 @@ def _pressed(
     depth = _depth(s, position, p)
     damped = max(1.0 + p.damping * s.inward[0] * velocity[0], 0.0)
     force = scaled(s.inward, s.stiffness * depth**p.exponent * damped)
-    return s._replace(there=True, depth=depth), force
+    return Dent(True, s.start, depth, s.stiffness, s.inward), force
 
 
-@touched.local_line.member(SoftBody)
+@local_line.member(SoftBody)
 def _line(
     s: SoftBody, positions: Vectors, weight_s: float, p: SoftBodyParams
 ) -> tuple[Vectors, Vectors]:
@@ -93,7 +99,7 @@ def _slope(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tup
     return scaled(s.inward, elastic), slope
 
 
-@touched.energy_j.member(SoftBody)
+@energy_j.member(SoftBody)
 def _energy_j(s: SoftBody, p: SoftBodyParams) -> float:
     """Return the sum of K d^(n+1)/(n+1) [J]."""
     total = 0.0
@@ -104,7 +110,7 @@ def _energy_j(s: SoftBody, p: SoftBodyParams) -> float:
     return total
 
 
-@touched.shown.member(SoftBody)
+@shown.member(SoftBody)
 def _still(s: SoftBody, like: Vector) -> tuple[Vector, Vector]:
     return zero(like), zero(like)
 

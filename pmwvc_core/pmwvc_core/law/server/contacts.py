@@ -2,16 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
 
-The avatar stands at ``x_s = x_o + position`` with ``position = rest + deflection``; the deflection
-is the state. Forces act from the avatar on the object.
+A contact knows the deflection of its springs and the position at which they are at rest, relative
+to the object, so the avatar stands at ``x_s = x_o + position`` with ``position = rest +
+deflection``. The deflection is the state (never the difference of two positions, which would lose
+digits far from the origin). Forces act from the avatar on the object.
 
-Two-sided (App. B, Eq. 3): f = K e + B e' along every axis; at rest where the avatar joined. A grip
-pushes along axis 0 only (:mod:`.grip`); across it an anchor is set where contact begins and let go
-at the end of the step in which the avatar comes out, where its spring energy is dropped.
+Two-sided (App. B, Eq. 3): spring and damper push and pull along every axis, f = K e + B e'; at
+rest where the avatar stood when it joined. A grip pushes along axis 0 only (:mod:`.grip`). Across
+it the avatar holds on: an anchor is set where contact begins. During a step it holds if the avatar
+was inside at its start; it is let go at the end of the step in which the avatar comes out, and the
+energy of its spring is dropped (it heats). Gripped things do not slip.
 
-When stiffness and damping change in contact, the deflection becomes sqrt(K_old/K_new) times what
-it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
-shifted, and returns outside the contact, never past the avatar.
+Stiffness and damping may change while the contact is made: the deflection then becomes
+sqrt(K_old/K_new) times what it was, so that the spring stores what it stored; the avatar stays
+where it is, and its spring is at rest elsewhere (a stiffness that rises as it is adds energy, a
+position that jumps is felt). Of a grip, the face counts as shifted; outside the contact it goes
+back, never past the avatar, so without force and energy.
 
 Equations: docs/theory.md 4.1, 4.3, 4.10.
 """
@@ -95,7 +101,7 @@ def stored(s: Spring, law: ContactLaw) -> float:
 
 def attached(c: Contact, offset: Vector) -> Contact:
     """Begin at avatar minus object [m], without force: a grip at least the gap outside."""
-    return c._replace(springs=each(_attached, (c.springs, offset), c.law))
+    return Contact(c.law, c.grips, each(_attached, (c.springs, offset), c.law))
 
 
 def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
@@ -107,12 +113,12 @@ def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
 
 def detached(c: Contact) -> tuple[Contact, float]:
     """End the contact; return the energy of the springs, which is dropped [J]."""
-    return c._replace(springs=each(_detached, (c.springs,), c.law)), contact_energy(c)
+    return Contact(c.law, c.grips, each(_detached, (c.springs,), c.law)), contact_energy(c)
 
 
 def _detached(s: Spring, law: ContactLaw) -> Spring:
     if s.one_sided:
-        return s._replace(deflection=law.inward * min(depth(s, law), 0.0), one_sided=True)
+        return Spring(law.inward * min(depth(s, law), 0.0), s.rest, True, s.shifted)
     return Spring(0.0, s.rest + s.deflection, False, False)
 
 
@@ -121,7 +127,7 @@ def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Conta
     spring any more.
     """
     old = c.law
-    law = old._replace(stiffness=stiffness, damping=damping)
+    law = ContactLaw(stiffness, damping, old.inward, old.face, old.gap)
     lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
     return Contact(law, c.grips, each(_changed, (c.springs,), old, law)), lost_j
 
@@ -242,12 +248,12 @@ def _way(rate: float, h: float) -> float:
 def slid(c: Contact, displacement: Vector) -> tuple[Contact, float]:
     """Move the avatar relative to the object [m]; return the energy dropped where it came out."""
     springs = each(_moved, (c.springs, displacement), touching(c), c.law)
-    return _loosened(c._replace(springs=springs))
+    return _loosened(Contact(c.law, c.grips, springs))
 
 
 def _moved(s: Spring, way: float, held: bool, law: ContactLaw) -> Spring:
     if s.one_sided:
-        return _returned(s._replace(deflection=s.deflection + way, one_sided=True), law)
+        return _returned(Spring(s.deflection + way, s.rest, True, s.shifted), law)
     if held:
         return Spring(s.deflection + way, s.rest, False, False)
     return Spring(s.deflection, s.rest + way, False, False)
@@ -260,7 +266,7 @@ def _loosened(c: Contact) -> tuple[Contact, float]:
     dropped_j = 0.0
     for i in range(1, len(c.springs)):
         dropped_j += stored(c.springs[i], c.law)
-    return c._replace(springs=each(_loose, (c.springs,))), dropped_j
+    return Contact(c.law, c.grips, each(_loose, (c.springs,))), dropped_j
 
 
 def _loose(s: Spring) -> Spring:
