@@ -4,7 +4,8 @@
 
 A compiled law is made from the source of the law itself. The functions it calls are compiled with
 it: each gets a copy of its globals in which laws are their compiled forms. Families are resolved
-by the type of the first argument, and what builds tuples has one line per element.
+by the type of the first argument, and what builds tuples has one line per element. NamedTuples
+have ``_replace``.
 """
 
 import dis
@@ -18,8 +19,14 @@ from typing import Any
 
 import numba
 from numba import types
-from numba.core.imputils import lower_constant
+from numba.core.imputils import impl_ret_borrowed, lower_builtin, lower_constant
 from numba.core.registry import CPUDispatcher
+from numba.core.typing.templates import (
+    AbstractTemplate,
+    AttributeTemplate,
+    infer_getattr,
+    signature,
+)
 from numba.extending import models, overload, register_model
 
 from pmwvc_core.law import vectors
@@ -38,6 +45,10 @@ BUILDING = (
     vectors.times,
     vectors.scaled,
 )
+
+
+# Of what only compiled laws call: no form that takes Python's objects.
+BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 class LawType(types.Dispatcher):
@@ -71,7 +82,19 @@ def compiled(law: Callable[..., Any], *, kept: bool = False) -> Any:
     if kept:
         numba.config.CACHE_DIR = str(kept_in())
     # Inlined, a state stays in registers: half the time, compiled as quickly.
-    made = numba.njit(error_model="numpy", cache=kept, forceinline=not kept)(_copy(law))
+    return _made(law, cache=kept, forceinline=not kept)
+
+
+@cache
+def _inside(law: Callable[..., Any]) -> Any:
+    """Return the compiled form of a law that only compiled laws call: what takes its arguments
+    from Python and gives results back would be most of it.
+    """
+    return _made(law, forceinline=True, **BARE)
+
+
+def _made(law: Callable[..., Any], **options: Any) -> Any:
+    made = numba.njit(error_model="numpy", **options)(_copy(law))
     made.__class__ = CompiledLaw
     return made
 
@@ -109,7 +132,7 @@ def _compiled(value: Any) -> Any:
     if isinstance(value, Family):
         return _family(value)
     ours = isinstance(value, FunctionType) and value.__module__.startswith(LAWS)
-    return compiled(value) if ours and value not in BUILDING else value
+    return _inside(value) if ours and value not in BUILDING else value
 
 
 @cache
@@ -122,14 +145,53 @@ def _family(family: Family) -> Any:
     stub.__name__ = family.name
 
     def choose(first, *others):
-        law = family.members.get(getattr(first, "instance_class", type(None)))
-        if law is None:
+        kind = getattr(first, "instance_class", type(None))
+        if kind not in family.members and family.members.default is None:
             return None
-        chosen = compiled(law)
+        chosen = _inside(family.members[kind])
         return lambda first, *others: chosen(first, *others)
 
-    overload(stub)(choose)
+    overload(stub, jit_options=BARE)(choose)
     return stub
+
+
+class _Replace(AbstractTemplate):
+    """The type of ``s._replace(field=value, ...)``."""
+
+    key = "NamedTuple._replace"
+
+    def generic(self, args, kws):
+        if args or not kws.keys() <= {*self.this.fields}:
+            return None
+        names = self.this.fields
+        given = [kws.get(name, types.Omitted(None)) for name in names]
+        kinds = [kws.get(name, kind) for name, kind in zip(names, self.this, strict=True)]
+        made = types.BaseTuple.from_types(kinds, self.this.instance_class)
+        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        fields = [inspect.Parameter(name, kind, default=None) for name in names]
+        found = signature(made, *given, recvr=self.this)
+        return found.replace(pysig=inspect.Signature(fields))
+
+
+class _HasReplace(AttributeTemplate):
+    def resolve__replace(self, s):
+        return types.BoundFunction(_Replace, s)
+
+
+for _kind in (types.NamedTuple, types.NamedUniTuple):
+    infer_getattr(type(_kind.__name__, (_HasReplace,), {"key": _kind}))
+
+
+@lower_builtin(_Replace.key, types.BaseTuple, types.VarArg(types.Any))
+def _replace(context, builder, sig, args):
+    """Build the tuple from the fields given, and those of the old one."""
+    (old, *kinds), (before, *given), fields = sig.args, args, []
+    for i, (kind, value) in enumerate(zip(kinds, given, strict=True)):
+        if isinstance(kind, types.Omitted):
+            kind, value = old[i], builder.extract_value(before, i)
+        fields.append(context.cast(builder, value, kind, sig.return_type[i]))
+    made = context.make_tuple(builder, sig.return_type, fields)
+    return impl_ret_borrowed(context, builder, sig.return_type, made)
 
 
 def _built(text: str, **names: Any) -> Any:
@@ -143,7 +205,7 @@ def _tuple(elements: list[str]) -> str:
     return f"({', '.join(elements)},)" if elements else "()"
 
 
-@overload(vectors.each)
+@overload(vectors.each, jit_options=BARE)
 def _each(law, rows, *shared):
     passed = "".join(f", shared[{k}]" for k in range(len(shared)))
     elements = [
@@ -153,7 +215,7 @@ def _each(law, rows, *shared):
     return _built(f"def built(law, rows, *shared):\n    return {_tuple(elements)}")
 
 
-@overload(vectors.chain)
+@overload(vectors.chain, jit_options=BARE)
 def _chain(law, states, u, params):
     lines = [f"s{i}, u = law(states[{i}], u, params[{i}])" for i in range(len(states))]
     after = _tuple([f"s{i}" for i in range(len(states))])
@@ -161,7 +223,7 @@ def _chain(law, states, u, params):
     return _built(f"def built(law, states, u, params):\n    {body}")
 
 
-@overload(vectors.columns)
+@overload(vectors.columns, jit_options=BARE)
 def _columns(rows):
     of_one = range(len(rows[0]))
     elements = [_tuple([f"rows[{i}][{k}]" for i in range(len(rows))]) for k in of_one]
@@ -177,7 +239,7 @@ def _elementwise(function: Callable[..., Any], expression: str) -> None:
         return _built(f"def built({first}, {second}):\n    return {_tuple(elements)}")
 
     head = f"def built({first}, {second}):\n    return build({first})"
-    overload(function)(_built(head, build=build))
+    overload(function, jit_options=BARE)(_built(head, build=build))
 
 
 _elementwise(vectors.plus, "a[{i}] + b[{i}]")

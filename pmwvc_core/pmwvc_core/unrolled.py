@@ -4,7 +4,8 @@
 source of the law itself, as what is compiled is (:mod:`.compiled`).
 
 A loop over axes becomes one expression per axis, a family is looked up where it is called, a
-NamedTuple is built without the function that ``typing`` makes for it, and a law of one expression
+NamedTuple is built, or has fields replaced, without the functions that ``typing`` makes for it; a
+law of one expression
 stands where it is called. Values and the order of additions stay the same, so results have the
 same bits. What is added or scaled has one element per axis; only rows, such as those of users, may
 have another number of elements, and take the way of the source.
@@ -18,6 +19,7 @@ from itertools import count
 from types import FunctionType
 from typing import Any
 
+from pmwvc_core.kinds import Kinds, replacing
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
 from pmwvc_core.pieces import (
@@ -63,7 +65,9 @@ class _Members(dict[type, Any]):
         self._family, self._axes = family, axes
 
     def __missing__(self, kind: type) -> Any:
-        self[kind] = unrolled(self._family.members[kind], self._axes)
+        law = self._family.members[kind]
+        inside = law.__module__.startswith(LAWS)
+        self[kind] = unrolled(law, self._axes) if inside else law
         return self[kind]
 
 
@@ -80,6 +84,7 @@ class _Unrolling(ast.NodeTransformer):
         self._globals: dict[str, Any] = {"new_": tuple.__new__, "len": len}
         self._of: FunctionType
         self._local: set[str] = set()
+        self._kinds = Kinds(self._value)
         self._temporary: Iterator[int] = count()
 
     def function(self, law: Any) -> Any:
@@ -106,6 +111,7 @@ class _Unrolling(ast.NodeTransformer):
 
     def _enter(self, law: Any) -> None:
         self._of, self._local = law, {*law.__code__.co_varnames}
+        self._kinds = Kinds(self._value, law)
 
     def _value(self, node: ast.expr) -> Any:
         """Return the object that a name of the law's module or of Python stands for, else None."""
@@ -137,6 +143,12 @@ class _Unrolling(ast.NodeTransformer):
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
         """Take the columns of what ``each`` returns apart."""
         target, value = node.targets[0], node.value
+        known = self._kinds.named(target, value)
+        assigned = self._assign(node, target, value)
+        self._kinds.update(known)
+        return assigned
+
+    def _assign(self, node: ast.Assign, target: ast.expr, value: ast.expr) -> ast.stmt:
         if (
             isinstance(target, ast.Tuple)
             and isinstance(value, ast.Call)
@@ -157,6 +169,8 @@ class _Unrolling(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """Put in the place of a call what is quicker."""
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
+            return self._replace(node.func.value, node.keywords)
         function = self._value(node.func)
         if node.keywords or function is None or not isinstance(node.func, ast.Name):
             self.generic_visit(node)
@@ -175,12 +189,32 @@ class _Unrolling(ast.NodeTransformer):
         if function in (min, max) and len(given) == 2:
             return self._extreme("<" if function is max else ">", given)
         if isinstance(function, type) and hasattr(function, "_fields"):
-            fields = ast.Tuple(given, ast.Load())
-            named = self._alias(function, function.__name__)
-            return ast.Call(ast.Name("new_", ast.Load()), [named, fields], [])
+            return self._tuple(function, given)
         if isinstance(function, FunctionType) and _is_short(function):
             return self._in_place(function, given)
         return ast.Call(self.visit(node.func), given, [])
+
+    def _tuple(self, kind: type, fields: list[ast.expr]) -> ast.expr:
+        named = self._alias(kind, kind.__name__)
+        return ast.Call(ast.Name("new_", ast.Load()), [named, ast.Tuple(fields, ast.Load())], [])
+
+    def _replace(self, of: ast.expr, keywords: list[ast.keyword]) -> ast.expr:
+        """Return a NamedTuple with other fields: built here where its type is known."""
+        kind, s = self._kinds.of(of), self.visit(of)
+        given = {str(each.arg): self.visit(each.value) for each in keywords}
+        fields = getattr(kind, "_fields", ())
+        in_order = [name for name in fields if name in given] == [*given]
+        free = in_order or not any(map(names_values, given.values()))
+        if kind is None or not isinstance(s, ast.Name) or not free:
+            t, makers = self._new(), replacing((*given,))
+            first = ast.NamedExpr(ast.Name(t, ast.Store()), s)
+            found = ast.Call(ast.Name("type", ast.Load()), [first], [])
+            maker = ast.Subscript(self._alias(makers, "replacing"), found, ast.Load())
+            return ast.Call(maker, [ast.Name(t, ast.Load()), *given.values()], [])
+        kept = (expression_of(f"{s.id}[{i}]") for i in range(len(fields)))
+        return self._tuple(
+            kind, [given.get(name, old) for name, old in zip(fields, kept, strict=True)]
+        )
 
     def _member(self, family: Family, given: list[ast.expr]) -> ast.expr:
         """Return the call of the law for the type of the first argument."""
@@ -274,11 +308,12 @@ class _Unrolling(ast.NodeTransformer):
                 places.values[inside] = value
             else:
                 heads.append(f"({t} := {ast.unparse(value)})")
-        outer = self._of, self._local
+        outer = self._of, self._local, self._kinds
         self._enter(law)
         self._local |= {*places.names.values()}  # of the caller
+        self._kinds.rename(places.names)
         body = self.visit(places.visit(expression))
-        self._of, self._local = outer
+        self._of, self._local, self._kinds = outer
         body = Values(places.values).visit(body)
         if heads:
             return expression_of(f"({', '.join(heads)}, {ast.unparse(body)})[-1]")

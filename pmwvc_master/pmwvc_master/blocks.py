@@ -1,64 +1,132 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The trace of a force loop: a block of ticks per frame, published while the next frame is under
-way.
+way; and the work at its device, which the trace holds.
 """
 
+from array import array
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Protocol
+from typing import Any
+
+import numpy as np
 
 from pmwvc_core.frame.rows import FrameReport, Row
-from pmwvc_core.numeric import Value
-from pmwvc_core.runtime.messages import TraceBlock
+from pmwvc_core.numeric import Value, dot
+from pmwvc_core.runtime.messages.fields import PER_AXIS, PER_TICK
 from pmwvc_core.runtime.pacing import Tick
-from pmwvc_core.transport.packet import PacketLink, WavePacket
-from pmwvc_master.device_work import DeviceWork
+from pmwvc_core.traces import ENERGIES
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_master.devices import DeviceSample
 
-if TYPE_CHECKING:
-    from pmwvc_master.loop import MasterLoop
+UINT32 = 0xFFFFFFFF
 
 
-class Block(TraceBlock):
-    """The ticks of one frame: number and due time of the first, frames that took changes over up
-    to this one, state and energies at the end.
+class DeviceWork:
+    """Running sums of the work done at a device by the forces held between its samples [J].
+
+    Attributes
+    ----------
+    device, hand
+        Work of the device's force against the hand, and of the hand on the device [J].
+    samples
+        Samples of the device that were new.
+    held
+        Forces of device and hand since the last sample [N]; None before the first.
     """
 
-    first_tick = 0
-    start_ns = 0
-    changes = 0
-    state = 0
+    def __init__(self, *, hand_force_known: bool) -> None:
+        self.device: Value = 0.0
+        self.hand: Value = 0.0
+        self._hand_force_known = hand_force_known
+        self.samples = 0
+        self.held: tuple[Value, Value] | None = None
+
+    def moved(self, x: Value, sample: DeviceSample) -> None:
+        """Take a sample; add the work since the last valid position [m]."""
+        self.samples += sample.fresh
+        if sample.work is not None:
+            self.device, self.hand = sample.work
+        elif sample.valid and self.held is not None:
+            moved = sample.x - x
+            f, f_h = self.held
+            self.device = self.device + dot(f, moved)
+            if self._hand_force_known:
+                self.hand = self.hand + dot(f_h, moved)
+
+
+class Block:
+    """The ticks of one frame, written one after the other into arrays made once: at most ``ticks``
+    of them, with ``dof`` values of every signal.
+
+    Attributes
+    ----------
+    first_tick, start_ns
+        Number and due time [ns] of the first tick.
+    changes
+        Frames that took changes over up to this one.
+    taken
+        Tick of the block, number and sender's epoch of each packet given to the receiver, in
+        their order.
+    state, reason, energy, accounts
+        State and energies [J] at the end of the frame.
+    """
+
+    first_tick = start_ns = changes = state = 0
     reason = ""
     energy: Mapping[str, Value] = MappingProxyType({})
     accounts: Mapping[str, Value] = MappingProxyType({})
 
+    def __init__(self, ticks: int, dof: int) -> None:
+        self.ticks, self.dof, self.count = ticks, dof, 0
+        self.taken: list[tuple[int, int, int]] = []
+        signals: dict[str, Any] = {n: array("d", bytes(8 * ticks * dof)) for n in PER_AXIS}
+        times: dict[str, Any] = {n: array(code, bytes(4 * ticks)) for n, code in PER_TICK.items()}
+        self._series = signals | times
+        self._times = tuple(times.values())
+        self._rows = [
+            column if dof == 1 else np.frombuffer(column).reshape(ticks, dof)
+            for column in signals.values()
+        ]
+
+    def put(
+        self,
+        signals: Row,
+        lateness: float,
+        compute: float,
+        looked_ns: int,
+        packets: Sequence[WavePacket],
+    ) -> None:
+        """Write one tick: signals, ``lateness`` and ``compute`` [s], when packets were taken in
+        after the deadline [ns], and these packets.
+        """
+        k = self.count
+        for row, value in zip(self._rows, signals, strict=True):
+            row[k] = value
+        late, took, looked = self._times
+        late[k], took[k], looked[k] = lateness, compute, min(looked_ns, UINT32)
+        if packets:
+            self.taken += [(k, each.seq, each.epoch) for each in packets if not each.refusal]
+        self.count = k + 1
+
+    def series(self) -> Mapping[str, "array[float]"]:
+        """Return what was written by field name; valid until the next ``put``."""
+        if self.count == self.ticks:
+            return self._series
+        count, values = self.count, self.count * self.dof
+        return {n: a[: values if n in PER_AXIS else count] for n, a in self._series.items()}
+
     def close(self, report: FrameReport, work: DeviceWork) -> None:
         """Note state and energies at the end of the frame."""
         self.state, self.reason = int(report.state), str(report.reason)
-        self.energy = {
-            "u_m": report.u_m,
-            "u_tx": report.u_tx,
-            "v_rx": report.v_rx,
-            "v_m": report.v_m,
-            "device": work.device,
-            "hand": work.hand,
-        }
+        waves = report.u_m, report.u_tx, report.v_rx, report.v_m
+        self.energy = dict(zip(ENERGIES, (*waves, work.device, work.hand), strict=True))
         self.accounts = report.accounts
 
-
-class Wires(Protocol):
-    """Connections of the loop to the network and to observers."""
-
-    @property
-    def link(self) -> PacketLink:
-        """The user's packets."""
-
-    def publish_trace(self, block: Block, loop: "MasterLoop") -> None:
-        """Publish the ticks of a frame."""
-
-    def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
-        """Publish velocity and force of the device for observers."""
+    def clear(self) -> None:
+        """Start the next block."""
+        self.count = 0
+        self.taken.clear()
 
 
 class TraceBlocks:
@@ -70,8 +138,7 @@ class TraceBlocks:
     def __init__(
         self, rate_drop: int, dof: int, work: DeviceWork, publish: Callable[[Block], None]
     ) -> None:
-        self._filled, self._waiting = (Block(rate_drop, dof) for _ in range(2))
-        self._dof = dof
+        self._filled, self._waiting = Block(rate_drop, dof), Block(rate_drop, dof)
         self._first: int | None = None  # grid number of the first tick
         self._work, self._publish = work, publish
 
@@ -98,7 +165,7 @@ class TraceBlocks:
             block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
             block.changes = changes
         late_s, took_s = tick.lateness_ns * 1e-9, compute_ns * 1e-9
-        block.put(*row, late_s, took_s, looked_ns - tick.due_ns, packets)
+        block.put(row, late_s, took_s, looked_ns - tick.due_ns, packets)
 
     def close(self, report: FrameReport | None, rate_drop: int) -> None:
         """Set the block aside for publishing; go on with the other one, of so many ticks."""
@@ -107,7 +174,7 @@ class TraceBlocks:
             self._filled.close(report, self._work)
             self._filled, self._waiting = self._waiting, self._filled
         if self._filled.ticks != rate_drop:
-            self._filled = Block(rate_drop, self._dof)
+            self._filled = Block(rate_drop, self._filled.dof)
 
     def publish(self) -> None:
         """Publish the block that waits, where there is one."""

@@ -8,16 +8,32 @@ here: the wires to the outside are an argument.
 import threading
 import time
 from collections.abc import Callable
+from typing import Protocol
 
 from pmwvc_core.ends.user_end import UserEnd
+from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
-from pmwvc_master.blocks import TraceBlocks, Wires
-from pmwvc_master.device_work import DeviceWork
-from pmwvc_master.devices import HapticDevice
+from pmwvc_core.transport.packet import PacketLink
+from pmwvc_master.blocks import Block, DeviceWork, TraceBlocks
+from pmwvc_master.devices import DeviceSample, HapticDevice
 
 PRIORITY = 20
 TRACE_TICK, MOTION_TICK = 1, 2  # of a frame, that publish; the last one of a shorter frame
+
+
+class Wires(Protocol):
+    """Connections of the loop to the network and to observers."""
+
+    @property
+    def link(self) -> PacketLink:
+        """The user's packets."""
+
+    def publish_trace(self, block: Block, loop: "MasterLoop") -> None:
+        """Publish the ticks of a frame."""
+
+    def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
+        """Publish velocity and force of the device for observers."""
 
 
 class MasterLoop:
@@ -36,8 +52,7 @@ class MasterLoop:
         self.protocol, self.device, self.tick_s = protocol, device, tick_s
         self.wires, self.link = wires, wires.link
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
-        self.health = Health()
-        self.missed = 0
+        self.health, self.missed = Health(), 0
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self._clock = clock

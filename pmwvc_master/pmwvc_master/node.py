@@ -120,7 +120,7 @@ class Master:
         self._receptions.end()
         # A reader may forget what it has not yet taken of a writer that is gone.
         newest = self.loop.protocol.inbox.newest
-        time.sleep(FAREWELL_PERIODS * (newest.period if newest else self.settings.period_s))
+        time.sleep(FAREWELL_PERIODS * (newest.period if newest else self.settings.server.period_s))
 
     def _change_master(self, params: MasterParams) -> None:
         protocol = self.loop.protocol

@@ -5,16 +5,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import is_strict
-from pmwvc_core.ends.assembly import make_user_end
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.made.waves import waves_params
 from pmwvc_core.master.safety.changes import check_change
 from pmwvc_core.params import (
     BaselineParams,
@@ -25,14 +23,16 @@ from pmwvc_core.params import (
     SafetyParams,
     ServerParams,
     TaskParams,
-    specs,
 )
 from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.runtime.parameter_values import OF_SERVER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
-from pmwvc_core.runtime.session_token import declare_token
+from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import NEEDS_STRICT
+from pmwvc_core.scenario.own import ControllerOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.transport.token import Token
+from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of
 
@@ -47,8 +47,7 @@ class MasterSettings(User):
     channel: str
     dof: int
     seed: int
-    period_s: float  # of the server [s]
-    object_size_m: float
+    server: ServerParams  # of it what a master needs
     task: TaskParams
     token: Token | None
 
@@ -65,12 +64,12 @@ class MasterSettings(User):
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:
         """Return this user's end of the protocol, for a device that declares this of itself."""
-        return make_user_end(  # type: ignore[no-any-return]
+        return UserEnd(
             replace(self, safety=limits_of(info, self.safety)),
             controller=self.controller,
             channel=self.channel,
             dof=self.dof,
-            server_period_s=self.period_s,
+            server_period_s=self.server.period_s,
             epoch=epoch,
             schedule=LIVE,
             workspace_m=info.workspace_m,
@@ -78,7 +77,7 @@ class MasterSettings(User):
 
     def device_setup(self, node: Node) -> DeviceSetup:
         """Return what the device is made for; it starts in front of the user's face."""
-        half = self.object_size_m / 2
+        half = self.server.object_size_m / 2
         return DeviceSetup(
             dof=self.dof,
             tick_s=self.master.tick_s,
@@ -101,11 +100,9 @@ def declare_settings(
     """Declare all parameters of the node and return the values; ParameterError if one is wrong."""
     value = partial(declare_value, node)
 
-    def shared(name: str) -> Any:
-        return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))
-
     def designed(master: MasterParams) -> None:
-        WaveMaster(master)  # refuses a change that the force loop could not make
+        """Refuse what cannot be made; the plain channel has no playout."""
+        waves_params(master, impedance_of(master), None, strict=False)  # type: ignore[arg-type]
 
     def allowed(old: MasterParams, new: MasterParams) -> None:
         """Refuse a change of the packets that the channel cannot carry."""
@@ -122,18 +119,18 @@ def declare_settings(
         dof=value("dof", TOP["dof"], DEFAULTS["dof"]),
         seed=value("seed", TOP["seed"], DEFAULTS["seed"]),
         side=value("side", SIDE, -1),
-        period_s=shared("period_s"),
-        object_size_m=shared("object_size_m"),
+        server=declare(node, "server", ServerParams, only=OF_SERVER),
         master=binding.declare(
             "master", MasterParams, on_master, check=designed, check_change=allowed
         ),
         baseline=declare(node, "baseline", BaselineParams),
+        own=declare(node, "", ControllerOwn),
         safety=binding.declare("safety", SafetyParams, on_safety, check_change=check_change),
         device=declare(node, "device", DeviceParams),
         operator=declare(node, "operator", OperatorParams),
         task=declare(node, "task", TaskParams),
         contact=declare(node, "server", ContactParams),
-        token=declare_token(node, user=name),
+        token=token_of_node(value(TOKEN_FILE, TOKEN_SPEC, ""), user=name),
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")

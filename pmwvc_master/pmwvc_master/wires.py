@@ -14,6 +14,7 @@ from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
+from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import RECORDED_QOS, offered
@@ -41,6 +42,7 @@ class RosWires:
             outgoing="wave_up",
             admission=Admission(settings.token, out="up", into="down"),
             dof=settings.dof,
+            extra=record_of(settings.controller).extra(settings.dof)[1],
             period_s=settings.master.frame_s,
         )
         trace_qos = offered(RECORDED_QOS, settings.master.frame_s)

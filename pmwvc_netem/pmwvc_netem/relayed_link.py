@@ -98,16 +98,11 @@ class RelayedLink:
         clock: Callable[[], int],
         is_wave: bool,
     ) -> None:
-        self.name = name
-        self.link = link
+        self.name, self.link = name, link
         self.fates = FateLog()
-        self.invalid = 0
+        self.invalid = self._count = 0
         self.timing = Timing()
-        self._count = 0
-        self._take = take
-        self._give = give
-        self._clock = clock
-        self._is_wave = is_wave
+        self._take, self._give, self._clock, self._is_wave = take, give, clock, is_wave
 
     def take_in(self) -> None:
         """Put everything that has come in onto the link."""

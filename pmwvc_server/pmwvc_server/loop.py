@@ -11,18 +11,40 @@ wires to the outside are an argument.
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.frame.schedule import LIVE, next_on_grid
 from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
-from pmwvc_server.step import Step, Wires
+from pmwvc_core.transport.packet import PacketLink, WavePacket
 
 PRIORITY = 20
 PHASE_NS = round(LIVE.server_s * 1e9)
+
+
+class Step(NamedTuple):
+    """A step just made, with the packets of each user taken in at an instant."""
+
+    row: ServerRow
+    tick: Tick
+    looked_ns: int
+    packets: Sequence[Sequence[WavePacket]]
+    compute_s: float
+
+
+class Wires(Protocol):
+    """Connections of the loop to the network and to observers."""
+
+    @property
+    def links(self) -> Sequence[PacketLink]:
+        """The packets of each user."""
+
+    def publish_trace(self, loop: "ServerLoop", step: Step) -> None:
+        """Publish a step."""
 
 
 class ServerLoop:
@@ -35,10 +57,8 @@ class ServerLoop:
     def __init__(
         self, protocol: ServerEnd, *, wires: Wires, clock: Callable[[], int] = time.monotonic_ns
     ) -> None:
-        self.protocol = protocol
-        self.wires = wires
-        self.missed = 0
-        self.health = Health()
+        self.protocol, self.wires = protocol, wires
+        self.health, self.missed = Health(), 0
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)

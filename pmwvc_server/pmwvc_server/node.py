@@ -16,6 +16,7 @@ import numpy as np
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
+from pmwvc_core.ends.joining import kept_words, why_kept
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
@@ -25,7 +26,6 @@ from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.receptions import Receptions
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.user_ports import kept_words, why_kept
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.wave.impedance import server_impedance

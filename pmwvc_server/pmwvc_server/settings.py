@@ -8,18 +8,17 @@ coupling and object may change while the node runs; the last word counts, and a 
 users goes to each of them.
 """
 
-import dataclasses
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import is_strict
-from pmwvc_core.ends.assembly import make_server_end
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.made.server import coupling_of
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -31,7 +30,8 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.params.user import ServerTimes, server_times
+from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SAFETY
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare,
@@ -39,47 +39,13 @@ from pmwvc_core.runtime.parameters import (
     declare_value,
     pass_on,
 )
-from pmwvc_core.runtime.session_token import declare_token
+from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
+from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
 from pmwvc_server.asking import caller
-
-
-def _same_as(owner: type, name: str) -> Any:
-    """Declare a field that is the same parameter as one of another dataclass."""
-    field = next(field for field in dataclasses.fields(owner) if field.name == name)
-    return dataclasses.field(default=field.default, metadata=field.metadata)
-
-
-@dataclass(frozen=True)
-class PortParams(Validated):
-    """Parameters of a user's master that the server needs."""
-
-    impedance: float = _same_as(MasterParams, "impedance")
-    impedance_matrix: str = _same_as(MasterParams, "impedance_matrix")
-    rate_drop: int = _same_as(MasterParams, "rate_drop")
-    tick_s: float = _same_as(MasterParams, "tick_s")
-
-    def conflicts(self) -> list[str]:
-        """Check that the matrix is one."""
-        return matrix_conflicts(self.impedance_matrix)
-
-    @property
-    def master(self) -> MasterParams:
-        """A master with these parameters, the others at their defaults."""
-        return MasterParams(**dataclasses.asdict(self))
-
-
-@dataclass(frozen=True)
-class WatchdogParams(Validated):
-    """Times after which a user counts as silent, as gone, and as active: those of the masters."""
-
-    timeout_s: float = _same_as(SafetyParams, "timeout_s")
-    release_s: float = _same_as(SafetyParams, "release_s")
-    soft_start_s: float = _same_as(SafetyParams, "soft_start_s")
 
 
 @dataclass(frozen=True)
@@ -103,20 +69,22 @@ class ServerSettings:
     dof: int
     users: tuple[User, ...]  # of their masters what the server needs
     server: ServerParams
-    watchdog: WatchdogParams
+    times: ServerTimes
     task: TaskParams
+    own: Any  # of environments from other packages, by their names
     token: Token | None
 
     def make_step(self, epoch: int) -> ServerEnd:
         """Return the server's end of the protocol at rest, with no user present."""
-        return make_server_end(  # type: ignore[no-any-return]
+        return ServerEnd(
             self.users,
             controller=self.controller,
             channel=self.channel,
             dof=self.dof,
             server=self.server,
             task=self.task,
-            times=ServerTimes(**asdict(self.watchdog)),
+            own=self.own,
+            times=self.times,
             epochs=[epoch for _ in self.users],
             call=caller(self.server),
             idle_until_joined=True,
@@ -143,10 +111,11 @@ def declare_settings(
     )
     if not 1 <= len(names) <= LARGEST:
         raise ParameterError(f"users = {names}: must be 1 to {LARGEST} names")
-    port = declare(node, "master", PortParams)
+    port = declare(node, "master", MasterParams, only=OF_MASTER)
     for_all = _ForAll(node, names)
     contact = for_all.contact = binding.declare("server", ContactParams, for_all.pass_on)
     baseline = declare(node, "baseline", BaselineParams)
+    own: Any = declare(node, "", ControllerOwn)
     settings = ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
         channel=declare_value(node, "channel", TOP["channel"], DEFAULTS["channel"]),
@@ -155,7 +124,9 @@ def declare_settings(
             User(
                 name=name,
                 side=declare_value(node, f"{name}.side", SIDE, -1 if number % 2 == 0 else 1),
-                master=declare(node, f"{name}.master", PortParams, defaults=port).master,
+                master=declare(
+                    node, f"{name}.master", MasterParams, defaults=port, only=OF_MASTER
+                ),
                 contact=binding.declare(
                     f"{name}.server",
                     ContactParams,
@@ -164,17 +135,19 @@ def declare_settings(
                     check_change=for_all.check_change,
                 ),
                 baseline=declare(node, f"{name}.baseline", BaselineParams, defaults=baseline),
+                own=declare(node, name, ControllerOwn, defaults=own),
             )
             for number, name in enumerate(names)
         ),
         server=binding.declare("server", ServerParams, on_server, check_change=for_all.check),
-        watchdog=declare(node, "safety", WatchdogParams),
+        times=server_times([declare(node, "safety", SafetyParams, only=OF_SAFETY)]),
         task=declare(node, "task", TaskParams),
-        token=declare_token(node, user=""),
+        own=declare(node, "", EnvironmentOwn),
+        token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=""),
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
     for_all.strict = is_strict(settings.controller, settings.channel)
-    for_all.timeout_s = settings.watchdog.timeout_s
+    for_all.timeout_s = settings.times.timeout_s
     for user in settings.users:
         if user.side == 0:
             raise ParameterError(f"{user.name}.side = 0: must be -1 or 1")
@@ -218,7 +191,7 @@ class _ForAll:
         if new != old and any(coupling.black_box for coupling in couplings):
             raise ParameterError(f"server.coupling = {new.coupling!r}: {FIXED}")
         if (new.coupling, new.integrator) != (old.coupling, old.integrator):
-            solver_of(couplings[1], new)
+            coupling_of(new, ())
         fixed = why_fixed(PERIOD, strict=self.strict, server=new, coupling=couplings[1])
         if fixed and new.period_s != old.period_s:
             raise ParameterError(f"{PERIOD} = {new.period_s:g}: {fixed}")

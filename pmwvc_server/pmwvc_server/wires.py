@@ -10,18 +10,18 @@ import time
 
 from rclpy.node import Node
 
+from pmwvc_core.controllers.library import record_of
 from pmwvc_core.frame.rows import PortRow
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import RECORDED_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
-from pmwvc_server.loop import ServerLoop
+from pmwvc_server.loop import ServerLoop, Step
 from pmwvc_server.settings import ServerSettings
-from pmwvc_server.step import Step
 
 
 class RosWires:
-    """See :class:`pmwvc_server.step.Wires`."""
+    """See :class:`pmwvc_server.loop.Wires`."""
 
     def __init__(self, node: Node, settings: ServerSettings, *, epoch: int) -> None:
         self._users = [user.name for user in settings.users]
@@ -36,6 +36,7 @@ class RosWires:
                 outgoing=f"~/{user}/wave_down",
                 admission=Admission(token.of(user) if token else None, out="down", into="up"),
                 dof=settings.dof,
+                extra=record_of(settings.controller).extra(settings.dof)[0],
                 period_s=period_s,
             )
             for user in self._users

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compute of every controller: a tick of the master and a step of the server, in one process.
 
-Two masters and a server are coupled without a network; the devices go to and fro as prescribed, in
-and out of contact, so that every branch of a controller has its turn. The work of a channel is not
-in these numbers, so every case is on the plain one, which refuses none of them. Each number stands
+Two force loops and a server are coupled without a network, receivers and limits included; the
+devices go to and fro as prescribed, in and out of contact, so that every branch of a controller
+has its turn. Every case is on the plain channel, which refuses none of them. Each number stands
 beside the wave controller on one axis, measured in the same run.
 
 ``python test/bench/controllers.py`` prints the table alone.
@@ -18,11 +18,10 @@ from rich.console import Console
 from rich.table import Table
 
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.controllers.ends import make_master, make_server
-from pmwvc_core.numeric import Value, signal
+from pmwvc_core.ends.assembly import server_end_of, user_end_of
+from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.numeric import signal
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.transport.packet import FLAG_DIRECT, Packer, WavePacket
-from pmwvc_core.wave.impedance import server_impedance
 
 FRAMES, REPEATS = 125, 5  # a second each
 WAY_M, RATE_RAD_S = 0.0025, 2.0 * math.pi
@@ -74,7 +73,7 @@ MATRIX = [*THREE, "master.impedance_matrix=30 6 0; 6 20 4; 0 4 25"]
 
 @dataclass(frozen=True)
 class Compute:
-    """CPU time [us] of a master's tick and of a server's step with two users."""
+    """CPU time [us] of a force loop's tick and of a server's step with two users."""
 
     tick_us: float
     step_us: float
@@ -84,79 +83,43 @@ class Session:
     """Both ends of a scenario without a network, stepped and timed."""
 
     def __init__(self, scenario: Scenario) -> None:
-        users = scenario.users
-        self.scenario = scenario
-        self.masters = [
-            make_master(scenario.controller, user.master, user.baseline) for user in users
-        ]
-        self.server = make_server(
-            scenario.controller,
-            scenario.server,
-            [user.contact for user in users],
-            [server_impedance(user.contact, user.master) for user in users],
-            dof=scenario.dof,
-            sides=[user.side for user in users],
-            baselines=[user.baseline for user in users],
-        )
-        self.direct = bool(self.server.flags & FLAG_DIRECT)
-        self.up = [Packer(1, period=user.master.frame_s) for user in users]
-        self.down = [Packer(2, period=scenario.server.period_s) for _ in users]
-        self.tick = 0
-        for i in range(len(users)):
-            self.server.join(i, self._motion(i, 0)[0])
+        self.scenario, self.tick = scenario, 0
+        self.loops = [user_end_of(scenario, i) for i in range(len(scenario.users))]
+        self.server = server_end_of(scenario)
 
     def run(self, frames: int) -> Compute:
         """Return the compute of some frames, on average."""
         rate_drop = self.scenario.users[0].master.rate_drop
-        of_masters = of_server = 0
+        of_loops = of_server = 0
         for _ in range(frames):
-            begin = time.process_time_ns()
-            waves = [self._sent(i) for i in range(len(self.masters))]
-            sent = time.process_time_ns()
-            packets = [
-                self._packed(packer, wave, master.position(), master.account())
-                for packer, wave, master in zip(self.up, waves, self.masters, strict=True)
-            ]
-            asked = time.process_time_ns()
-            for i, packet in enumerate(packets):
-                self.server.on_packet(i, packet)
-            answers = self.server.step(
-                [(p.position, p.wave) if self.direct else p.wave for p in packets]
-            )
-            answered = time.process_time_ns()
-            replies = [
-                self._packed(packer, answer, x_s, port.account)
-                for packer, answer, x_s, port in zip(
-                    self.down, answers, self.server.x_s, self.server.ports, strict=True
-                )
-            ]
             motions = [
                 [self._motion(i, self.tick + n) for n in range(rate_drop)]
-                for i in range(len(self.masters))
+                for i in range(len(self.loops))
             ]
-            heard = time.process_time_ns()
-            for master, reply, motion in zip(self.masters, replies, motions, strict=True):
-                master.on_packet(reply)
-                master.receive(reply.wave)
-                for x, xd in motion:
-                    master.applied(master.step(x, xd))
+            begin, now_ns = time.process_time_ns(), self._now_ns(self.tick)
+            packets = [
+                loop.start_frame(self.tick, now_ns, motion[0])
+                for loop, motion in zip(self.loops, motions, strict=True)
+            ]
+            asked = time.process_time_ns()
+            answers, _ = self.server.tick(now_ns, [[p] for p in packets if p is not None])
+            answered = time.process_time_ns()
+            for loop, answer, motion in zip(self.loops, answers, motions, strict=True):
+                came = [answer] if answer is not None else []
+                for n, sample in enumerate(motion):
+                    tick = self.tick + n
+                    loop.tick(tick, self._now_ns(tick), sample, [] if n else came)
             end = time.process_time_ns()
             self.tick += rate_drop
-            of_masters += (sent - begin) + (end - heard)
+            of_loops += (asked - begin) + (end - answered)
             of_server += answered - asked
-        ticks = frames * rate_drop * len(self.masters)
-        return Compute(of_masters * 1e-3 / ticks, of_server * 1e-3 / frames)
+        ticks = frames * rate_drop * len(self.loops)
+        return Compute(of_loops * 1e-3 / ticks, of_server * 1e-3 / frames)
 
-    def _sent(self, i: int) -> Value:
-        self.masters[i].measure(*self._motion(i, self.tick))
-        return self.masters[i].send()
+    def _now_ns(self, tick: int) -> int:
+        return round(tick * self.scenario.tick_s * 1e9)
 
-    def _packed(
-        self, packer: Packer, wave: Value, position: Value, energy: Value | None
-    ) -> WavePacket:
-        return packer.pack(wave, position, self.tick, energy=energy)
-
-    def _motion(self, i: int, tick: int) -> tuple[Value, Value]:
+    def _motion(self, i: int, tick: int) -> DeviceSample:
         """Return where a device is and how fast: 5 mm to and fro, and sideways."""
         user, dof = self.scenario.users[i], self.scenario.dof
         time_s = tick * user.master.tick_s
@@ -165,7 +128,7 @@ class Session:
         x = [WAY_M * (1.0 - math.cos(w * time_s)) * -user.side for w in rates]
         xd = [WAY_M * w * math.sin(w * time_s) * -user.side for w in rates]
         x[0] += start
-        return signal(x, dof), signal(xd, dof)
+        return DeviceSample(signal(x, dof), signal(xd, dof))
 
 
 def scenario_of(settings: list[str]) -> Scenario:

@@ -38,8 +38,8 @@ def driven(s, p, along):
     for step in range(400):
         u = 0.5 * math.sin(0.05 * step) + 0.05 * math.sin(1.7 * step)
         waits = 200 < step < 220
-        left = Came(scaled(along, 0.0 if waits else u), rest, waits, 0.0)
-        right = Came(scaled(along, -u), rest, False, 0.0)
+        left = Came(scaled(along, 0.0 if waits else u), rest, waits, 0.0, ())
+        right = Came(scaled(along, -u), rest, False, 0.0, ())
         s = environment_step(p, s, (left, right))
     return s
 

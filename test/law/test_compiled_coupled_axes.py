@@ -46,7 +46,7 @@ def wave_of(user, n):
     sign = 1.0 if user == 0 else -1.0
     push = sign * 1.5 * math.sin(0.06 * n)
     wave = (push, 0.4 * math.cos(0.1 * n) * sign, 0.2)
-    return Came(wave, (0.0, 0.0, 0.0), 60 + 10 * user < n < 80, 0.0)
+    return Came(wave, (0.0, 0.0, 0.0), 60 + 10 * user < n < 80, 0.0, ())
 
 
 driver.__module__ = wave_of.__module__ = "pmwvc_core.law.driver"

@@ -15,6 +15,7 @@ from pmwvc_core.law.channel.arrivals import (
 )
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import PlayoutParams
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
@@ -50,7 +51,7 @@ def frame(end, arrivals, e, packet, x, xd, silent, p, q, rules):
     arrivals = arrive(arrivals, packet, packet.sent_ns, rules)
     end = port_measure(end, x, xd, p)
     end, _, sent = port_send(end, arrivals, H, packet.number, 0.0, p)
-    came = Came(sent.wave, sent.position, False, max(sent.energy_j, 0.0))
+    came = Came(sent.wave, sent.position, False, max(sent.energy_j, 0.0), ())
     e = environment_step(q, e, (came,))
     one, lost_j = left(e.ports[0])
     one, _ = joined(one, sent.position, e.body)
@@ -64,7 +65,7 @@ def frame(end, arrivals, e, packet, x, xd, silent, p, q, rules):
 @pytest.mark.parametrize("kind", ["direct", "virtual_coupling", "tdpa", "pspm"])
 @pytest.mark.parametrize("axes", [1, 3])
 def test_both_ends(kind: str, axes: int) -> None:
-    nothing, nobody = (0.0,) * axes, direct.NothingKept(0)
+    nothing, nobody = (0.0,) * axes, Nothing(0)
     state, law, kept = {
         "direct": (direct.Held(nothing), direct.Direct(0), nobody),
         "virtual_coupling": (

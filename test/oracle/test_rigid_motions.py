@@ -104,7 +104,7 @@ def test_a_uniform_motion_goes_on(controller, live):
     rest = a @ drift - drift
     positions = [name.endswith(".x") or ".up.position[" in name for name in linear.states]
     assert np.abs(rest[np.logical_not(positions)]).max() < 1e-12
-    moved = rest[linear.states.index("server.body.x")]
+    moved = rest[linear.states.index("server.environment.body.x")]
     assert moved == pytest.approx(linear.loop.ticks * scenario.tick_s * 1.0)
     if controller == "direct":  # all by the same
         np.testing.assert_allclose(rest[positions], moved, atol=1e-12)

@@ -13,13 +13,13 @@ from support import linear_loops
 from support.laws import as_written
 
 from pmwvc_analysis.delays import long_delay
-from pmwvc_analysis.models import at_hand
+from pmwvc_analysis.models import loop
 from pmwvc_analysis.models.multirate import build
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.wave.pace import Pace
+from pmwvc_core.law.channel.pace import RESTING_PACE
 
 AROUND = (
     {},
@@ -27,10 +27,6 @@ AROUND = (
     {"velocity_filter__kind": "equivalent", "velocity_filter__cutoff_hz": 90.0},
     {"bank__kind": "complementary", "bank__split_rad_s": 80.0},
 )
-
-
-WAYS = ("up", "down")
-FIRST = Pace().snapshot()
 
 
 @pytest.fixture
@@ -70,8 +66,7 @@ def test_the_model_of_clocks_that_have_not_settled_does_not_agree(unbound, monke
     values = {"channel": "strict", "master__rate_drop": 5, "link__up__delay_s": 0.016, "users": 1}
     scenario = linear_loops.scenario(**values)
     assert compare(scenario, model=build(scenario)) < 1e-9
-    monkeypatch.setattr(at_hand, "settled_paces", lambda *_, **__: dict.fromkeys(WAYS, FIRST))
-    monkeypatch.setattr("pmwvc_analysis.models.rest.settled_paces", at_hand.settled_paces)
+    monkeypatch.setattr(loop, "settled_paces", lambda line: (RESTING_PACE, RESTING_PACE))
     assert compare(scenario, model=build(scenario)) > 1e-3
 
 

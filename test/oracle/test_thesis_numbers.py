@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from support.closed_loop import FRAME_S, IMPEDANCE, Loop, Scheme, is_stable, k_max
 
+from pmwvc_core.law.wave.wave import wave_velocity
+
 DELAYS = (0, 1, 2, 3)
 LATE = {
     ("zoh", 50): (5280.5, 2470.8, 2166.0, 2224.2),
@@ -65,21 +67,14 @@ def test_reading_the_cut_off_as_3_db_at_50_hz_leaves_nothing_stable():
     assert not any(is_stable(scheme, k) for k in np.geomspace(1e-3, 1e5, 20))
 
 
-class _AsPublished:
-    """App. B, Eq. 14 with the sign it has in print: a control that must miss the figure."""
-
-    def __init__(self, coupling):
-        self.coupling = coupling
-
-    def step(self, ports, body):
-        lost = self.coupling.step(ports, body)
-        for port in ports:
-            port.xd_s = port.wave.velocity(port.u_s, -port.f_s)
-        return lost
-
-
 def _as_printed(server):
-    server._solver = _AsPublished(server._solver)
+    """App. B, Eq. 14 with the sign it has in print: a control that must miss the figure."""
+    ports = []
+    for port in server.s.ports:
+        a = port.avatar
+        xd = wave_velocity(a.impedance, a.u, (-a.f[0],))
+        ports.append(port._replace(avatar=a._replace(xd=xd)))
+    server.s = server.s._replace(ports=tuple(ports))
 
 
 @pytest.mark.parametrize(("delay", "expected"), [(0, 139), (1, 103), (2, 83), (3, 70)])

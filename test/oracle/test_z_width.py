@@ -27,7 +27,9 @@ def test_both_routes_agree_within_the_step_of_the_bisection(case):
     controller, values = CASES[case]
     of = scenario(wall(**values), users=1, controller=controller)
     exact = z_width(of, DAMPING)
-    brackets = simulated_z_width(of, DAMPING, highest=HIGHEST, parts=PARTS, rounds=ROUNDS)
+    brackets = [
+        simulated_z_width(of, b, highest=HIGHEST, parts=PARTS, rounds=ROUNDS) for b in DAMPING
+    ]
     for limit, bracket in zip(exact, brackets, strict=True):
         assert limit.first is not None and bracket.high is not None
         assert bracket.high - bracket.low <= STEP * (1.0 + 1e-9)
@@ -36,7 +38,7 @@ def test_both_routes_agree_within_the_step_of_the_bisection(case):
 
 def test_where_all_is_stable_no_upper_end_is_claimed():
     of = scenario(wall(server__coupling="implicit"), users=1)
-    (bracket,) = simulated_z_width(of, [10.0], highest=3000.0, parts=4, rounds=2)
+    bracket = simulated_z_width(of, 10.0, highest=3000.0, parts=4, rounds=2)
     assert bracket == (3000.0, None)
 
 

@@ -191,8 +191,6 @@ def test_no_room_has_more_than_about_a_dozen_files(package):
         "pmwvc_server/pmwvc_server/loop.py",
         "pmwvc_core/pmwvc_core/simulation/user.py",
         "pmwvc_core/pmwvc_core/simulation/virtual_time.py",
-        "pmwvc_analysis/pmwvc_analysis/models/line.py",
-        "pmwvc_analysis/pmwvc_analysis/models/loop.py",
     ],
 )
 def test_an_adapter_of_the_frame_protocol_is_thin(file):

@@ -10,9 +10,9 @@ from support import plain as scenarios
 
 from pmwvc_analysis.prediction.environment import rule
 from pmwvc_core.controllers.ends import make_server
+from pmwvc_core.law.black_box.seen import REPAID
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.black_box import port
-from pmwvc_core.server.black_box.port import REPAID
 from pmwvc_core.server.black_box.secant import Line, Secant, decoded
 
 PERIOD_S = 0.02

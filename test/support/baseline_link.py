@@ -9,9 +9,9 @@ the work done in it.
 
 import numpy as np
 
-from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.transport.packet import Packer
+from support.law_rigs import Port, Users
 
 TICK_S = 0.001
 M = 8
@@ -34,15 +34,17 @@ class BaselineLink:
         zero=0.0,
     ):
         baseline = baseline or BaselineParams()
-        self.master = make_master(controller, MasterParams(rate_drop=M), baseline)
-        self.server = make_server(
-            controller,
+        axes = np.size(zero)
+        self.master = Port(
+            MasterParams(rate_drop=M), controller=controller, baseline=baseline, axes=axes
+        )
+        self.server = Users(
             ServerParams(environment="wall", period_s=FRAME_S),
             [ContactParams(contact=contact, contact_stiffness=stiffness, contact_damping=damping)],
-            [25.0],
-            dof=np.size(zero),
+            controller=controller,
+            baseline=baseline,
             sides=[-1],
-            baselines=[baseline],
+            axes=axes,
         )
         self.packers = {"up": Packer(1, period=FRAME_S), "down": Packer(2, period=FRAME_S)}
         self.flying = {"up": [], "down": []}
@@ -69,16 +71,15 @@ class BaselineLink:
         master, server = self.master, self.server
         master.measure(self.x, velocities[0])
         wave = master.send()
-        self._send("up", (wave,), master.position(), master.account())
+        self._send("up", (wave,), master.x, master.account)
         heard = self._take("up")
         if heard is not None:
             if not server.present[0]:
                 server.join(0, heard.position)
             server.on_packet(0, heard)
             answer = server.step([(heard.position, heard.wave)])[0]
-            port = server.ports[0]
-            self.work_s = self.work_s - FRAME_S * np.sum(port.f_s * port.xd_s)
-            self._send("down", (answer,), port.x_s, port.account)
+            self.work_s -= FRAME_S * float(np.sum(server.f_s[0] * server.xd_s[0]))
+            self._send("down", (answer,), server.x_s[0], server.account(0))
         answer = self._take("down")
         if answer is None:
             master.silence()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A small closed loop around the server objects, written out by hand, for printed numbers.
+"""A small closed loop around the server's law, written out by hand, for printed numbers.
 
 Two undamped devices, first-order filter, rate drop, hold and whole-frame delays are a dozen lines
 here and share nothing with the core; only the server is the real one. Order of events in a frame:
@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
+from support.law_rigs import Users
 
 TICK_S = 0.001
 M = 8
@@ -62,16 +62,13 @@ class Loop:
         self.scheme = scheme
         self.hand = np.array(hand)
         contact = ContactParams(contact="bilateral", contact_stiffness=k, contact_damping=10.0)
-        self.server = make_server(
-            "direct" if scheme.direct else "pmwvc",
+        self.server = Users(
             ServerParams(coupling=scheme.coupling, integrator=scheme.integrator, period_s=FRAME_S),
             [contact] * 2,
-            [IMPEDANCE] * 2,
-            dof=1,
-            sides=[-1, 1],
+            controller="direct" if scheme.direct else "pmwvc",
+            b=IMPEDANCE,
         )
-        if wrap is not None:
-            wrap(self.server)
+        self.wrap = wrap
         for i in (0, 1):
             self.server.join(i, 0.0)
         self.layout = Layout()
@@ -91,18 +88,16 @@ class Loop:
     def frame(self, state):
         """Return the states one frame later."""
         s = self.layout.split(state)
-        self._write_server(s)
         delay, direct = self.scheme.delay, self.scheme.direct
         up, upd, down = [s["x"] if direct else s["y"]], [s["xd"]], []
         up += [s[f"up{age}"] for age in range(1, delay + 1)]
         if direct:
             upd += [s[f"up{age}d"] for age in range(1, delay + 1)]
-            received = [(up[-1][:, i : i + 1], upd[-1][:, i : i + 1]) for i in (0, 1)]
+            received = np.stack([up[-1], upd[-1]], axis=-1)
         else:
-            received = [up[-1][:, i : i + 1] for i in (0, 1)]
-        down = [np.concatenate([r + 0.0 * s["x_o"] for r in self.server.step(received)], axis=1)]
+            received = up[-1]
+        down = [self._serve(s, received.tolist())]
         down += [s[f"down{age}"] for age in range(1, delay + 1)]
-        self._read_server(s)
         self._ticks(s, down[-1])
         for age in range(1, delay + 1):
             s[f"up{age}"], s[f"down{age}"] = up[age - 1], down[age - 1]
@@ -127,18 +122,30 @@ class Loop:
         if not self.scheme.direct:
             s["v"] = answer
 
-    def _write_server(self, s):
-        self.server.body.x, self.server.body.xd = s["x_o"], s["xd_o"]
-        for i, port in enumerate(self.server.ports):
-            port.contact.deflection = s["e"][:, i : i + 1]
-            port.xd_s, port.f_s = s["xd_s"][:, i : i + 1], s["f_s"][:, i : i + 1]
-
-    def _read_server(self, s):
-        ports = self.server.ports
-        s["x_o"], s["xd_o"] = self.server.body.x, self.server.body.xd
-        s["e"] = np.concatenate([port.contact.deflection for port in ports], axis=1)
-        s["xd_s"] = np.concatenate([port.xd_s for port in ports], axis=1)
-        s["f_s"] = np.concatenate([port.f_s for port in ports], axis=1)
+    def _serve(self, s, received):
+        """Step the server for each run from its own state; return what it answers."""
+        server, answers, before = self.server, [], self.server.s
+        for run, came in enumerate(received):
+            ports = []
+            for i, port in enumerate(before.ports):
+                [spring] = port.avatar.contact.springs
+                springs = (spring._replace(deflection=float(s["e"][run, i])),)
+                contact = port.avatar.contact._replace(springs=springs)
+                signals = {"xd": (float(s["xd_s"][run, i]),), "f": (float(s["f_s"][run, i]),)}
+                avatar = port.avatar._replace(contact=contact, **signals)
+                ports.append(port._replace(avatar=avatar))
+            x, xd = float(s["x_o"][run, 0]), float(s["xd_o"][run, 0])
+            body = before.body._replace(x=(x,), xd=(xd,))
+            server.s = before._replace(ports=tuple(ports), body=body)
+            answers.append(server.step([tuple(w) if self.scheme.direct else w for w in came]))
+            if self.wrap is not None:
+                self.wrap(server)
+            s["x_o"][run], s["xd_o"][run] = server.x_o, server.xd_o
+            s["xd_s"][run], s["f_s"][run] = server.xd_s, server.f_s
+            for i, port in enumerate(server.s.ports):
+                s["e"][run, i] = port.avatar.contact.springs[0].deflection
+        server.s = before
+        return np.array(answers)
 
     def monodromy(self):
         """Return A with state(n+1) = A state(n) (columns)."""

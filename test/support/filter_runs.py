@@ -2,8 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """One filter of each kind, and a trace through it."""
 
+import numpy as np
+
+from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.law.wave.anti_aliasing import (
+    filter_params,
+    filter_sample,
+    filter_step,
+    resting_filter,
+)
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.rates import AntiAliasing
 from support.strategies import TICK_S
 
 BUTTERWORTH = FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0)
@@ -15,12 +23,28 @@ KINDS = [
 ]
 
 
+class Stage:
+    """A filter with its state; floats, or arrays of several axes."""
+
+    def __init__(self, params, *, rate_drop=8, axes=1):
+        self.p = filter_params(params, tick_s=TICK_S, rate_drop=rate_drop)
+        self.s, self.axes = resting_filter(params, axes, self.p), axes
+
+    def step(self, u):
+        self.s, y = filter_step(self.s, vector(u, self.axes), self.p)
+        return value(y)
+
+    def sample(self):
+        self.s, y = filter_sample(self.s, self.p)
+        return value(y)
+
+
 def run(params, u, *, rate_drop=8):
-    """Return the filtered ticks and the packets of a trace, as arrays."""
-    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=rate_drop)
+    """Return the filtered ticks and the packets of a trace."""
+    stage = Stage(params, rate_drop=rate_drop, axes=np.size(u[0]))
     ticks, packets = [], []
-    for k, value in enumerate(u):
+    for k, wave in enumerate(u):
         if k % rate_drop == 0:
             packets.append(stage.sample())
-        ticks.append(stage.step(value))
+        ticks.append(stage.step(wave))
     return ticks, packets

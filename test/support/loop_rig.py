@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A master's force loop between fakes, and a clock that shows what the test says."""
 
-from pmwvc_core.frame.assembly import make_force_loop
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.params import MasterParams
 from pmwvc_core.runtime.pacing import Tick
@@ -78,7 +78,7 @@ class Rig:
     def __init__(self, *, rate_drop=TICKS, pacing="host", channel="plain"):
         self.device, self.wires, self.now_ns = Device(pacing), Wires(), 0
         self.server = Packer(99, period=FRAME_S)
-        protocol = make_force_loop(
+        protocol = UserEnd(
             User("user1", master=MasterParams(rate_drop=rate_drop)),
             controller="pmwvc",
             channel=channel,

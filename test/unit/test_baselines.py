@@ -5,15 +5,13 @@
 import numpy as np
 import pytest
 from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
+from support.law_rigs import Port, Users
 
-from pmwvc_core.baselines.device_end import Arrivals
-from pmwvc_core.baselines.pspm import ModulatedSpring
-from pmwvc_core.baselines.tdpa import Observer
-from pmwvc_core.controllers.ends import make_master, make_server
+from pmwvc_core.law.channel.arrivals import received_j
+from pmwvc_core.law.without_waves.pspm import Pspm, aimed, divided, resting_spring, set_to
+from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, informed, observed, overdraft_j
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
-from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.session import simulate, simulate_one
 from pmwvc_core.transport.packet import Packer
 
 BASELINES = ("direct", "virtual_coupling", "tdpa", "pspm")
@@ -26,15 +24,13 @@ def packet(energy, *, epoch=1, seq=1, wave=0.0):
 
 
 def server_of(controller, *, users=1, environment="wall", baseline=None, **contact):
-    return make_server(
-        controller,
-        ServerParams(environment=environment),
-        [ContactParams(contact="bilateral", **contact)] * users,
-        [25.0] * users,
-        dof=1,
-        sides=[-1, 1][:users],
-        baselines=[baseline or BaselineParams()] * users,
-    )
+    contacts = [ContactParams(contact="bilateral", **contact)] * users
+    server = ServerParams(environment=environment)
+    return Users(server, contacts, controller=controller, baseline=baseline)
+
+
+def master_of(controller, **baseline):
+    return Port(MasterParams(), controller=controller, baseline=BaselineParams(**baseline))
 
 
 def still(controller, **rest):
@@ -50,22 +46,25 @@ def still(controller, **rest):
 
 
 class TestWhatArrives:
+    def taken(self, *packets):
+        port, taken = master_of("tdpa"), []
+        for each in packets:
+            before = received_j(port.arrivals)
+            port.on_packet(each)
+            taken.append(received_j(port.arrivals) - before)
+        return taken
+
     def test_only_what_a_sum_has_grown_since_the_newest_packet(self):
-        arrivals = Arrivals()
-        taken = [arrivals.take(packet(e, seq=n + 1)) for n, e in enumerate((0.5, 0.7, 0.7, 1.0))]
-        assert taken == pytest.approx([0.0, 0.2, 0.0, 0.3])
+        packets = (packet(e, seq=n + 1) for n, e in enumerate((0.5, 0.7, 0.7, 1.0)))
+        assert self.taken(*packets) == pytest.approx([0.0, 0.2, 0.0, 0.3])
 
     def test_another_life_of_the_peer_begins_with_nothing(self):
-        arrivals = Arrivals()
-        arrivals.take(packet(0.5))
-        assert arrivals.take(packet(9.0, epoch=2)) == 0.0
-        assert arrivals.take(packet(9.5, epoch=2, seq=2)) == pytest.approx(0.5)
+        again = packet(9.0, epoch=2), packet(9.5, epoch=2, seq=2)
+        assert self.taken(packet(0.5), *again) == pytest.approx([0.0, 0.0, 0.5])
 
     def test_a_sum_that_falls_takes_nothing_back(self):
-        arrivals = Arrivals()
-        arrivals.take(packet(0.5))
-        assert arrivals.take(packet(0.2, seq=2)) == 0.0
-        assert arrivals.take(packet(0.6, seq=3)) == pytest.approx(0.1)
+        packets = packet(0.5), packet(0.2, seq=2), packet(0.6, seq=3)
+        assert self.taken(*packets) == pytest.approx([0.0, 0.0, 0.1])
 
 
 class TestVirtualCoupling:
@@ -96,11 +95,9 @@ class TestVirtualCoupling:
 
     def test_the_avatars_velocity_is_its_way_between_the_packets_that_came(self):
         params = VirtualCouplingParams(stiffness=100.0, damping=2.0)
-        master = make_master(
-            "virtual_coupling", MasterParams(), BaselineParams(virtual_coupling=params)
-        )
-        for seq, place in ((1, 0.0), (4, 0.003)):  # two were lost
-            master.on_packet(packet(0.0, seq=seq, wave=place))
+        master = master_of("virtual_coupling", virtual_coupling=params)
+        for seq, lost, place in ((1, 0, 0.0), (4, 2, 0.003)):  # two were lost
+            master.on_packet(packet(0.0, seq=seq, wave=place), lost=lost)
             master.receive(place)
         expected = 100.0 * (0.01 - 0.003) + 2.0 * (0.5 - 0.001 / FRAME_S)
         assert master.step(0.01, 0.5) == pytest.approx(expected)
@@ -110,38 +107,36 @@ class TestVirtualCoupling:
 
 class TestTimeDomainPassivity:
     def test_an_observer_lets_out_what_came_in_elsewhere(self):
-        observer = Observer()
-        observer.on_packet(packet(1.0))
-        observer.on_packet(packet(1.5, seq=2))
-        assert observer.allowance == 0.5
-        assert observer.overdraft(0.75) == 0.25 and observer.overdraft(-1.0) == 0.0
-        observer.book(0.75, 0.25)
-        observer.book(-2.0, 0.0)
-        assert (observer.energy_in, observer.energy_out) == (2.0, 0.75)
-        assert observer.allowance == 0.0
+        observer = informed(RESTING_OBSERVER, 0.5)
+        assert observer.allowance_j == 0.5
+        assert overdraft_j(observer, 0.75) == 0.25 and overdraft_j(observer, -1.0) == 0.0
+        observer = observed(observer, 0.75, 0.25, 0.25)
+        observer = observed(observer, -2.0, 0.0, 0.0)
+        assert (observer.in_j, observer.out_j) == (2.0, 0.75)
+        assert observer.allowance_j == 0.0
 
     def test_the_damper_takes_what_the_force_would_give_unpaid(self):
         """Pushing 2 N at 0.5 m/s without credit: the damper cancels it."""
         params = TdpaParams(damping=0.0, damping_max=100.0, fade_s=0.0)
-        master = make_master("tdpa", MasterParams(), BaselineParams(tdpa=params))
+        master = master_of("tdpa", tdpa=params)
         master.receive(-2.0)
         assert master.step(0.0, 0.5) == pytest.approx(0.0)
         master.applied(0.0)
         master.measure(0.5 * TICK_S, 0.5)
-        assert master.accounts["tdpa_dissipated"] == pytest.approx(2.0 * 0.5 * TICK_S)
-        assert master.accounts["tdpa_allowance"] == pytest.approx(0.0)
+        assert master.energies["tdpa_dissipated"] == pytest.approx(2.0 * 0.5 * TICK_S)
+        assert master.energies["tdpa_allowance"] == pytest.approx(0.0)
         assert master.step(0.5 * TICK_S, 0.01) == pytest.approx(
             -2.0 + 100.0 * 0.01
         )  # at its limit
 
     def test_at_rest_nothing_is_divided_by(self):
-        master = make_master("tdpa", MasterParams(), BaselineParams())
+        master = master_of("tdpa")
         master.receive(-2.0)
         assert master.step(0.0, 0.0) == -2.0
 
     def test_damping_fades_once_it_is_not_needed(self):
         params = TdpaParams(damping=0.0, damping_max=100.0, fade_s=0.004)
-        master = make_master("tdpa", MasterParams(), BaselineParams(tdpa=params))
+        master = master_of("tdpa", tdpa=params)
         master.receive(-2.0)
         master.applied(master.step(0.0, 0.05))
         master.receive(0.0)
@@ -173,35 +168,33 @@ class TestTimeDomainPassivity:
         assert server.x_s[0] == pytest.approx(0.002, rel=1e-3)
 
 
+LAW = Pspm(stiffness=500.0, damping=5.0, cap_j=0.02)
+
+
 class TestSetPointModulation:
     def test_the_set_point_goes_as_far_as_the_tank_pays(self):
         """K/2 q^2 = 0.01 J with K = 500: q = 6.32 mm, of the 10 mm wanted."""
-        spring = ModulatedSpring(PspmParams(stiffness=500.0, initial_j=0.01))
-        spring.aim(0.01, 0.0)
-        assert spring.q == pytest.approx(np.sqrt(2 * 0.01 / 500.0))
-        assert spring.tank == pytest.approx(0.0, abs=1e-15)
-        assert spring.spring == pytest.approx(0.01)
+        spring = aimed(resting_spring(1, 0.01), (0.01,), (0.0,), LAW)
+        assert spring.q[0] == pytest.approx(np.sqrt(2 * 0.01 / 500.0))
+        assert spring.tank_j == pytest.approx(0.0, abs=1e-15)
+        assert spring.spring_j == pytest.approx(0.01)
 
     def test_towards_the_device_it_is_free_and_earns(self):
-        spring = ModulatedSpring(PspmParams(stiffness=500.0, initial_j=0.0))
-        spring.moved(0.01, 0.025)
-        spring.aim(0.01, 0.01)
-        assert spring.q == 0.01
-        assert spring.tank == pytest.approx(0.025)
+        spring = set_to(resting_spring(1, 0.0), (0.0,), (0.01,), 0.025, LAW)
+        spring = aimed(spring, (0.01,), (0.01,), LAW)
+        assert spring.q == (0.01,)
+        assert spring.tank_j == pytest.approx(0.025)
 
     def test_an_overdrawn_tank_moves_only_where_that_pays_back(self):
-        spring = ModulatedSpring(PspmParams(stiffness=500.0, initial_j=0.0))
-        spring.moved(0.01, -0.1)
-        stored_j = spring.tank
-        spring.aim(-0.01, 0.01)
-        assert spring.q == 0.0 and spring.tank == stored_j
-        spring.aim(0.02, 0.01)
-        assert spring.q == pytest.approx(0.01) and spring.tank > stored_j
+        spring = set_to(resting_spring(1, 0.0), (0.0,), (0.01,), -0.1, LAW)
+        away = aimed(spring, (-0.01,), (0.01,), LAW)
+        assert away.q == (0.0,) and away.tank_j == spring.tank_j
+        beyond = aimed(spring, (0.02,), (0.01,), LAW)
+        assert beyond.q[0] == pytest.approx(0.01) and beyond.tank_j > spring.tank_j
 
     def test_beyond_the_cap_the_peer_gets_it(self):
-        spring = ModulatedSpring(PspmParams(initial_j=0.05, cap_j=0.02))
-        spring.divide()
-        assert (spring.tank, spring.sent) == (0.02, pytest.approx(0.03))
+        spring = divided(resting_spring(1, 0.05), LAW)
+        assert (spring.tank_j, spring.sent_j) == (0.02, pytest.approx(0.03))
 
     def test_at_rest_both_springs_and_the_contact_are_in_series(self):
         params = PspmParams(stiffness=1000.0, initial_j=0.02)
@@ -209,32 +202,6 @@ class TestSetPointModulation:
         # The device hangs on the avatar, the avatar on the device: x_m - x_s at both.
         assert link.force == pytest.approx(0.001 * 1000.0 * 500.0 / 1500.0, rel=1e-6)
         assert link.server.f_s[0] == pytest.approx(link.force, rel=1e-6)
-
-
-@pytest.mark.parametrize("controller", BASELINES)
-def test_a_batch_is_its_sessions_one_by_one(controller):
-    each = [
-        parse_scenario(
-            {"name": "two", "duration_s": 1.5, "controller": controller, "users": 2},
-            overrides={
-                "operator.kind": "constant",
-                "link.loss": 0.1,
-                "link.delay_s": 0.016,
-                "server.contact_stiffness": stiffness,
-                "baseline.virtual_coupling.stiffness": stiffness,
-                "baseline.tdpa.damping": 0.02 * stiffness,
-                "baseline.pspm.initial_j": 1e-5 * stiffness,
-            },
-        )
-        for stiffness in (200.0, 500.0)
-    ]
-    for together, scenario in zip(simulate(each), each, strict=True):
-        alone = simulate_one(scenario)
-        assert np.abs(alone.users[0].f_applied).max() > 0.05
-        for ours, theirs in zip(together.users, alone.users, strict=True):
-            np.testing.assert_allclose(ours.f_applied, theirs.f_applied, atol=1e-12)
-            for name, values in theirs.accounts.items():
-                np.testing.assert_allclose(ours.accounts[name], values, atol=1e-14)
 
 
 @pytest.mark.parametrize("controller", BASELINES)
@@ -250,7 +217,7 @@ class TestEveryOne:
         assert link.master.step(link.x, 0.0) == 0.0
         link.server.leave(0)
         assert link.server.step([(0.0, 0.0)]) == [0.0]
-        assert link.server.f_s == [0.0] and link.server.potential == 0.0
+        assert link.server.f_s == [0.0] and link.server.energies["potential"] == 0.0
 
     def test_who_comes_back_begins_without_a_force(self, controller):
         link = still(controller)
@@ -271,6 +238,6 @@ class TestEveryOne:
     def test_values_that_are_no_numbers_count_as_the_last_ones(self, controller):
         link = still(controller)
         master = link.master
-        before = master.position()
+        before = master.x
         assert np.isfinite(master.step(np.nan, np.inf))
-        assert (master.position(), master.send()) == (before, 0.0)
+        assert (master.x, master.send()) == (before, 0.0)

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 from pmwvc_core.account import Account, Passage
+from pmwvc_core.controllers.accounts import CONTACTS
 from pmwvc_core.motion import damper_heat, motion
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import SimulatedDevice, device_account
-from pmwvc_core.server.contacts import CONTACTS
-from pmwvc_core.server.cube import Cube, object_account
-from pmwvc_core.wave.ledger import port_account
-from pmwvc_core.wave.transform import WavePort
 
 TICK_S = 0.001
 DEVICE = DeviceParams(mass=0.3, damping=2.0, workspace_m=0.02)
@@ -78,44 +75,6 @@ def test_the_heat_of_a_damper_is_what_the_forces_lose():
     moved, after = motion(mass, damping, period).advance(0.0, xd, force)
     lost = force * moved - 0.5 * mass * (after**2 - xd**2)
     assert damper_heat(mass, damping, period, xd, force) == pytest.approx(lost, rel=1e-9)
-
-
-@pytest.mark.parametrize("midpoint", [False, True])
-def test_an_object_takes_what_it_stores_and_turns_to_heat(midpoint):
-    mass, damping, period, force = 0.5, 4.0, 0.008, np.array([1.5, -0.5])
-    cube = Cube(mass, damping, period=period)
-    cube.x, cube.xd = np.zeros(2), np.array([0.1, 0.2])
-    before, velocity, kinetic = cube.x, cube.xd, cube.kinetic
-    if midpoint:
-        mean = velocity - cube.imbalance(velocity, force) * cube.mobility(0.0)
-        lost = cube.drift(mean)
-    else:
-        _, lost = cube.push(force)
-    account = object_account(
-        mass,
-        damping,
-        period,
-        cube.x - before,
-        velocity,
-        force,
-        cube.kinetic - kinetic,
-        midpoint=midpoint,
-    )
-    assert account.residual == pytest.approx(0.0, abs=1e-12)
-    assert account.dissipated == pytest.approx(lost, rel=1e-9)
-
-
-def test_a_wave_port_keeps_nothing_until_its_force_is_limited():
-    b, xd, v_m = 25.0, np.array([[0.3, -0.1]]), np.array([[0.2, 0.4]])
-    port, u_m = WavePort(b), np.sqrt(2.0 * b) * xd - v_m
-    f_m = b * xd - np.sqrt(2.0 * b) * v_m
-    free = port_account(f_m, f_m, xd, (u_m, v_m), port, TICK_S)
-    assert free.kept == pytest.approx(0.0, abs=1e-15)
-    half = port_account(0.5 * f_m, f_m, xd, (0.0 * u_m, v_m), port, TICK_S)
-    assert half.residual == 0.0
-    assert half.dissipated == half.kept != 0.0
-    # a wave that does not fit the force while nothing limits it stays unexplained
-    assert port_account(1.01 * f_m, 1.01 * f_m, xd, (u_m, v_m), port, TICK_S).residual != 0.0
 
 
 def test_an_account_adds_up():

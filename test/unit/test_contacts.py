@@ -4,31 +4,86 @@
 
 from fractions import Fraction
 
-import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from pmwvc_core.errors import ParameterError
+from pmwvc_core.law.server.contacts import (
+    advanced_contact,
+    attached,
+    contact_energy,
+    contact_force,
+    contact_unwrapped,
+    detached,
+    offset_of,
+    slid,
+    spring_answer,
+    touching,
+)
+from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
-from pmwvc_core.server.contacts import Bilateral
-from pmwvc_core.server.factory import make_contact
-from pmwvc_core.server.friction import AnchoredGrip
-from pmwvc_core.server.grip import Grip
 
 H = 0.008
 LEFT, RIGHT = -1, 1
 
 
-def grip(side=LEFT, *, k=500.0, damping=10.0, size=0.06, gap=0.0, depth=None):
-    contact = Grip(k, damping, side=side, size=size, gap=gap)
+class Held:
+    """A contact with its state, on floats where there is one axis."""
+
+    def __init__(self, kind, k, damping, *, side=LEFT, gap=0.0, axes=1):
+        params = ContactParams(
+            contact=kind, contact_stiffness=k, contact_damping=damping, gap_m=gap
+        )
+        self.c = contact_of(params, side=side, size=0.06, axes=axes)
+
+    def attach(self, *offset):
+        self.c = attached(self.c, offset)
+
+    def slide(self, *way):
+        self.c, dropped_j = slid(self.c, way)
+        return dropped_j
+
+    def detach(self):
+        self.c, dropped_j = detached(self.c)
+        return dropped_j
+
+    def force(self, *rate):
+        f = contact_force(self.c, rate)
+        return f[0] if len(f) == 1 else f
+
+    def answer(self, free, b, h):
+        return spring_answer(self.c.springs[0], free, b, h, touching(self.c), self.c.law)
+
+    def advance(self, answer, h):
+        self.c, heat_j = advanced_contact(self.c, (answer.force,), (answer.rate,), h)
+        return heat_j
+
+    def unwrapped(self, free, xd_o, b, weight):
+        return contact_unwrapped(self.c, (free,), (xd_o,), b, weight)[0]
+
+    energy = property(lambda self: contact_energy(self.c))
+    touching = property(lambda self: touching(self.c))
+
+    @property
+    def position(self):
+        place = offset_of(self.c)
+        return place[0] if len(place) == 1 else place
+
+
+def bilateral():
+    return Held("bilateral", 500.0, 10.0)
+
+
+def grip(side=LEFT, *, k=500.0, damping=10.0, gap=0.0, depth=None):
+    contact = Held("grip", k, damping, side=side, gap=gap)
     if depth is not None:
-        contact.deflection = -side * depth
+        [spring] = contact.c.springs
+        contact.c = contact.c._replace(springs=(spring._replace(deflection=-side * depth),))
     return contact
 
 
 def test_a_two_sided_contact_pushes_and_pulls():
-    contact = Bilateral(500.0, 10.0)
+    contact = bilateral()
     contact.attach(0.04)
     assert contact.force(0.0) == 0.0
     contact.slide(0.002)
@@ -60,7 +115,7 @@ def test_a_grip_begins_outside_the_face_by_the_gap(side):
     assert contact.energy == 0.0
 
 
-@pytest.mark.parametrize("make", [lambda: Bilateral(500.0, 10.0), grip])
+@pytest.mark.parametrize("make", [bilateral, grip])
 def test_letting_go_drops_the_energy_of_the_spring(make):
     contact = make()
     contact.attach(-0.03)
@@ -72,8 +127,8 @@ def test_letting_go_drops_the_energy_of_the_spring(make):
 
 
 def test_an_unwrapped_force_fits_the_velocity_it_leaves():
-    contact, free, xd_o, b, weight = Bilateral(500.0, 10.0), 0.3, 0.05, 25.0, 0.004
-    contact.deflection = 0.002
+    contact, free, xd_o, b, weight = bilateral(), 0.3, 0.05, 25.0, 0.004
+    contact.slide(0.002)
     force = contact.unwrapped(free, xd_o, b, weight)
     xd = free - force / b
     assert force == pytest.approx(500.0 * (0.002 + weight * xd) + 10.0 * (xd - xd_o))
@@ -161,59 +216,29 @@ def test_a_grip_that_is_pulled_off_fast_gives_no_energy_back():
 class TestInSpace:
     """A grip along axis 0 that also holds on sideways."""
 
-    def make(self, *, runs=None):
-        contact = AnchoredGrip(grip(), dof=3)
-        start = np.array([-0.03, 0.01, -0.01])
-        contact.attach(start if runs is None else np.tile(start, (runs, 1)))
+    def make(self):
+        contact = Held("grip", 500.0, 10.0, axes=3)
+        contact.attach(-0.03, 0.01, -0.01)
         return contact
-
-    def place(self, contact):
-        return contact.position
 
     def test_nothing_holds_before_contact(self):
         contact = self.make()
-        contact.slide(np.array([-0.001, 0.02, 0.02]))
-        np.testing.assert_array_equal(contact.force(np.array([0.0, 1.0, 1.0])), 0.0)
-        np.testing.assert_allclose(self.place(contact), [-0.031, 0.03, 0.01])
+        contact.slide(-0.001, 0.02, 0.02)
+        assert contact.force(0.0, 1.0, 1.0) == (0.0, 0.0, 0.0)
+        assert contact.position == pytest.approx((-0.031, 0.03, 0.01))
 
     def test_contact_anchors_where_it_begins(self):
         contact = self.make()
-        contact.slide(np.array([0.002, 0.02, 0.0]))
-        np.testing.assert_allclose(contact.force(np.zeros(3)), [1.0, 0.0, 0.0])
-        contact.slide(np.array([0.0, 0.001, -0.002]))
-        np.testing.assert_allclose(contact.force(np.zeros(3)), [1.0, 0.5, -1.0])
-        np.testing.assert_allclose(self.place(contact), [-0.028, 0.031, -0.012])
+        contact.slide(0.002, 0.02, 0.0)
+        assert contact.force(0.0, 0.0, 0.0) == pytest.approx((1.0, 0.0, 0.0))
+        contact.slide(0.0, 0.001, -0.002)
+        assert contact.force(0.0, 0.0, 0.0) == pytest.approx((1.0, 0.5, -1.0))
+        assert contact.position == pytest.approx((-0.028, 0.031, -0.012))
 
     def test_coming_out_drops_the_sideways_spring(self):
         contact = self.make()
-        contact.slide(np.array([0.002, 0.0, 0.0]))
-        contact.slide(np.array([0.0, 0.003, 0.004]))
-        dropped = contact.slide(np.array([-0.003, 0.0, 0.0]))
-        np.testing.assert_allclose(dropped, 0.5 * 500.0 * 0.005**2)
-        np.testing.assert_array_equal(contact.energy, 0.0)
-        np.testing.assert_allclose(self.place(contact), [-0.031, 0.013, -0.006])
-
-    def test_each_run_of_a_batch_holds_by_itself(self):
-        contact = self.make(runs=2)
-        contact.slide(np.array([[0.002, 0.0, 0.0], [-0.002, 0.0, 0.0]]))
-        contact.slide(np.array([[0.0, 0.001, 0.0], [0.0, 0.001, 0.0]]))
-        np.testing.assert_array_equal(contact.touching, [[True], [False]])
-        expected = [[1.0, 0.5, 0.0], [0.0, 0.0, 0.0]]
-        np.testing.assert_allclose(contact.force(np.zeros((2, 3))), expected)
-
-
-def test_floats_stay_floats():
-    for contact in (Bilateral(500.0, 10.0), grip(depth=0.001)):
-        answer = contact.answer(0.3, 25.0, H)
-        parts = (answer.force, answer.rate, answer.slope, contact.advance(answer, H))
-        parts = (*parts, contact.energy, contact.force(0.1))
-        assert all(type(part) is float for part in parts)
-
-
-def test_the_factory_follows_name_and_axes():
-    bilateral = ContactParams(contact="bilateral")
-    assert isinstance(make_contact(bilateral, side=1, size=0.06, dof=3), Bilateral)
-    assert isinstance(make_contact(ContactParams(), side=1, size=0.06, dof=1), Grip)
-    assert isinstance(make_contact(ContactParams(), side=1, size=0.06, dof=2), AnchoredGrip)
-    with pytest.raises(ParameterError, match=r"side = 0: must be -1 .* or \+1"):
-        make_contact(ContactParams(), side=0, size=0.06, dof=1)
+        contact.slide(0.002, 0.0, 0.0)
+        contact.slide(0.0, 0.003, 0.004)
+        assert contact.slide(-0.003, 0.0, 0.0) == pytest.approx(0.5 * 500.0 * 0.005**2)
+        assert contact.energy == 0.0
+        assert contact.position == pytest.approx((-0.031, 0.013, -0.006))

@@ -4,20 +4,30 @@
 
 import pytest
 
-from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.controllers.library import LIBRARY
-from pmwvc_core.params import ContactParams, MasterParams, ServerParams
+from pmwvc_core.ends.assembly import server_end_of, user_end_of
+from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.wave.limits import DIRECT, largest_wave
 
 
 @pytest.mark.parametrize("controller", LIBRARY)
 def test_the_content_of_a_packet_is_given_by_its_flag(controller):
-    flags = make_master(controller, MasterParams()).flags
-    assert bool(flags & FLAG_DIRECT) is not LIBRARY[controller].waves
-    one = [ContactParams()]
-    server = make_server(controller, ServerParams(), one, [25.0], dof=1, sides=[-1])
-    assert server.flags == flags
+    scenario = parse_scenario(
+        {"name": "one", "duration_s": 1.0, "controller": controller, "users": 1}
+    )
+    user, server = user_end_of(scenario, 0), server_end_of(scenario)
+    sent = user.start_frame(0, 0, DeviceSample())
+    [answer], _ = server.tick(0, [[sent]])
+    for packet in (sent, answer):
+        assert bool(packet.flags & FLAG_DIRECT) is not LIBRARY[controller].waves
+    other = "direct" if LIBRARY[controller].waves else "pmwvc"  # the control
+    ignores = server_end_of(
+        parse_scenario({"name": "one", "duration_s": 1.0, "controller": other, "users": 1})
+    )
+    assert ignores.tick(0, [[sent]])[0] == [None]
+    assert ignores.other_controller == 1
 
 
 @pytest.mark.parametrize("controller", LIBRARY)

@@ -18,7 +18,6 @@ from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import CHANNELS
 from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.session import simulate_one
 
 
 @pytest.fixture(scope="module")
@@ -27,57 +26,74 @@ def pmwvc(tmp_path_factory):
     return example_of(tmp_path_factory.mktemp("lab"), "controllers.md")
 
 
+FOUR = ("--set", "controller=four_channel")
+
+
 def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
     out = tmp_path / "one"
-    words = ["carry_16ms", "--set", "controller=soft", "--duration", "4", "--out", out]
-    result = pmwvc("simulate", *words)
+    words = ["carry_0ms", *FOUR, "--set", "user2.four_channel.forward=0.3", "--duration", "4"]
+    result = pmwvc("simulate", *words, "--out", out)
     assert result.returncode == 0, result.stderr
-    assert "The mean of the last two waves is taken" in result.stdout
+    assert "Four channels: positions, velocities and forces both ways" in result.stdout
     assert "  Stable: spectral radius" in result.stdout
-    assert "soft comes from another package: its model was tried" in result.stdout
+    assert "four_channel comes from another package: its model was tried" in result.stdout
     assert "Predicted stable: it was." in result.stdout
     summary = json.loads((out / "summary.json").read_text("utf-8"))
-    assert summary["controller"] == "soft"
-    assert summary["stable"] is True
-    assert summary["prediction"]["any_delay"] is None  # the proof is not one of this controller
+    assert summary["controller"] == "four_channel"
+    assert summary["parameters"]["user1.four_channel.forward"] == 0.5
+    assert summary["parameters"]["user2.four_channel.forward"] == 0.3
+    assert summary["prediction"]["any_delay"] is None
     assert pmwvc("report", out).returncode == 0
-    text = (out / "report.html").read_text("utf-8")
-    assert "The mean of the last two waves is taken" in text
-    assert "the link acts like" not in text
+    assert "Four channels" in (out / "report.html").read_text("utf-8")
+    again = pmwvc("replay", out, "--set", "four_channel.forward=0.1", "--out", tmp_path / "again")
+    assert again.returncode == 0, again.stderr
+    summary = json.loads((tmp_path / "again" / "summary.json").read_text("utf-8"))
+    assert summary["parameters"]["four_channel.forward"] == 0.1
 
 
-def test_a_controller_of_another_package_is_compared(pmwvc, tmp_path):
-    over = ["--controllers", "pmwvc,soft", "--duration", "4", "--json", "--no-figures"]
-    result = pmwvc("compare", "carry_16ms", *over, "--out", tmp_path / "all")
+def test_its_parameters_are_compared_and_its_extra_signals_are_felt(pmwvc, tmp_path):
+    """Force fed forward makes the link stiffer: the device is nearer to its avatar."""
+    over = ["--over", "four_channel.forward=0,0.6", *FOUR, "--duration", "4", "--json"]
+    result = pmwvc("compare", "carry_0ms", *over, "--no-figures", "--out", tmp_path / "all")
     assert result.returncode == 0, result.stderr
-    waves, soft = json.loads(result.stdout)["sessions"]
-    assert soft["settings"] == {"controller": "soft"}
-    assert soft["k_felt"] < 0.99 * waves["k_felt"]  # half a frame more lag is rendered
+    without, with_force = json.loads(result.stdout)["sessions"]
+    assert with_force["coherency_rms_m"] < 0.7 * without["coherency_rms_m"]
+
+
+def test_wrong_parameters_of_a_plug_in_are_refused_like_those_of_the_library(pmwvc):
+    for setting, text in (
+        ("four_channel.forward=2", "four_channel.forward = 2.0: must be 0..1"),
+        ("four_channel.fordward=0.2", "did you mean four_channel.forward?"),
+    ):
+        result = pmwvc("simulate", "carry_0ms", *FOUR, "--set", setting)
+        assert result.returncode != 0
+        assert text in result.stderr
 
 
 def test_a_controller_of_another_package_has_an_exact_model(pmwvc):
     found = {}
-    for controller in ("soft", "pmwvc"):
-        settings = ("--set", f"controller={controller}", "--set", "channel=plain", "--json")
-        result = pmwvc("stability", "carry_16ms", *settings)
+    for stiffness in (200.0, 2000.0):
+        settings = ("--set", f"four_channel.stiffness={stiffness}", "--json")
+        result = pmwvc("stability", "carry_16ms", *FOUR, *settings)
         assert result.returncode == 0, result.stderr
-        found[controller] = json.loads(result.stdout)
-    soft, waves = found["soft"], found["pmwvc"]
-    assert soft["stable"] is True
-    assert soft["states"] == waves["states"] + 2  # the wave before, of two users
-    assert soft["spectral_radius"] > waves["spectral_radius"]
-    [note] = [note for note in soft["notes"] if "another package" in note]
-    assert "controller = soft" in note
+        found[stiffness] = json.loads(result.stdout)
+    assert found[200.0]["spectral_radius"] < found[2000.0]["spectral_radius"]
+    [note] = [note for note in found[200.0]["notes"] if "another package" in note]
+    assert "controller = four_channel" in note
     assert "signals of up to 8 mm" in note
 
 
-def test_a_controller_of_another_package_is_tuned_by_its_own_model(pmwvc):
-    settings = ("--set", "controller=soft", "--set", "channel=plain", "--json")
-    result = pmwvc("tune", "wall", *settings)
-    assert result.returncode == 0, result.stderr
-    found = json.loads(result.stdout)
-    assert found["best"]["stable"] is True
-    assert found["best"]["lag_s"] is None  # not known of code from another package
+def test_an_environment_of_another_package_has_parameters(tmp_path):
+    run = example_of(tmp_path, "environments.md")
+    forces = []
+    for damping in (4, 8):
+        out = tmp_path / f"with_{damping}"
+        words = ["wall_slow", "--set", "server.environment=jelly", "--duration", "3"]
+        result = run("simulate", *words, "--set", f"jelly.damping={damping}", "--out", out)
+        assert result.returncode == 0, result.stderr
+        summary = json.loads((out / "summary.json").read_text("utf-8"))
+        forces.append(summary["users"][0]["force_peak_n"])
+    assert forces[0] != forces[1]
 
 
 SOFT = dataclasses.replace(library.LIBRARY["pmwvc"], name="soft", words="Damped waves.")
@@ -89,7 +105,6 @@ def lab(monkeypatch):
     records = {
         "alone": dataclasses.replace(SOFT, name="alone", linear=None),
         "near": dataclasses.replace(SOFT, name="near", linear="pmwvc"),
-        "portless": dataclasses.replace(SOFT, name="portless", make_black_box=None),
         "other": SOFT,
         "stray": dataclasses.replace(SOFT, name="stray", linear="moon"),
         "stone": object(),
@@ -128,7 +143,7 @@ def test_a_broken_plug_in_is_refused_with_the_reason(lab, name, text, channel):
 
 
 def test_an_unknown_name_is_answered_with_what_is_there(lab):
-    with pytest.raises(ScenarioError, match=r"'moon': must be one of pmwvc, .*pspm.*portless"):
+    with pytest.raises(ScenarioError, match=r"'moon': must be one of pmwvc, .*pspm.*near"):
         scenario("moon")
     with pytest.raises(ParameterError, match=r"'moon': must be one of.*'pmwvc\.controllers'"):
         library.record_of("moon")
@@ -151,18 +166,14 @@ def test_a_controller_near_one_of_the_library_is_answered_with_that(lab):
         propose(near)
 
 
-def test_a_controller_without_a_port_for_black_boxes_is_refused_there(lab):
-    simulate_one(scenario("portless"))
-    with pytest.raises(ParameterError, match="controller = portless has no port for it"):
-        simulate_one(scenario("portless", coupling="unknown", environment="wall"))
-
-
 def test_a_record_refuses_properties_that_contradict_one_another():
     direct = library.LIBRARY["direct"]
     with pytest.raises(ParameterError, match=r"coupling = None: .*belongs to waves"):
         dataclasses.replace(direct, coupling=None)
     with pytest.raises(ParameterError, match=r"object_motion = 'flying': must be one of"):
         dataclasses.replace(direct.coupling, object_motion="flying")
+    with pytest.raises(ParameterError, match=r"avatar = None: .*needs both laws"):
+        dataclasses.replace(direct, device=lambda s, tick, p: (s, None))
     rule = library.LIBRARY["tdpa"].rule
     with pytest.raises(ParameterError, match=r"group = 'mine': BaselineParams has no such group"):
         dataclasses.replace(rule, group="mine")

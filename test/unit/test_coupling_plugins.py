@@ -4,6 +4,7 @@
 
 import dataclasses
 import json
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -15,11 +16,12 @@ from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.events.events import complete
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.law.server.avatar import couple
+from pmwvc_core.law.server.implicit import Implicit
+from pmwvc_core.law.server.sampled import OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.implicit import Implicit
-from pmwvc_core.server.couplings.one_step_delay import OneStepDelay
 from pmwvc_core.simulation.session import simulate_one
 
 AVERAGED = ("--set", "server.coupling=averaged")
@@ -92,37 +94,26 @@ def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
 FAILED = slice(20, 30)  # steps
 
 
-class Torn(Implicit):
-    """Fails in ten steps, halfway through them."""
-
-    def __init__(self, params):
-        super().__init__(params)
-        self.count = 0
-
-    def step(self, ports, body):
-        """Move, then fail."""
-        self.count += 1
-        lost = super().step(ports, body)
-        if FAILED.start < self.count <= FAILED.stop:
-            raise ZeroDivisionError("no mass")
-        return lost
+STEPS = []
 
 
-class TornLate(OneStepDelay):
-    """Fails in the same steps and has no faults of its own."""
+class Torn(NamedTuple):
+    """A law of the library that fails in ten steps."""
 
-    count = 0
-
-    def step(self, ports, body):
-        """Move, then fail."""
-        self.count += 1
-        lost = super().step(ports, body)
-        if FAILED.start < self.count <= FAILED.stop:
-            raise ZeroDivisionError("no mass")
-        return lost
+    law: Any
 
 
-def unmade(params):
+@couple.member(Torn)
+def torn(p, avatars, body, law):
+    """Step, then fail."""
+    STEPS.append(1)
+    found = couple(p.law, avatars, body, law)
+    if FAILED.start < len(STEPS) <= FAILED.stop:
+        raise ZeroDivisionError("no mass")
+    return found
+
+
+def unmade(old_s, new_s):
     """Fail."""
     raise KeyError("table")
 
@@ -135,11 +126,13 @@ def lab(monkeypatch):
         "exact": dataclasses.replace(own, name="exact"),
         "doubtful": dataclasses.replace(own, name="doubtful", passive=lambda params: False),
         "alone": dataclasses.replace(own, name="alone", linear=None),
-        "torn": dataclasses.replace(own, name="torn", make=Torn),
+        "torn": dataclasses.replace(own, name="torn", law=lambda old_s, new_s: Torn(Implicit(0))),
         "torn_late": dataclasses.replace(
-            COUPLINGS.library["one_step_delay"], name="torn_late", make=TornLate
+            COUPLINGS.library["one_step_delay"],
+            name="torn_late",
+            law=lambda old_s, new_s: Torn(OneStepDelay(old_s, new_s)),
         ),
-        "unmade": dataclasses.replace(own, name="unmade", make=unmade),
+        "unmade": dataclasses.replace(own, name="unmade", law=unmade),
         "stone": object(),
     }
     offer(monkeypatch, COUPLINGS.plugins.group, "lab_couplings", records)
@@ -167,6 +160,7 @@ def test_a_coupling_runs_as_its_record_makes_it(lab):
 @pytest.mark.parametrize(("name", "own"), [("torn", "implicit"), ("torn_late", "one_step_delay")])
 def test_a_step_that_fails_is_a_matched_damper_is_counted_and_named(lab, name, own):
     """The control is the same coupling whole: until the first fault they are the same bits."""
+    STEPS.clear()
     known, whole = (
         load("carry_16ms", settings_texts=[f"server.coupling={each}", "duration_s=4"])
         for each in (name, own)

@@ -5,13 +5,14 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from support.law_rigs import Users
 
-from pmwvc_core.controllers.ends import make_server
+from pmwvc_core.law.server.contacts import advanced_contact, spring_answer
+from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS as NAMES
 from pmwvc_core.params.server import INTEGRATORS
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.grip import Grip
 
 H, B_W, K, B_C, M_O = 0.008, 25.0, 500.0, 10.0, 2.0
 RATIO = np.sqrt(2.0 / B_W)
@@ -19,14 +20,8 @@ RATIO = np.sqrt(2.0 / B_W)
 
 def two_users(coupling, *, contact="bilateral", integrator="backward_euler", **server):
     contacts = ContactParams(contact=contact, contact_stiffness=K, contact_damping=B_C)
-    made = make_server(
-        "pmwvc",
-        ServerParams(coupling=coupling, integrator=integrator, object_mass=M_O, **server),
-        [contacts] * 2,
-        [B_W] * 2,
-        dof=1,
-        sides=[-1, 1],
-    )
+    params = ServerParams(coupling=coupling, integrator=integrator, object_mass=M_O, **server)
+    made = Users(params, [contacts] * 2, b=B_W)
     made.join(0, -0.03)
     made.join(1, 0.03)
     return made
@@ -128,26 +123,32 @@ def test_implicit_with_two_sided_contacts_is_its_closed_form(b_o):
 def test_implicit_with_grips_solves_the_same_equations_as_a_bracketing_solver():
     waves = random_waves(5, steps=80)
     server = two_users("implicit", contact="grip")
-    grips = [Grip(K, B_C, side=side, size=0.06) for side in (-1, 1)]
+    params = ContactParams(contact_stiffness=K, contact_damping=B_C)
+    grips = [contact_of(params, side=side, size=0.06, axes=1) for side in (-1, 1)]
     v_o, pushed, free = 0.0, 0, 0
     for u in waves:
 
-        def answers(mean, u=u):
-            return [g.answer(RATIO * w - mean, B_W, H) for g, w in zip(grips, u, strict=True)]
+        def answers(mean, u=u, grips=grips):
+            return [
+                spring_answer(grip.springs[0], RATIO * w - mean, B_W, H, True, grip.law)
+                for grip, w in zip(grips, u, strict=True)
+            ]
 
         def missing(mean, v_o=v_o, answers=answers):
             return 2 * M_O / H * (mean - v_o) - sum(answer.force for answer in answers(mean))
 
         mean = brentq(missing, -5.0, 5.0, xtol=1e-15, rtol=1e-14)
         found = answers(mean)
-        for grip, answer in zip(grips, found, strict=True):
-            grip.advance(answer, H)
+        grips = [
+            advanced_contact(grip, (answer.force,), (answer.rate,), H)[0]
+            for grip, answer in zip(grips, found, strict=True)
+        ]
         v_o = 2 * mean - v_o
         server.step(u)
         np.testing.assert_allclose(server.f_s, [answer.force for answer in found], atol=1e-8)
         assert server.xd_o == pytest.approx(v_o, abs=1e-10)
-        pushed += sum(server.contact)
-        free += 2 - sum(server.contact)
+        touching = server.touches(0) + server.touches(1)
+        pushed, free = pushed + touching, free + 2 - touching
     assert pushed > 10 and free > 10, "both states must occur for this to say anything"
 
 

@@ -53,7 +53,7 @@ class Rig:
         with ros(automatically_declare_parameters_from_overrides=True) as peer:
             settings = declare_settings(peer.node, lambda _: None, lambda _: None)
         self.loop = settings.make_force_loop(1, declared)
-        self.packer = Packer(2, period=settings.period_s)
+        self.packer = Packer(2, period=settings.server.period_s)
         self.tick = 0
 
     def force(self, x=0.0, xd=0.0, *, ticks=1):

@@ -6,27 +6,38 @@ import math
 
 import pytest
 
-from pmwvc_core.master.position.energy_tank import EnergyTank
+from pmwvc_core.ends.forms import known
+from pmwvc_core.law.position.energy_tank import (
+    resting_tank,
+    tank_down,
+    tank_free_j,
+    tank_packet,
+    tank_send,
+)
+from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.made.waves import made_impedance, position_params
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.design.aliasing import worst_case_gain
-from pmwvc_core.wave.rates import Hold
 
 M, TICK_S, FRAME_S = 8, 0.001, 0.008
 WAVE = 0.3
 BROUGHT = WAVE**2 * FRAME_S / 2  # by each packet
 
 
+def params_of(**values):
+    """Return the parameters of a tank."""
+    master = MasterParams(rate_drop=M, tick_s=TICK_S, **values)
+    return position_params(master, made_impedance(25.0), strict=False)
+
+
 class Held:
     """An account that hears packets of one wave, and the hold that plays them."""
 
-    def __init__(self, hold, *, most_j):
-        self.account = EnergyTank(
-            MasterParams(
-                rate_drop=M, tick_s=TICK_S, hold=hold, position=PositionParams(most_j=most_j)
-            )
-        )
-        self.hold = Hold(hold, ticks=M)
+    def __init__(self, kind, *, most_j):
+        self.p = params_of(hold=kind, position=PositionParams(most_j=most_j))
+        self.s, self.ramp = resting_tank((0.0,), self.p.lent_j), M if kind == "foh" else 1
+        self.hold = Hold((0.0,), (0.0,), (0.0,), 0)
         self.server = Packer(7, period=FRAME_S)
         self.packet = None
 
@@ -34,11 +45,16 @@ class Held:
         """Run a frame and settle it."""
         for _ in range(0 if late else lost + 1):  # the last of these comes in
             self.packet = self.server.pack(WAVE, 0.0, 0)
-        self.account.on_packet(self.packet)
-        self.hold.load(0.0 if silent else self.packet.wave)
+        came = known(self.packet, 1, fresh=False, lost=0)
+        self.s = tank_packet(self.s, came, self.p)
+        self.hold = load(self.hold, (0.0,) if silent else came.wave)
         for _ in range(M):
-            self.account.play(self.hold.step())
-        self.account.on_packet(self.packet)
+            self.hold, v = hold(self.hold, self.ramp)
+            self.s, _ = tank_down(self.s, (0.0,), v, (0.0,), False, self.p)
+        self.s = tank_packet(self.s, came, self.p)
+
+    deficit_j = property(lambda self: self.s.level.deficit_j)
+    free_j = property(lambda self: tank_free_j(self.s))
 
 
 def rounded_off(hold):
@@ -54,14 +70,14 @@ def test_deficit_of_a_held_wave_is_that_of_both_its_ramps(hold):
     """
     held = Held(hold, most_j=0.0)
     held.frame(silent=True)
-    assert held.account.deficit_j == 0.0
+    assert held.deficit_j == 0.0
     held.frame(late=True)
-    assert held.account.deficit_j == pytest.approx(BROUGHT - rounded_off(hold), rel=1e-12)
+    assert held.deficit_j == pytest.approx(BROUGHT - rounded_off(hold), rel=1e-12)
     held.frame(late=True, silent=True)
     ramps = WAVE**2 * TICK_S / 2 * (2 * M * M + 1) / (3 * M)
-    assert held.account.deficit_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
+    assert held.deficit_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
     held.frame(late=True, silent=True)
-    assert held.account.deficit_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
+    assert held.deficit_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
 
 
 @pytest.mark.parametrize("hold", ["zoh", "foh"])
@@ -69,8 +85,8 @@ def test_the_tank_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
     held, off = Held(hold, most_j=10.0), rounded_off(hold)
 
     def stands(free, deficit_j):
-        assert held.account.free_j == pytest.approx(free, rel=1e-12, abs=1e-15)
-        assert held.account.deficit_j == pytest.approx(deficit_j, rel=1e-12, abs=1e-15)
+        assert held.free_j == pytest.approx(free, rel=1e-12, abs=1e-15)
+        assert held.deficit_j == pytest.approx(deficit_j, rel=1e-12, abs=1e-15)
 
     held.frame(silent=True)
     stands(BROUGHT, 0.0)
@@ -97,6 +113,7 @@ def test_what_is_kept_for_a_first_order_filter_is_the_most_it_can_still_give(pol
     k = i / r * q / (1 + q)
     e, h2 = FRAME_S / 2 / worst_case_gain(filtering, tick_s=TICK_S, rate_drop=M), r * (1 - q * q)
     assert k == pytest.approx((e + k) * q * q * i / (i - (e + k) * h2), rel=1e-6)
-    ledger = EnergyTank(MasterParams(rate_drop=M, filter=filtering))
-    ledger.send(0.1)  # nothing was taken in: only the reserve is missing, and no packet goes out
-    assert -ledger.saved_j == pytest.approx(k * 0.01, rel=0.02)
+    p = params_of(filter=filtering)
+    tank, _ = tank_send(resting_tank((0.0,), p.lent_j), (0.1,), p)
+    # Nothing was taken in: only the reserve is missing, and no packet goes out.
+    assert -tank.level.saved_j == pytest.approx(k * 0.01, rel=0.02)

@@ -9,25 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.lab import offer
+from support.law_rigs import Users
 
-from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.law.black_box.touched import Wall
+from pmwvc_core.made.server import object_of
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server import environments
-from pmwvc_core.server.black_box import EnvironmentSetup
-from pmwvc_core.server.black_box.touch import TouchedWall
 from pmwvc_core.simulation.session import simulate
 
 
-def setup(name):
-    server = ServerParams(coupling="unknown", environment=name)
-    return EnvironmentSetup(1, server.period_s, (-1,), server, (ContactParams(),))
-
-
 def server_at(name):
-    made = setup(name)
-    return make_server("pmwvc", made.server, made.contacts, [25.0], dof=1, sides=[-1])
+    return Users(ServerParams(coupling="unknown", environment=name), [ContactParams()])
 
 
 class Honey:
@@ -69,7 +63,7 @@ def test_environment_of_another_package_is_made_and_its_force_rendered(lab):
 
 
 def test_the_library_goes_before_plug_ins_of_the_same_name(lab):
-    assert isinstance(environments.make_black_box(setup("wall")), TouchedWall)
+    assert isinstance(server_at("wall").s.body.environment, Wall)
     environments.require("wall")
 
 
@@ -107,7 +101,7 @@ def test_another_coupling_than_unknown_names_what_to_set(name):
     with pytest.raises(ParameterError, match=text):
         ServerParams(environment=name)
     with pytest.raises(ParameterError, match=r"needs controller = pmwvc with server.coupling"):
-        environments.make_body(ServerParams(environment=name, coupling="unknown"))
+        object_of(ServerParams(environment=name, coupling="unknown"))
 
 
 def test_a_simulated_session_goes_on_and_tells_what_failed(lab, monkeypatch):
@@ -145,8 +139,8 @@ def test_the_environment_of_the_documentation_works(lab):
     assert server.faults.steps == 0
     assert server.f_s[0] == pytest.approx(1.0)
     assert server.x_s[0] == pytest.approx(-0.04 + 1.0 / 100.0)
-    assert server.potential == pytest.approx(0.5 * 1.0**2 / 100.0)
+    assert server.energies["potential"] == pytest.approx(0.5 * 1.0**2 / 100.0)
     server.leave(0)
     server.step([0.0])
     assert server.faults.steps == 0
-    assert server.potential == 0.0
+    assert server.energies["potential"] == 0.0

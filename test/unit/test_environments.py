@@ -3,25 +3,18 @@
 """Environments by name, and the wall."""
 
 import pytest
+from support.law_rigs import Users
 
-from pmwvc_core.controllers.ends import make_server
+from pmwvc_core.made.black_box import ENVIRONMENTS
+from pmwvc_core.made.server import OBJECTS
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS, KNOWN
-from pmwvc_core.server.cube import Cube, FixedBody
-from pmwvc_core.server.environments import LIBRARY, make_body
+from pmwvc_core.server.environments import LIBRARY
 
 
 def test_every_environment_a_parameter_can_name_exists():
-    assert isinstance(make_body(ServerParams(environment="cube")), Cube)
-    assert isinstance(make_body(ServerParams(environment="wall")), FixedBody)
-    assert tuple(name for name, record in LIBRARY.items() if record.body) == KNOWN
-
-
-def test_a_wall_does_not_give_way():
-    wall = FixedBody()
-    moved, lost = wall.push(1e3)
-    assert (moved, lost, wall.drift(0.0), wall.mobility(3.0)) == (0.0, 0.0, 0.0, 0.0)
-    assert (wall.x, wall.xd, wall.kinetic) == (0.0, 0.0, 0.0)
+    assert tuple(OBJECTS) == KNOWN
+    assert set(ENVIRONMENTS) == set(LIBRARY)
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
@@ -29,13 +22,10 @@ def test_a_wall_does_not_give_way():
 def test_pressed_steadily_a_wall_shows_its_stiffness(coupling, contact):
     """In rest nothing moves: u = sqrt(b/2) F/b, and the avatar is F/K in, under every coupling."""
     b, k, force = 25.0, 400.0, 2.0
-    server = make_server(
-        "pmwvc",
+    server = Users(
         ServerParams(coupling=coupling, environment="wall"),
         [ContactParams(contact=contact, contact_stiffness=k, contact_damping=5.0)],
-        [b],
-        dof=1,
-        sides=[-1],
+        b=b,
     )
     server.join(0, -0.03)
     for _ in range(4000):
@@ -44,19 +34,16 @@ def test_pressed_steadily_a_wall_shows_its_stiffness(coupling, contact):
     assert server.x_s[0] == pytest.approx(-0.03 + force / k)
     assert server.xd_s[0] == pytest.approx(0.0, abs=1e-12)
     assert server.v_s[0] == pytest.approx(-force / (2 * b) ** 0.5)
-    assert server.contact == [True]
-    assert server.potential == pytest.approx(0.5 * force**2 / k)
+    assert server.touches(0)
+    assert server.energies["potential"] == pytest.approx(0.5 * force**2 / k)
     assert server.x_o == 0.0
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
 def test_a_one_sided_wall_lets_go(coupling):
-    server = make_server(
-        "pmwvc",
+    server = Users(
         ServerParams(coupling=coupling, environment="wall"),
         [ContactParams(contact_stiffness=400.0, contact_damping=5.0, gap_m=0.01)],
-        [25.0],
-        dof=1,
         sides=[1],
     )
     server.join(0, 0.0)
@@ -65,6 +52,6 @@ def test_a_one_sided_wall_lets_go(coupling):
     for wave, touching in ((-0.5, True), (0.5, False)):
         for _ in range(60):
             server.step([wave])
-        assert server.contact == [touching]
+        assert server.touches(0) == touching
     assert server.f_s[0] == 0.0
-    assert server.v_s[0] == server.u_s[0]
+    assert server.v_s[0] == wave

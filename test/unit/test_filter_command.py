@@ -48,7 +48,10 @@ def test_the_published_filter_is_flagged_by_the_conditions_it_misses(capfd):
     assert found["designed"] == "given"
     assert found["flags"] == ["any_environment", "switching"]
     assert main(["filter", "wall_filtered", *PRINTED]) == 0
-    assert "conditions not met: any_environment, switching" in capfd.readouterr().out
+    said = capfd.readouterr().out
+    assert "  not met: passivity with any environment" in said
+    assert "  not met: passivity with a switching environment" in said
+    assert "  met: passivity with an environment in phase" in said
 
 
 def test_the_equivalent_form_is_flagged_at_the_device(capfd):

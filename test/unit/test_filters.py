@@ -2,22 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The anti-aliasing filter: its cut-off and its output."""
 
-import copy
 import math
-import sys
 
 import numpy as np
 import pytest
 from hypothesis import given
 from scipy import signal
-from support.filter_runs import BUTTERWORTH, KINDS, run
+from support.filter_runs import BUTTERWORTH, KINDS, Stage, run
 from support.strategies import TICK_S, poles_rad_s, signals
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.aliasing import delay_of, worst_case_gain
 from pmwvc_core.wave.design.filter_design import design, half_power_hz, pole_of
-from pmwvc_core.wave.rates import AntiAliasing
 
 
 def gain_at(sos, hz):
@@ -44,9 +40,7 @@ def test_the_three_conventions_name_the_same_filter():
 
 def test_the_first_order_filter_is_exact_under_a_held_input():
     # Step response of a/(s+a) at the ticks: 1 - exp(-a t).
-    stage = AntiAliasing(
-        FilterParams(kind="first_order", pole_rad_s=50.0), tick_s=TICK_S, rate_drop=8
-    )
+    stage = Stage(FilterParams(kind="first_order", pole_rad_s=50.0))
     for k in range(1, 100):
         assert stage.step(1.0) == pytest.approx(1.0 - math.exp(-50.0 * k * TICK_S))
 
@@ -126,7 +120,7 @@ def test_integrate_and_dump_sends_the_mean_of_the_frame():
 
 
 def test_integrate_and_dump_keeps_the_integral_when_ticks_are_missing():
-    stage = AntiAliasing(FilterParams(kind="integrate_and_dump"), tick_s=TICK_S, rate_drop=8)
+    stage = Stage(FilterParams(kind="integrate_and_dump"))
     for value in (1.0, 2.0, 3.0):
         stage.step(value)
     assert stage.sample() * 8 == pytest.approx(6.0)
@@ -140,65 +134,3 @@ def test_several_axes_are_several_filters(u, pole):
         for axis in range(2):
             single, _ = run(params, u[:, axis].tolist())
             assert [row[axis] for row in together] == single
-
-
-@pytest.mark.parametrize(
-    "params, of_run",
-    [
-        (
-            FilterParams(kind="first_order", pole_rad_s=np.array([[50.0], [100.0]])),
-            [
-                FilterParams(kind="first_order", pole_rad_s=50.0),
-                FilterParams(kind="first_order", pole_rad_s=100.0),
-            ],
-        ),
-        (
-            FilterParams(
-                kind="butterworth", stop_hz=np.array([[50.0], [30.0]])
-            ),  # orders 4 and 13
-            [
-                FilterParams(kind="butterworth", stop_hz=50.0),
-                FilterParams(kind="butterworth", stop_hz=30.0),
-            ],
-        ),
-        (FilterParams(kind="integrate_and_dump"), [FilterParams(kind="integrate_and_dump")] * 2),
-        (FilterParams(kind="none"), [FilterParams(kind="none")] * 2),
-    ],
-    ids=["first_order", "butterworth", "integrate_and_dump", "none"],
-)
-def test_a_batch_of_runs_equals_the_runs_one_by_one(params, of_run):
-    u = np.random.default_rng(5).normal(size=(60, 2, 3))
-    together, packets = run(params, u)
-    for index, single_params in enumerate(of_run):
-        single, single_packets = run(single_params, u[:, index])
-        np.testing.assert_allclose([row[index] for row in together], single, rtol=1e-12)
-        np.testing.assert_allclose(
-            [row[index] for row in packets[1:]], single_packets[1:], rtol=1e-12
-        )
-        for judge in (worst_case_gain, delay_of):
-            whole = np.broadcast_to(judge(params, tick_s=TICK_S, rate_drop=8), (2, 1))
-            assert whole[index, 0] == pytest.approx(
-                judge(single_params, tick_s=TICK_S, rate_drop=8), rel=1e-6
-            )
-
-
-@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
-def test_a_copy_goes_its_own_way(params):
-    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=8)
-    stage.step(1.0)
-    twin = copy.deepcopy(stage)
-    untouched = copy.deepcopy(stage).sample()
-    for _ in range(50):
-        stage.step(5.0)
-    assert twin.sample() == untouched
-
-
-@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
-def test_a_tick_on_floats_leaves_nothing_behind(params):
-    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=8)
-    for _ in range(10):
-        assert type(stage.step(0.3)) is float
-    before = sys.getallocatedblocks()
-    for _ in range(1000):
-        stage.step(0.3)
-    assert sys.getallocatedblocks() - before < 20

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support import plain as scenarios
 
-from pmwvc_core.frame.assembly import force_loop_of, server_step_of
+from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.simulation.conditions import Conditions
@@ -24,8 +24,8 @@ def scenario():
 def forces(scenario, schedule):
     """Return the forces of every user ``(users, ticks)`` by calls of the two objects alone."""
     users = SteppedSession(scenario).users  # devices and hands only
-    loops = [force_loop_of(scenario, i, schedule=schedule) for i in range(len(users))]
-    server = server_step_of(scenario)
+    loops = [user_end_of(scenario, i, schedule=schedule) for i in range(len(users))]
+    server = server_end_of(scenario)
     period = scenario.period_ticks
     phase = schedule.server_tick(tick_s=scenario.tick_s, period_ticks=period)
     up, down = [[] for _ in users], [[] for _ in users]
@@ -86,7 +86,7 @@ def test_the_server_steps_2_ms_into_its_period(tick_s, period_ticks, expected):
 
 def test_a_frame_starts_once_whoever_starts_it(scenario):
     sample = DeviceSample()
-    loop = force_loop_of(scenario, 0)
+    loop = user_end_of(scenario, 0)
     assert loop.start_frame(0, 0, sample).seq == 1
     assert loop.start_frame(0, 0, sample) is None
     assert loop.tick(0, 0, sample, [])[1] is None
@@ -94,4 +94,4 @@ def test_a_frame_starts_once_whoever_starts_it(scenario):
     assert [packet is not None for packet in packets] == [False] * 7 + [True]
     assert packets[-1].seq == 2
     skipped = loop.tick(21, 21 * TICK_NS, sample, [])[1]  # tick 16 was skipped
-    assert skipped.seq == 3 and loop.frames.starts(24) and not loop.frames.starts(23)
+    assert skipped.seq == 3 and loop.starts(24) and not loop.starts(23)

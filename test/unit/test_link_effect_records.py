@@ -19,7 +19,7 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, library, numbers_of
+from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, numbers_of, plugins_of
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams, Spec
@@ -135,10 +135,10 @@ def lab():
     with pytest.MonkeyPatch.context() as patch:
         offer(patch, EFFECTS.plugins.group, "lab_effects", RECORDS)
         plugins.imported.cache_clear()
-        library.plugins_of.cache_clear()
+        plugins_of.cache_clear()
         yield
     plugins.imported.cache_clear()
-    library.plugins_of.cache_clear()
+    plugins_of.cache_clear()
 
 
 def fates(params, seed, count=60):

@@ -5,14 +5,14 @@
 import math
 import sys
 import threading
-from dataclasses import replace
 
 import pytest
 from support.loop_rig import FRAME_S, TICK_NS, TICKS, Rig
 
 from pmwvc_core.errors import DeviceError
+from pmwvc_core.law.port.master import port_signals
 from pmwvc_core.master.safety.states import SafetyState
-from pmwvc_core.params import SafetyParams
+from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.real_time import RealTimeReport
 from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
 from pmwvc_master import loop as loop_module
@@ -30,7 +30,7 @@ def test_another_rate_begins_with_the_next_frame_and_lies_on_its_own_grid():
     rig = Rig(rate_drop=8)
     rig.ticks(*range(11))
     protocol = rig.loop.protocol
-    wanted = replace(protocol.controller.params, rate_drop=20)
+    wanted = MasterParams(rate_drop=20)
     protocol.hand_over(lambda: protocol.configure(wanted))
     rig.ticks(*range(11, 62))
     assert [first for first, *_ in rig.wires.blocks] == [0, 8, 16, 20, 40]
@@ -129,9 +129,13 @@ def test_the_hand_begins_once_when_the_force_is_there():
     for grid in range(40, 1200):
         rig.answer()
         rig.tick(grid)
-        full = rig.loop.protocol.safety.state == SafetyState.COUPLED
+        full = rig.loop.protocol.state == SafetyState.COUPLED
         assert rig.device.couplings <= full
     assert rig.device.couplings == 1
+
+
+def v_m_of(rig):
+    return port_signals(rig.loop.protocol.s.port)[2][0]
 
 
 def test_an_answer_counts_from_the_fourth_tick_of_its_frame():
@@ -142,7 +146,7 @@ def test_an_answer_counts_from_the_fourth_tick_of_its_frame():
     v_m = []
     for grid in range(16, 24):
         rig.tick(grid)
-        v_m.append(rig.loop.protocol.controller.v_m)
+        v_m.append(v_m_of(rig))
     assert v_m[:4] == [0.0] * 4
     assert v_m[4] != 0.0
 
@@ -153,9 +157,9 @@ def test_an_answer_after_the_fourth_tick_waits_for_the_next_frame():
     rig.ticks(*range(8, 21))
     rig.answer(0.5)
     rig.ticks(21, 22, 23)
-    assert rig.loop.protocol.controller.v_m == 0.0
+    assert v_m_of(rig) == 0.0
     rig.ticks(24, 25, 26, 27, 28)
-    assert rig.loop.protocol.controller.v_m != 0.0
+    assert v_m_of(rig) != 0.0
 
 
 def test_a_change_from_another_thread_waits_for_the_frame_start():
@@ -199,23 +203,23 @@ def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again(paci
             rig.tick(grid)
 
     tick_with_answers(*range(8, 800))
-    safety = rig.loop.protocol.safety
-    assert rig.device.forces[-1] > 0.5 and (safety.state, safety.events) == (1, 0)
+    end = rig.loop.protocol
+    assert rig.device.forces[-1] > 0.5 and (end.state, end.safety_events) == (1, 0)
     rig.device.sample.fresh = False
     tick_with_answers(*range(800, 820))
     assert rig.device.forces[-1] > 0.5  # 20 ms without anything new: not silent yet
     tick_with_answers(*range(820, 840))
     assert rig.device.forces[-1] == 0.0
-    assert (safety.state, safety.reason) == (SafetyState.DAMPING, "device silent: no force")
+    assert (end.state, end.reason) == (SafetyState.DAMPING, "device silent: no force")
     tick_with_answers(*range(840, 1900))
-    assert safety.state == SafetyState.FAULT and "more than 1 s" in safety.reason
-    assert set(rig.device.forces[850:]) == {0.0} and safety.events == 1
+    assert end.state == SafetyState.FAULT and "more than 1 s" in end.reason
+    assert set(rig.device.forces[850:]) == {0.0} and end.safety_events == 1
     rig.device.sample.fresh = True
     tick_with_answers(*range(1900, 1910))
-    assert safety.state == SafetyState.STARTING
+    assert end.state == SafetyState.STARTING
     assert 0.0 < rig.device.forces[-1] < 0.1
     tick_with_answers(*range(1910, 2500))
-    assert safety.state == SafetyState.COUPLED and rig.device.forces[-1] > 0.5
+    assert end.state == SafetyState.COUPLED and rig.device.forces[-1] > 0.5
 
 
 def test_a_device_that_never_spoke_is_a_fault_after_a_second():
@@ -225,9 +229,9 @@ def test_a_device_that_never_spoke_is_a_fault_after_a_second():
         rig.answer(-0.05)
         rig.tick(grid)
         if grid == 900:
-            assert rig.loop.protocol.safety.state == SafetyState.STARTING
+            assert rig.loop.protocol.state == SafetyState.STARTING
     assert set(rig.device.forces) == {0.0}
-    assert rig.loop.protocol.safety.state == SafetyState.FAULT
+    assert rig.loop.protocol.state == SafetyState.FAULT
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ import pickle
 import pytest
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.ends.assembly import server_end_of
 from pmwvc_core.frame.rows import Presence
+from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
 
 STEP_NS = 8_000_000
@@ -20,7 +21,7 @@ class Server:
 
     def __init__(self, channel):
         texts = [f"channel={channel}"]
-        self.step_ = server_step_of(files.load("carry_16ms", settings_texts=texts))
+        self.step_ = server_end_of(files.load("carry_16ms", settings_texts=texts))
         self.now_ns = self.lives = 0
         self.echo = (0, 0, 0)
 
@@ -39,14 +40,14 @@ class Server:
         if goodbye:
             self.step(packer.pack(0.0, -0.03, self.now_ns, FLAG_LEAVING))
         else:
-            self.now_ns += round((self.step_.release_s + 1.0) * 1e9)
+            self.now_ns += round((self.step_.p.release_s + 1.0) * 1e9)
             self.step()
         assert self.step_.presence[0] is Presence.ABSENT
 
     def size(self):
         """Objects of the process, and bytes of the server's state."""
         gc.collect()
-        return len(gc.get_objects()), len(pickle.dumps(dict(self.step_.snapshot())))
+        return len(gc.get_objects()), len(pickle.dumps(self.step_.s))
 
 
 @pytest.mark.parametrize("channel", ["strict", "plain"])
@@ -60,7 +61,7 @@ def test_ten_thousand_joins_and_leaves_leave_nothing_behind(channel):
     more, later = server.size()
     assert more - objects < 50  # one object a visit would be 5,000
     assert later - state < 0.1 * state  # numbers of packets and times have more digits
-    assert server.step_.server.ports[0].contact.energy == 0.0
+    assert contact_energy(server.step_.s.environment.ports[0].avatar.contact) == 0.0
 
 
 def test_what_is_kept_of_every_visit_is_seen():
@@ -70,5 +71,5 @@ def test_what_is_kept_of_every_visit_is_seen():
     objects, _ = server.size()
     for _ in range(100):
         server.visit()
-        kept.append(server.step_.snapshot())
+        kept.append(server.step_.s)
     assert server.size()[0] - objects >= 100

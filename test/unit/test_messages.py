@@ -14,9 +14,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.messages import TraceBlock
 from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket, refused
 from pmwvc_core.transport.verdict import Verdict
+from pmwvc_master.blocks import Block
 
 DEFINITIONS = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"
 STAMP_NS = 1_700_000_000_123_456_789
@@ -41,12 +41,12 @@ def a_packet(value=0.5):
 
 def a_block(ticks=8, dof=1, *, filled=None):
     """Fill a block with numbers that differ from field to field, tick to tick and axis to axis."""
-    block = TraceBlock(ticks, dof)
+    block = Block(ticks, dof)
     for k in range(ticks if filled is None else filled):
         values = [100.0 * field + 10.0 * k for field in range(8)]
         axes = values if dof == 1 else [value + np.arange(dof) for value in values]
         packets = [a_packet(), refused(Verdict.CORRUPTED)] if k == 1 else []
-        block.put(*axes, 0.001 * k, 0.002 * k, looked_ns=1000 * k, packets=packets)
+        block.put(axes, 0.001 * k, 0.002 * k, looked_ns=1000 * k, packets=packets)
     return block
 
 
@@ -196,7 +196,7 @@ def test_a_block_is_row_major_by_tick(dof):
 
 def test_a_block_that_ends_early_holds_only_what_was_written():
     block = a_block(8, 2, filled=3)
-    assert not block.full
+    assert block.count < block.ticks
     message = master(LIVE, block, dof=2)
     assert (len(message.x), len(message.lateness)) == (6, 3)
 
@@ -206,9 +206,9 @@ def test_a_cleared_block_starts_again_and_leaves_its_message_alone():
     message = master(LIVE, block)
     block.clear()
     assert len(block.series()["x"]) == 0
-    block.put(*[-1.0] * 8, 0.0, 0.0, looked_ns=0, packets=())
-    block.put(*[-2.0] * 8, 0.0, 0.0, looked_ns=0, packets=())
-    assert block.full
+    block.put([-1.0] * 8, 0.0, 0.0, looked_ns=0, packets=())
+    block.put([-2.0] * 8, 0.0, 0.0, looked_ns=0, packets=())
+    assert block.count == block.ticks
     assert list(message.x) == [0.0, 10.0]
     assert list(block.series()["x"]) == [-1.0, -2.0]
 
@@ -221,13 +221,13 @@ def test_a_full_block_takes_no_more():
 
 
 def test_writing_ticks_leaves_nothing_allocated():
-    block = TraceBlock(8, 1)
-    values = [0.1 * n for n in range(10)]
+    block = Block(8, 1)
+    values = [0.1 * n for n in range(8)]
 
     def frame():
         block.clear()
         for _ in range(8):
-            block.put(*values, looked_ns=7, packets=())
+            block.put(values, 0.8, 0.9, looked_ns=7, packets=())
 
     for _ in range(3):
         frame()

@@ -5,8 +5,15 @@
 import numpy as np
 import pytest
 
-from pmwvc_core.wave import pace
-from pmwvc_core.wave.playout import Playout
+from pmwvc_core.law.channel import pace
+from pmwvc_core.law.channel.playout import (
+    Moved,
+    PlayoutParams,
+    add,
+    play,
+    resting_playout,
+    waiting,
+)
 
 TICK_S, PACKET_S, WAVE = 0.001, 0.008, 0.3
 FRAMES = 1500
@@ -16,7 +23,8 @@ def played(late_s, *, store_j=2e-3, wave=lambda t: WAVE, frames=FRAMES):
     """Waves of a playout, tick by tick, whose packet k comes ``late_s(k)`` late (None: never), and
     by how much its time is behind that of the sender.
     """
-    playout = Playout(most_repaid=1.0, store_j=store_j)
+    p = PlayoutParams(1.0, 1e-9, store_j)
+    playout = resting_playout((0.0,), Moved(0.0, 0.0, 0.0, 0.0, 0.0))
     sums = np.concatenate(
         [[0.0], np.cumsum([wave(k * PACKET_S) * PACKET_S for k in range(frames)])]
     )
@@ -32,12 +40,14 @@ def played(late_s, *, store_j=2e-3, wave=lambda t: WAVE, frames=FRAMES):
             k = due.pop(0)[1] + 1
             if k > newest:
                 lasted_s = (k - newest) * PACKET_S
-                playout.add(sums[k] - sums[newest], paid[k] - paid[newest], lasted_s)
+                integral, energy_j = sums[k] - sums[newest], paid[k] - paid[newest]
+                playout = add(playout, (integral,), energy_j, lasted_s)
                 newest = k
-        waves.append(float(playout.step(TICK_S)))
+        playout, (w,) = play(playout, TICK_S, p)
+        waves.append(w)
         lags.append(tick * TICK_S - newest * PACKET_S + playout.pace.store_s)
-        assert playout.given_j <= playout.received_j + store_j + 1e-12
-    missing = sums[newest] - np.sum(waves) * TICK_S - playout.waiting
+        assert playout.moved.given_j <= playout.moved.received_j + store_j + 1e-12
+    missing = sums[newest] - np.sum(waves) * TICK_S - waiting(playout)[0]
     assert missing == pytest.approx(0.0, abs=1e-12)
     return np.array(waves), np.array(lags) + TICK_S, playout
 
@@ -70,7 +80,7 @@ def test_a_guess_that_was_wrong_is_mended_and_costs_no_more_than_it_moved():
     waves, _, playout = played(lambda k: 0.016 if k == 500 else 0.0, wave=wave)
     mended = np.sum(waves[4000:4200]) * TICK_S
     assert mended == pytest.approx(0.2 * WAVE, rel=0.02)  # all of it, though 16 ms late
-    assert playout.given_j <= playout.received_j + 0.5 * 0.016 * WAVE**2
+    assert playout.moved.given_j <= playout.moved.received_j + 0.5 * 0.016 * WAVE**2
 
 
 def test_the_lag_follows_the_lateness_and_falls_with_it():
@@ -94,14 +104,13 @@ def test_a_burst_after_an_outage_makes_no_lag(monkeypatch):
 
 
 def test_the_other_end_is_told_before_this_one_brakes_and_a_late_packet_does_neither():
-    clock = pace.Pace()
-    clock.arrive(PACKET_S)
+    clock = pace.pace_arrive(pace.RESTING_PACE, PACKET_S)
     told = braked = None
     for tick in range(100):
-        clock.step(TICK_S)
-        told = told or (clock.waits and tick)
-        braked = braked or (clock.brakes and tick)
+        clock, _ = pace.pace_step(clock, TICK_S)
+        told = told or (pace.pace_waits(clock) and tick)
+        braked = braked or (pace.pace_brakes(clock) and tick)
     assert told < braked
     assert braked * TICK_S == pytest.approx(PACKET_S + pace.OUTAGE_S, abs=2 * TICK_S)
-    clock.arrive(PACKET_S)
-    assert not clock.waits and not clock.brakes
+    clock = pace.pace_arrive(clock, PACKET_S)
+    assert not pace.pace_waits(clock) and not pace.pace_brakes(clock)

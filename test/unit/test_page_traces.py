@@ -11,7 +11,7 @@ pytest.importorskip("rclpy")
 from geometry_msgs.msg import PointStamped
 from rclpy.serialization import deserialize_message, serialize_message
 
-from pmwvc_core.master.strict_accounts import ENTRIES
+from pmwvc_core.controllers.accounts import OF_WAVES
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 from pmwvc_view.feed.accounts import ways
 from pmwvc_view.feed.traces import F_H
@@ -21,7 +21,7 @@ from pmwvc_view.live.readers import MasterReader, ServerReader
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
-STRICT = [entry.name for entry in ENTRIES]
+STRICT = [entry.name for entry in OF_WAVES]
 S = 1_000_000_000
 
 

@@ -178,7 +178,7 @@ def test_the_example_of_app_b_ends_where_the_exact_model_gives():
 def test_no_largest_stiffness_is_none():
     scenario = controlled(link__delay_s=0.4)
     assert prediction(scenario, live=False)["k_max"] is None
-    assert any("up to 1e+06 N/m" in line for line in lines(scenario, live=False))
+    assert any("up to 1,000,000 N/m" in line for line in lines(scenario, live=False))
 
 
 def test_direct_coupling_has_a_model_but_no_waves():

@@ -6,75 +6,54 @@ import math
 
 import numpy as np
 import pytest
+from support.law_rigs import ForceLimits, Port
 
-from pmwvc_core.master.port import WaveMaster
-from pmwvc_core.master.safety.fading import RETURN_S
-from pmwvc_core.master.safety.limiter import SafetyLimiter
+from pmwvc_core.law.safety.fading import RETURN_S
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 
 TICK_S = 0.001
-PACKET_S = 0.008
 SLEW = 2000.0 * TICK_S
-
-
-class Rig:
-    """A limiter and what it does to a force."""
-
-    def __init__(self, **params):
-        self.safety = SafetyLimiter(SafetyParams(**params), tick_s=TICK_S, packet_s=PACKET_S)
-        self.last = 0.0
-
-    def __call__(self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, ticks=1):
-        for _ in range(ticks):
-            applied = self.safety.step(f, x, xd, silence_s=silence_s, coupled=coupled)
-        self.last = applied
-        return applied
-
-    @property
-    def state(self):
-        return self.safety.state
 
 
 def coupled(**params):
     """Return a rig behind its soft start, at zero force."""
-    rig = Rig(**params)
+    rig = ForceLimits(**params)
     rig(0.0, ticks=600)
-    assert (rig.state, rig.safety.reason) == (SafetyState.COUPLED, "")
+    assert (rig.state, rig.reason) == (SafetyState.COUPLED, "")
     return rig
 
 
 def test_no_force_before_the_server_has_answered():
-    rig = Rig()
+    rig = ForceLimits()
     assert rig(5.0, coupled=False, silence_s=math.inf, ticks=100) == 0.0
     assert rig.state == SafetyState.STARTING
-    assert "waiting for the server" in rig.safety.reason
-    assert rig.safety.events == 0 and not rig.safety.ready
+    assert "waiting for the server" in rig.reason
+    assert rig.events == 0 and not rig.ready
 
 
 def test_the_force_rises_from_zero_over_the_soft_start():
-    rig = Rig(soft_start_s=0.5)
+    rig = ForceLimits(soft_start_s=0.5)
     forces = np.array([rig(2.0) for _ in range(500)])
     np.testing.assert_allclose(forces, 2.0 * np.arange(1, 501) / 500, rtol=1e-9)
-    assert rig.safety.reason == "soft start" or rig.state == SafetyState.COUPLED
-    rig(2.0, ticks=2)
-    assert rig.last == 2.0 and rig.safety.ready
-    assert (rig.state, rig.safety.events) == (SafetyState.COUPLED, 0)
+    assert rig.reason == "soft start" or rig.state == SafetyState.COUPLED
+    assert rig(2.0, ticks=2) == 2.0 and rig.ready
+    assert (rig.state, rig.events) == (SafetyState.COUPLED, 0)
 
 
 def test_a_coupled_force_within_the_limits_passes_bit_for_bit():
     rig = coupled()
     for f in np.random.default_rng(2).uniform(-0.9, 0.9, 200):
         assert rig(float(f), 0.1) == float(f)
-    assert rig.safety.events == 0
+    assert rig.events == 0
 
 
 def test_a_large_force_is_shortened_and_keeps_its_direction():
-    rig = Rig(max_force=3.0)
+    rig = ForceLimits(max_force=3.0, axes=3)
     wanted = np.array([30.0, -40.0, 0.0])
-    applied = rig(wanted, np.zeros(3), x=np.zeros(3), ticks=700)
+    applied = rig(wanted, ticks=700)
     np.testing.assert_allclose(applied, [1.8, -2.4, 0.0], rtol=1e-12)
-    assert rig.safety.events == 1
+    assert rig.events == 1
 
 
 def test_a_change_of_force_is_spread_over_ticks():
@@ -82,7 +61,7 @@ def test_a_change_of_force_is_spread_over_ticks():
     forces = [rig(7.0) for _ in range(5)]
     assert forces == pytest.approx([2.0, 4.0, 6.0, 7.0, 7.0])
     assert forces[-1] == 7.0
-    assert rig.safety.events == 1
+    assert rig.events == 1
 
 
 def test_above_the_damper_speed_a_force_may_only_brake():
@@ -91,9 +70,10 @@ def test_above_the_damper_speed_a_force_may_only_brake():
     assert rig(1.0, 1.1) == 1.0  # opposes the motion: F = 1 N pushes against the hand
     assert rig(-1.0, 1.1) == 0.0  # would drive it on
     assert rig.state == SafetyState.DAMPING
-    assert rig.safety.reason == "faster than 1 m/s: damping only"
-    vector = coupled()
-    sideways = vector(np.array([1.0, 1.0]), np.array([1.1, 0.0]), x=np.zeros(2))
+    assert rig.reason == "faster than 1 m/s: damping only"
+    vector = ForceLimits(axes=2)
+    vector(np.zeros(2), ticks=600)
+    sideways = vector(np.array([1.0, 1.0]), np.array([1.1, 0.0]))
     np.testing.assert_allclose(sideways, [1.0, 0.0])
     assert rig(0.5, 0.1) == pytest.approx(0.5 / 500)  # slower again: soft start
     assert rig.state == SafetyState.STARTING
@@ -104,25 +84,24 @@ def test_a_runaway_is_switched_off_until_rearmed():
     rig(1.5)
     assert rig(1.5, 1.6) == 0.0
     assert rig.state == SafetyState.FAULT
-    assert rig.safety.reason == "faster than 1.5 m/s: no force until re-armed"
+    assert rig.reason == "faster than 1.5 m/s: no force until re-armed"
     assert rig(1.5, 0.0, ticks=5000) == 0.0
     assert rig.state == SafetyState.FAULT
-    rig.safety.rearm()
+    rig.rearm()
     assert rig(1.5) == pytest.approx(1.5 / 500)
-    rig(1.5, ticks=500)
-    assert (rig.last, rig.state) == (1.5, SafetyState.COUPLED)
+    assert (rig(1.5, ticks=500), rig.state) == (1.5, SafetyState.COUPLED)
 
 
 def test_rearming_while_still_too_fast_is_a_fault_again():
     rig = coupled()
     rig(1.0, 2.0)
-    rig.safety.rearm()
+    rig.rearm()
     rig(1.0, 2.0)
     assert rig.state == SafetyState.FAULT
 
 
 def test_moving_fast_without_a_rendered_force_is_no_fault():
-    rig = Rig()
+    rig = ForceLimits()
     rig(0.0, 3.0, coupled=False)
     assert rig.state == SafetyState.STARTING
 
@@ -136,7 +115,7 @@ def test_a_value_that_is_no_number_ends_the_force_and_a_soft_start_brings_it_bac
     forces = [rig(**values) for _ in range(3)]
     assert forces == [2.0, 0.0, 0.0]
     assert rig.state == SafetyState.DAMPING
-    assert rig.safety.reason == "a value is not a finite number: no force"
+    assert rig.reason == "a value is not a finite number: no force"
     assert rig(4.0) == pytest.approx(4.0 / 500)
     assert rig.state == SafetyState.STARTING
 
@@ -147,36 +126,35 @@ def test_silence_leaves_what_brakes_lets_go_what_pushes_and_later_all():
     rig(1.0, 0.1, silence_s=0.030)
     assert rig.state == SafetyState.COUPLED  # 30 ms, or three packets: not yet
     assert rig(2.5, 0.1, silence_s=0.031) == 2.5
-    assert (rig.state, rig.safety.reason) == (
+    assert (rig.state, rig.reason) == (
         SafetyState.DAMPING,
         "server silent: damping only",
     )
     pushing = [rig(-1.0, 0.1, silence_s=0.05) for _ in range(25)]
     assert pushing[-1] == 0.0
     assert np.all(np.diff(pushing[3:]) >= 0.0)
-    rig(2.5, 0.1, silence_s=0.9, ticks=3)
-    assert rig.last == 2.5
+    assert rig(2.5, 0.1, silence_s=0.9, ticks=3) == 2.5
     falling = [rig(2.5, 0.1, silence_s=1.1) for _ in range(600)]
     assert falling[249] == pytest.approx(1.25, rel=0.01)
     assert falling[-1] == 0.0
-    assert (rig.state, rig.safety.reason) == (
+    assert (rig.state, rig.reason) == (
         SafetyState.DAMPING,
         "server silent: damping released",
     )
-    assert rig.safety.events == 1
+    assert rig.events == 1
 
 
 def test_silence_is_counted_in_packets_when_they_are_slow():
-    safety = SafetyLimiter(SafetyParams(timeout_s=0.03), tick_s=TICK_S, packet_s=0.02)
+    rig = ForceLimits(timeout_s=0.03, packet_s=0.02)
     for silence_s, state in ((0.059, SafetyState.STARTING), (0.061, SafetyState.DAMPING)):
-        safety.step(0.0, 0.0, 0.0, silence_s=silence_s, coupled=True)
-        assert safety.state == state
+        rig(0.0, silence_s=silence_s)
+        assert rig.state == state
 
 
 def test_other_limits_are_taken_over_without_a_step():
     rig = coupled()
     rig(6.0, ticks=4)
-    rig.safety.configure(SafetyParams(max_force=1.0, max_slew=500.0))
+    rig.configure(max_force=1.0, max_slew=500.0)
     forces = [6.0, *(rig(6.0) for _ in range(12))]
     np.testing.assert_allclose(np.abs(np.diff(forces)).max(), 0.5)
     assert forces[-1] == pytest.approx(1.0)
@@ -185,10 +163,10 @@ def test_other_limits_are_taken_over_without_a_step():
 
 def test_a_whole_session_never_makes_a_step():
     """Start, first answer, grip, silence, damping, let go, server back: within the slew limit."""
-    port = WaveMaster(
+    port = Port(
         MasterParams(impedance=25.0, rate_drop=8, hold="foh", filter=FilterParams(kind="none"))
     )
-    rig = Rig(release_s=1.0)
+    rig = ForceLimits(release_s=1.0)
     seen, forces = [], [0.0]
 
     def run(seconds, wave, xd, *, silence=None, coupled=True):
@@ -199,8 +177,8 @@ def test_a_whole_session_never_makes_a_step():
             asked = port.step(0.0, xd)
             forces.append(rig(asked, xd, silence_s=silence_s, coupled=coupled))
             port.applied(forces[-1])
-            if not seen or seen[-1] != (rig.state, rig.safety.reason):
-                seen.append((rig.state, rig.safety.reason))
+            if not seen or seen[-1] != (rig.state, rig.reason):
+                seen.append((rig.state, rig.reason))
         return forces[-1]
 
     held = -2.0 / math.sqrt(50.0)
@@ -226,24 +204,6 @@ def test_a_whole_session_never_makes_a_step():
     assert len({reason for _, reason in seen}) == 5
 
 
-def test_each_run_of_a_batch_has_its_own_state_and_reason():
-    limits = SafetyParams(fault_velocity=np.array([[1.5], [1.2], [1.8], [1.5]]))
-    safety = SafetyLimiter(limits, tick_s=TICK_S, packet_s=PACKET_S)
-    silence_s = np.array([[0.0], [0.0], [0.0], [0.05]])
-    xd = np.array([[0.1], [1.3], [1.3], [0.1]])
-    for _ in range(600):
-        safety.step(xd * 0.0, xd * 0.0, xd, silence_s=silence_s, coupled=True)
-    np.testing.assert_array_equal(np.ravel(safety.state), [1, 3, 2, 2])
-    assert safety.reason == [
-        "",
-        "faster than 1.2 m/s: no force until re-armed",
-        "faster than 1 m/s: damping only",
-        "server silent: damping only",
-    ]
-    np.testing.assert_array_equal(safety.events, [[0], [1], [1], [1]])
-    np.testing.assert_array_equal(np.ravel(safety.ready), [True, False, False, False])
-
-
 @pytest.mark.parametrize(("silent_ticks", "left"), [(1, 0.95), (10, 0.5), (20, 0.0), (200, 0.0)])
 def test_after_a_silence_the_force_goes_on_from_what_had_not_faded(silent_ticks, left):
     rig = coupled()
@@ -258,12 +218,12 @@ def test_only_a_silence_of_the_same_server_ends_faster_than_a_soft_start():
     slow = 2.0 * TICK_S / SafetyParams().soft_start_s
     other = coupled()
     other(2.0, silence_s=0.05, ticks=50)
-    other.safety.restart()
+    other.restart()
     assert other(2.0) == pytest.approx(slow)
     fast = coupled()
     fast(2.0, xd=1.2, silence_s=0.05, ticks=50)
     assert fast(2.0) == pytest.approx(slow)
-    first = Rig()
+    first = ForceLimits()
     first(2.0, ticks=10)
     first(2.0, silence_s=0.05, ticks=50)
     assert first(2.0) == pytest.approx(slow)

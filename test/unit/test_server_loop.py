@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from pmwvc_core.frame.assembly import make_server_step
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
@@ -42,26 +42,28 @@ class Wires:
         self.links = [Link() for _ in range(users)]
         self.arrived = [link.arrived for link in self.links]
         self.sent = [link.sent for link in self.links]
-        self.steps = []
+        self.steps, self.rows = [], []
 
     def publish_trace(self, loop, step):
+        self.rows.append(step.row)
         self.steps.append((loop.protocol.steps, list(step.row.state)))
 
 
 class Rig:
     """Two users, a loop between fakes, and a clock that shows what the test says."""
 
-    def __init__(self):
+    def __init__(self, **server):
         self.wires, self.now_ns, self.grid = Wires(2), 0, 0
         contact = ContactParams(contact="bilateral")
         users = [User(f"user{side}", side=side, contact=contact) for side in (-1, 1)]
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
         self.loop = ServerLoop(
-            make_server_step(
+            ServerEnd(
                 users,
                 controller="pmwvc",
+                channel="plain",
                 dof=1,
-                server=ServerParams(),
+                server=ServerParams(**server),
                 task=TASK,
                 times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S),
                 epochs=[9, 9],
@@ -113,9 +115,8 @@ def test_only_users_who_are_there_are_answered():
 def test_an_avatar_appears_where_the_device_is_without_a_force():
     rig = Rig()
     rig.step(0, 1)
-    server = rig.loop.protocol.server
-    assert server.x_s == pytest.approx([-0.5, 0.5])
-    assert server.f_s == [0.0, 0.0]
+    end = rig.loop.protocol
+    assert [end.avatar(user) for user in (0, 1)] == [(-0.5, 0.0), (0.5, 0.0)]
 
 
 def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
@@ -123,7 +124,7 @@ def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
     rig.step(0, 1, times=10)
     rig.step(0, times=4)
     assert rig.presence == ["COUPLED", "DAMPING"]
-    assert rig.loop.protocol.server.u_s[1] == 0.0
+    assert rig.wires.rows[-1].ports[1].u_s == 0.0
     rig.step(0, times=130)
     assert rig.presence == ["COUPLED", "ABSENT"]
     rig.step(0, 1)
@@ -171,26 +172,23 @@ def test_the_next_master_of_a_user_who_has_left_is_challenged_and_joins_by_its_a
     assert challenge.flags & FLAG_CHALLENGE and challenge.wave == 0.0
     rig.step(0, 1)
     assert rig.presence == ["COUPLED", "COUPLED"]
-    assert rig.loop.protocol.server.f_s[1] == 0.0
+    assert rig.loop.protocol.avatar(1)[1] == 0.0
     assert not rig.wires.sent[1][-1].flags & FLAG_CHALLENGE
 
 
 def test_a_restarted_user_begins_anew_without_a_force():
-    rig = Rig()
+    rig = Rig(environment="wall")
     rig.step(0, 1, times=10)
     rig.step(0, 1, times=5, wave=0.7)
-    server = rig.loop.protocol.server
-    assert server.f_s[1] != 0.0
+    end = rig.loop.protocol
+    assert end.avatar(1)[1] != 0.0
     rig.masters[1] = Packer(77, period=PERIOD_S)
     rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
-    assert server.f_s[1] != 0.0 and rig.wires.sent[1][-1].echo_seq == 15
+    assert end.avatar(1)[1] != 0.0 and rig.wires.sent[1][-1].echo_seq == 15
     rig.step(0, times=2)
-    rig.send(1)
-    rig.now_ns += PERIOD_NS
-    rig.loop.protocol.deliver(1, rig.wires.arrived[1].pop(), rig.now_ns)
-    assert rig.loop.protocol.inboxes[1].epoch == 77
-    assert server.f_s[1] == 0.0
-    assert server.x_s[1] == pytest.approx(0.5)
+    rig.step(0, 1)
+    assert end.inboxes[1].epoch == 77
+    assert end.avatar(1) == (0.5, 0.0)
 
 
 def test_joins_and_leaves_are_reported_in_order():
@@ -209,32 +207,29 @@ def test_joins_and_leaves_are_reported_in_order():
 def test_the_target_rests_until_all_are_there():
     rig = Rig()
     rig.step(0, times=200)
-    assert rig.loop.protocol.target.position_m == 0.0
+    assert rig.loop.protocol.target_m == 0.0
     rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
     moving_s = round(0.5 / PERIOD_S) * PERIOD_S - SOFT_START_S
     expected = Task(TASK).offset(moving_s, dof=1)
-    assert rig.loop.protocol.target.position_m == pytest.approx(expected, rel=1e-9)
+    assert rig.loop.protocol.target_m == pytest.approx(expected, rel=1e-9)
     assert expected > 0.0
-
-
-def energy(server):
-    return server.kinetic + server.potential + server.dissipated
 
 
 def test_a_pause_stands_still_without_energy_and_users_join_anew_after_it():
     rig = Rig()
     rig.step(0, 1, times=30, wave=0.1)
     protocol = rig.loop.protocol
-    server, sent = protocol.server, [len(each) for each in rig.wires.sent]
-    held, place, steps = energy(server), server.x_o, protocol.steps
-    assert server.potential > 0.0
+    before, sent = rig.wires.rows[-1], [len(each) for each in rig.wires.sent]
+    steps = protocol.steps
+    assert before.potential > 0.0
     protocol.hand_over(lambda: protocol.pause(True))
     rig.step(0, 1, times=300, wave=0.1)
-    assert (protocol.steps, server.x_o) == (steps, place)
+    assert (protocol.steps, protocol.x_o) == (steps, before.x_o)
     assert [len(each) for each in rig.wires.sent] == sent
     assert rig.presence == ["ABSENT", "ABSENT"]
-    assert energy(server) == pytest.approx(held, rel=1e-12)
-    assert server.potential == 0.0  # what springs held became heat
+    # What springs held became heat.
+    held = before.potential + before.dissipated
+    assert protocol.s.environment.dissipated_j == pytest.approx(held, rel=1e-12)
     protocol.hand_over(lambda: protocol.pause(False))
     rig.step(0, 1)
     assert rig.presence == ["COUPLED", "COUPLED"]

@@ -1,15 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server as a whole: joining, leaving, accounts, names, shapes."""
-
-import copy
-import itertools
+"""The server as a whole: joining, leaving, accounts, axes."""
 
 import numpy as np
 import pytest
+from support.law_rigs import Users
 
-from pmwvc_core.controllers.ends import make_server
-from pmwvc_core.errors import ParameterError
+from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS
 from pmwvc_core.server.couplings import COUPLINGS as RECORDS
@@ -19,24 +17,14 @@ CONTACTS = ("bilateral", "grip")
 
 
 def make(users, *, coupling="implicit", contact="grip", dof=1, environment="cube", **values):
-    return make_server(
-        "pmwvc",
-        # A learned slope is one of the whole vector: late decoding keeps the axes apart.
-        ServerParams(coupling=coupling, environment=environment, decoding="late"),
-        [ContactParams(contact=contact, **values)] * users,
-        [B_W] * users,
-        dof=dof,
-        sides=[-1 if i % 2 == 0 else 1 for i in range(users)],
-    )
-
-
-def stored(server):
-    return server.kinetic + server.potential
+    # A learned slope is one of the whole vector: late decoding keeps the axes apart.
+    server = ServerParams(coupling=coupling, environment=environment, decoding="late")
+    return Users(server, [ContactParams(contact=contact, **values)] * users, b=B_W, axes=dof)
 
 
 def squeeze(server, steps, *, force=1.0, users=(0, 1)):
     """Press from both sides with ``force`` N for some steps."""
-    waves = [0.0] * len(server.ports)
+    waves = [0.0] * len(server.s.ports)
     for i in users:
         waves[i] = (force if i % 2 == 0 else -force) / np.sqrt(2 * B_W)
     for _ in range(steps):
@@ -50,10 +38,10 @@ def test_joining_stores_no_energy_and_makes_no_force(coupling, contact):
     server.join(0, -0.03)
     server.join(1, 0.03)
     squeeze(server, 800)
-    before = stored(server), server.x_o, list(server.f_s)
+    before = server.stored, server.x_o, list(server.f_s)
     server.join(2, -0.01)
     server.join(3, 0.2)
-    assert stored(server) == before[0]
+    assert server.stored == before[0]
     assert server.x_o == before[1]
     assert server.f_s == before[2]
     assert server.f_s[2] == server.f_s[3] == 0.0
@@ -85,14 +73,14 @@ def test_leaving_drops_the_spring_and_nothing_more(coupling, contact):
     server.join(0, -0.03)
     server.join(1, 0.03)
     squeeze(server, 2000)
-    total, spring = stored(server), server.ports[1].contact.energy
+    total, spring = server.stored, contact_energy(server.s.ports[1].avatar.contact)
     lost = server.dissipated
     assert spring == pytest.approx(0.5 * 1.0**2 / 500.0)
     server.leave(1)
-    assert stored(server) == pytest.approx(total - spring)
+    assert server.stored == pytest.approx(total - spring)
     assert server.dissipated == pytest.approx(lost + spring)
     assert server.present == [True, False]
-    assert server.contact[1] is False
+    assert not server.touches(1)
     assert server.f_s[1] == 0.0
 
 
@@ -120,16 +108,15 @@ def test_energy_keeps_its_account_through_coming_and_going():
     for n in range(600):
         if n % 7 == 0:
             i = int(rng.integers(4))
-            before = stored(server)
+            before = server.stored
             if server.present[i] and rng.random() < 0.5:
                 server.leave(i)
             else:
                 server.join(i, float(rng.normal(0.0, 0.05)))  # anew where already present
-            assert stored(server) <= before
+            assert server.stored <= before
         server.step(rng.normal(0.0, 0.5, 4).tolist())
-        taken = sum(server.energy_u_s) - sum(server.energy_v_s)
-        assert stored(server) + server.dissipated == pytest.approx(
-            taken, abs=1e-12 * sum(server.energy_u_s)
+        assert server.stored + server.dissipated == pytest.approx(
+            server.taken_j, abs=1e-12 * server.came_j
         )
     assert server.dissipated > 0.0
 
@@ -139,14 +126,14 @@ def test_an_absent_user_gets_no_packet():
     server.join(0, -0.03)
     returned = server.step([0.3, 5.0])
     assert returned[1] == 0.0
-    assert server.energy_u_s[1] == server.energy_v_s[1] == 0.0
+    assert server.s.ports[1].sums[:2] == (0.0, 0.0)
     server.leave(1)  # nobody there: nothing happens
     assert server.dissipated >= 0.0
 
 
 def test_without_users_the_cube_glides_on():
     server = make(1)
-    server.body.xd = 0.1
+    server.s = server.s._replace(body=Body((0.0,), (0.1,)))
     for _ in range(10):
         assert server.step([0.0]) == [0.0]
     assert server.x_o == pytest.approx(0.1 * 10 * H)
@@ -167,50 +154,8 @@ def test_avatar_and_device_share_a_frame_but_for_an_offset():
 
 
 def test_the_contacts_own_impedance_goes_first():
-    server = make_server(
-        "pmwvc",
-        ServerParams(),
-        [ContactParams(impedance=40.0), ContactParams()],
-        [25.0, 30.0],
-        dof=1,
-        sides=[-1, 1],
-    )
-    assert [port.b for port in server.ports] == [40.0, 30.0]
-
-
-def test_wrong_names_and_counts_are_reported():
-    one = [ContactParams()]
-    with pytest.raises(ParameterError, match="controller = 'foo': must be one of pmwvc, direct"):
-        make_server("foo", ServerParams(), one, [25.0], dof=1, sides=[1])
-    with pytest.raises(ParameterError, match="1 contacts, 2 impedances, 1 sides"):
-        make_server("pmwvc", ServerParams(), one, [25.0, 25.0], dof=1, sides=[1])
-
-
-def test_a_copy_is_a_snapshot():
-    server = make(2)
-    server.join(0, -0.03)
-    server.join(1, 0.03)
-    squeeze(server, 100)
-    twin = copy.deepcopy(server)
-    squeeze(server, 50)
-    squeeze(twin, 50)
-    assert (twin.x_o, twin.f_s, twin.dissipated) == (server.x_o, server.f_s, server.dissipated)
-
-
-@pytest.mark.parametrize(
-    ("coupling", "environment", "contact"),
-    list(itertools.product(COUPLINGS, ("cube", "wall"), CONTACTS)),
-)
-def test_one_axis_runs_on_plain_floats(coupling, environment, contact):
-    server = make(2, coupling=coupling, contact=contact, environment=environment)
-    server.join(0, -0.03)
-    server.join(1, 0.03)
-    rng = np.random.default_rng(5)
-    for wave in rng.normal(0.0, 0.3, (50, 2)).tolist():
-        server.step(wave)
-    lists = (server.x_s, server.xd_s, server.f_s, server.v_s, server.energy_u_s)
-    values = [server.x_o, server.xd_o, server.kinetic, server.potential, server.dissipated]
-    assert {type(value) for value in [*values, *itertools.chain(*lists)]} == {float}
+    server = Users(ServerParams(), [ContactParams(impedance=40.0), ContactParams()], b=30.0)
+    assert [port.avatar.impedance.b for port in server.s.ports] == [40.0, 30.0]
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)

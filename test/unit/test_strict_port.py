@@ -6,27 +6,25 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.law_rigs import Port
 
-from pmwvc_core.master.brake import HandBrake
-from pmwvc_core.master.port import WaveMaster
-from pmwvc_core.master.strict_port import LIMIT_J, MORE, MUCH_J, StrictMaster
+from pmwvc_core.law.channel.playout import waiting
+from pmwvc_core.law.port.strict_master import LIMIT_J, MORE, MUCH_J
 from pmwvc_core.params import FilterParams, MasterParams
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.playout import Playout
 
 M, TICK_S, B = 8, 0.001, 25.0
 ROOT = np.sqrt(2.0 * B)
 
 
-def made(playout=None):
+def made():
     """Return a port at rest."""
-    packer = Packer(1, period=M * TICK_S)
-    return StrictMaster(
-        MasterParams(impedance=B, rate_drop=M),
-        playout or Playout(most_repaid=0.1),
-        packer,
-        HandBrake(B, tick_s=TICK_S),
-    )
+    return Port(MasterParams(impedance=B, rate_drop=M), channel="strict")
+
+
+def came_j(port):
+    """Return what the channel gave to a port [J]."""
+    moved = port.playout.moved
+    return moved.given_j + moved.released_j
 
 
 def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
@@ -34,8 +32,7 @@ def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
     of the force applied, the integrals of both waves, and the position measured.
     """
     rng = np.random.default_rng(seed)
-    playout = Playout(most_repaid=0.1)
-    port = made(playout)
+    port = made()
     x = work = up = down = xd = last = 0.0
 
     def read():
@@ -49,9 +46,9 @@ def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
         if k % M == 0:
             port.measure(read(), xd)
             up += port.send() * M * TICK_S
-            yield port, playout, work, up + down, read()
+            yield port, work, up + down, read()
             wave = float(rng.normal())
-            playout.add(wave * M * TICK_S, 0.5 * wave**2 * M * TICK_S, M * TICK_S)
+            port.come(wave * M * TICK_S, 0.5 * wave**2 * M * TICK_S, M * TICK_S)
         f = limited * port.step(before, xd) + (1.0 - limited) * float(rng.normal())
         port.applied(f)
         down += port.v_m * TICK_S
@@ -68,18 +65,17 @@ def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
 )
 def test_energy_sent_is_what_channel_and_hand_gave(seed, limited, count_m):
     before = 0.0
-    for port, playout, work, _, _ in ends(seed, limited=limited, count_m=count_m):
-        came = playout.given_j + playout.released_j + work
-        assert port.account() + port.node_j == pytest.approx(came, rel=1e-9, abs=1e-12)
-        paid = port.account() - before
-        assert paid >= 0.0
-        assert paid == 0.0 or port.node_j >= -1e-15  # nothing is paid that is not there
-        before = port.account()
+    for port, work, _, _ in ends(seed, limited=limited, count_m=count_m):
+        sent_j, node_j = port.sent.energy_j, port.s.node.node_j
+        assert sent_j + node_j == pytest.approx(came_j(port) + work, rel=1e-9, abs=1e-12)
+        assert sent_j >= before
+        assert sent_j == before or node_j >= -1e-15  # nothing is paid that is not there
+        before = sent_j
 
 
 def test_displacement_is_that_of_the_device():
     """U + V = sqrt(2b) x, whatever velocity was measured and whatever force was let through."""
-    for _, _, _, integral, x in ends(5, limited=0.5):
+    for _, _, integral, x in ends(5, limited=0.5):
         assert integral == pytest.approx(ROOT * x, rel=1e-9, abs=1e-12)
 
 
@@ -93,7 +89,7 @@ def test_the_plain_port_loses_displacement():
     """The control: the wave of the velocity measured, behind the filter of the plain channel."""
     rng, x, xd, integral = np.random.default_rng(5), 0.0, 0.0, 0.0
     filtering = FilterParams(kind="first_order", pole_rad_s=50.0)
-    port = WaveMaster(MasterParams(impedance=B, rate_drop=M, filter=filtering))
+    port = Port(MasterParams(impedance=B, rate_drop=M, filter=filtering))
     for k in range(400):
         if k % M == 0:
             integral += port.send() * M * TICK_S
@@ -105,18 +101,17 @@ def test_the_plain_port_loses_displacement():
 
 
 def test_a_node_with_a_deficit_lets_the_returning_wave_wait():
-    playout = Playout(most_repaid=0.1)
-    port = made(playout)
-    playout.add(0.1 * 0.1, 0.5 * 0.1**2 * 0.1, 0.1)
+    port = made()
+    port.come(0.1 * 0.1, 0.5 * 0.1**2 * 0.1, 0.1)
     x = 0.0
     for _ in range(20):  # a force that pushes along with the motion, which no wave pays for
         port.step(x, 0.5)
         port.applied(-2.0)
         x += 0.5 * TICK_S
-    assert port.node_j < -LIMIT_J
+    assert port.s.node.node_j < -LIMIT_J
     assert port.v_m == 0.0
-    assert playout.waiting > 0.0  # and is not lost
-    assert playout.given_j <= playout.received_j
+    assert waiting(port.playout)[0] > 0.0  # and is not lost
+    assert came_j(port) <= port.playout.moved.received_j
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 5.0])
@@ -124,7 +119,7 @@ def test_deficit_of_packets_is_rendered_as_damping_and_no_force_at_rest(share):
     port = made()
     port.step(0.0, 0.0)
     port.applied(0.0)
-    port.deficit_j = share * MUCH_J
+    port.s = port.s._replace(node=port.s.node._replace(deficit_j=share * MUCH_J))
     assert port.step(1e-9, 0.02) == pytest.approx((1.0 + min(share, 1.0) * MORE) * B * 0.02)
     port.applied(0.0)
     assert port.step(1e-9, 0.0) == 0.0
@@ -139,15 +134,15 @@ def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
         if k % M == 0:
             port.measure(read, (read - before) / TICK_S)
             wave_j += port.send() ** 2 * M * TICK_S / 2.0
-            deficit_j.append(port.deficit_j)
+            deficit_j.append(port.s.node.deficit_j)
         f = port.step(read, (read - before) / TICK_S)
         port.applied(0.0 if 10 * M <= k < 12 * M else f)
         before, read = read, float(np.floor(0.05 * (k + 1) * TICK_S / 55e-6) * 55e-6)
     assert max(deficit_j) > 5e-4
     assert deficit_j[-1] < 0.2 * max(deficit_j)
-    assert port.account() >= wave_j
+    assert port.sent.energy_j >= wave_j
 
 
 def test_an_exact_device_has_no_deficit():
     for port, *_ in ends(3, limited=0.5):
-        assert port.deficit_j == 0.0
+        assert port.s.node.deficit_j == 0.0

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy import signal
+from support.law_rigs import Port
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams, FilterParams, MasterParams, VelocityFilterParams
 
@@ -46,15 +46,15 @@ def run(port, velocities, packets):
             port.receive(packets[k // 8])
         f = port.step(0.0 * xd, xd)
         port.applied(f)
-        (account,) = port.accounts.values()
+        account = list(port.energies.values())[-1]
         rows.append((f, port.u_m, port.v_m, port.u_m_lp, account))
     return rows
 
 
-def drawn(shape=(), ticks=96):
-    rng = np.random.default_rng(8)
+def drawn(axes=0, ticks=96):
+    rng, shape = np.random.default_rng(8), (axes,) if axes else ()
     velocities, packets = rng.normal(0.0, 0.2, (ticks, *shape)), rng.normal(0.0, 1.0, (12, *shape))
-    return (velocities, packets) if shape else (velocities.tolist(), packets.tolist())
+    return (velocities, packets) if axes else (velocities.tolist(), packets.tolist())
 
 
 def through(numerator, denominator, values):
@@ -65,7 +65,7 @@ def through(numerator, denominator, values):
 def test_the_exact_form_has_its_loop_solved():
     """F_m = b (1 - H/2)/(1 + H/2) xd - sqrt(2b) w/(1 + H/2), H = (z - 1)/(z - alpha)."""
     velocities, packets = drawn()
-    plain, port = WaveMaster(master()), WaveMaster(master(kind="exact", **PRINTED))
+    plain, port = Port(master()), Port(master(kind="exact", **PRINTED))
     w = np.array([row[2] for row in run_plain(plain, velocities, packets)])
     above, below = np.array([1.0, -ALPHA]), np.array([1.0, -1.0])
     plus, minus = above + 0.5 * below, above - 0.5 * below
@@ -82,15 +82,15 @@ def run_plain(port, velocities, packets):
         if k % 8 == 0:
             port.receive(packets[k // 8])
         port.applied(port.step(0.0, xd))
-        rows.append((port.f_m, port.u_m, port.v_m))
+        rows.append((port.s.f_m[0], port.u_m, port.v_m))
     return rows
 
 
 def test_the_equivalent_form_filters_the_velocity_in_the_force_alone():
     """F_m = b (1 - alpha)/(z - alpha) xd - sqrt(2b) v_m (App. D Eq. 3), u_m as in Eq. 2."""
     velocities, packets = drawn()
-    plain = run_plain(WaveMaster(master()), velocities, packets)
-    rows = run(WaveMaster(master(kind="equivalent", **PRINTED)), velocities, packets)
+    plain = run_plain(Port(master()), velocities, packets)
+    rows = run(Port(master(kind="equivalent", **PRINTED)), velocities, packets)
     u, v = (np.array([row[place] for row in rows]) for place in (1, 2))
     np.testing.assert_array_equal(u, [row[1] for row in plain])
     np.testing.assert_array_equal(v, [row[2] for row in plain])
@@ -104,8 +104,8 @@ def test_the_equivalent_form_filters_the_velocity_in_the_force_alone():
 def test_the_account_is_what_the_signals_give(form):
     """Kept: what came in at the device and from the server, less what went on and back."""
     velocities, packets = drawn()
-    w = np.array([row[2] for row in run_plain(WaveMaster(master()), velocities, packets)])
-    rows = run(WaveMaster(master(**form)), velocities, packets)
+    w = np.array([row[2] for row in run_plain(Port(master()), velocities, packets)])
+    rows = run(Port(master(**form)), velocities, packets)
     f, u, v, lp, account = (np.array(column) for column in zip(*rows, strict=True))
     p = np.exp(-51.3 * TICK_S)
     on = np.diff(lp, prepend=0.0) * p / (1 - p) + lp  # the first-order filter undone
@@ -117,40 +117,19 @@ def test_the_account_is_what_the_signals_give(form):
 
 
 @pytest.mark.parametrize("form", FORMS, ids=str)
-@pytest.mark.parametrize("shape", [(2,), (6,), (3, 1), (2, 3)], ids=str)
-def test_axes_and_runs_side_by_side_are_each_its_own(form, shape):
-    velocities, packets = drawn(shape)
-    together = run(WaveMaster(master(**form)), velocities, packets)
-    for place in np.ndindex(*shape):
-        alone = run(
-            WaveMaster(master(**form)),
-            velocities[(..., *place)].tolist(),
-            packets[(..., *place)].tolist(),
-        )
+def test_axes_side_by_side_are_each_its_own(form):
+    velocities, packets = drawn(2)
+    together = run(Port(master(**form), axes=2), velocities, packets)
+    for axis in range(2):
+        own = velocities[:, axis].tolist(), packets[:, axis].tolist()
+        alone = run(Port(master(**form)), *own)
         for column in range(4):
             np.testing.assert_allclose(
-                [row[column][place] for row in together],
+                [row[column][axis] for row in together],
                 [row[column] for row in alone],
                 rtol=1e-9,
                 atol=1e-12,
             )
-
-
-@pytest.mark.parametrize("kind", ["exact", "equivalent", "complementary"])
-def test_runs_with_their_own_numbers_are_each_its_own(kind):
-    numbers = [{"share": 0.2, "cutoff_hz": 9.0}, {"share": 0.5, "cutoff_hz": 40.0}]
-    stacked = {name: np.array([[n[name]] for n in numbers]) for name in numbers[0]}
-    velocities, packets = drawn((2, 1))
-    together = run(WaveMaster(master(kind=kind, **stacked)), velocities, packets)
-    for place, own in enumerate(numbers):
-        alone = run(
-            WaveMaster(master(kind=kind, **own)),
-            velocities[:, place, 0].tolist(),
-            packets[:, place, 0].tolist(),
-        )
-        np.testing.assert_allclose(
-            [row[0][place, 0] for row in together], [row[0] for row in alone], rtol=1e-9
-        )
 
 
 def test_a_pair_that_splits_the_wave_itself_goes_with_no_bank():
@@ -158,4 +137,4 @@ def test_a_pair_that_splits_the_wave_itself_goes_with_no_bank():
         master(kind="complementary"), bank=BankParams(kind="complementary")
     )
     with pytest.raises(ParameterError, match=r"bank\.kind = complementary"):
-        WaveMaster(params)
+        Port(params)

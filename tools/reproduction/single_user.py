@@ -88,9 +88,8 @@ def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
 
 def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
     """Return the middle of the bracket of each largest stiffness; None beyond the highest."""
-    brackets = simulated_z_width(
-        of, damping, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
-    )
+    how = {"highest": highest, "duration_s": LONG_S, "decay_ratio": CLEAR_RATIO}
+    brackets = [simulated_z_width(of, b, **how) for b in damping]
     return [None if high is None else 0.5 * (low + high) for low, high in brackets]
 
 

@@ -5,9 +5,9 @@
 ======================  ==========================================================================
 device                  ``plant.devices.device_account``; x and xd are the true motion, behind an
                         encoder that of :mod:`..traces.hand_work`
-safety                  ``wave.ledger.port_account``, in ticks that were limited
+safety                  F xd dt less (|u_m|^2 - |v_m|^2) dt/2, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
-links, hold             v_s, v_rx, v_m: the passages of ``wave.rates`` and ``transport.packet``
+links, hold             v_s, v_rx, v_m: the passages of ``controllers.accounts``
 port filters, position  what velocity filter, bank and position feedback account for themselves
 ======================  ==========================================================================
 
@@ -25,20 +25,18 @@ from pmwvc_analysis.budget.result import Series, Sums
 from pmwvc_analysis.traces.hand_work import TrueMotion, complete, hand_work, measured, true_motion
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_core.account import Account, Passage, wave_energy
+from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
-from pmwvc_core.master.port_filters.velocity_filter import force_filter_kept
-from pmwvc_core.master.strict_accounts import RELEASED, passages
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, dot, squared, where
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.transport.packet import LINK, LINK_DOWN, LINK_UP
-from pmwvc_core.wave.ledger import port_account
-from pmwvc_core.wave.rates import FILTER, HOLD, RATE_DROP
 from pmwvc_core.wave.transform import WavePort
 
+SAME_N, SAME_ROOT_W = 1e-9, 1e-9  # forces and waves closer than this are the same
 OF_SIGNALS = ("filter_and_hold", "rate_drop")  # what the signals leave to them
 
 
@@ -124,9 +122,12 @@ def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
     f, f_m, xd, u_m, v_m = user.f_applied, user.f_m, user.xd_m, user.u_m, user.v_m
     beside, kept = {}, 0.0 * xd[:, :1]
     if known.master.velocity_filter.in_force:
-        kept = np.asarray(force_filter_kept(f_m, xd, v_m, port, dt))
+        kept = np.asarray(dot(f_m - port.force(xd, v_m), xd) * dt)
         beside["force_velocity_filter"] = sums.of_ticks(kept)
-    each = port_account(f, f_m, xd, (u_m, v_m), port, dt, kept)
+    into, on = dot(f, xd) * dt, wave_energy(u_m, dt) - wave_energy(v_m, dt) + kept
+    changed = squared(f - f_m) > SAME_N**2
+    changed = changed | (squared(u_m - port.u(xd, v_m)) > SAME_ROOT_W**2)
+    each = Account(into, on, dissipated=where(changed, into - on, 0.0))
     to_waves = _kept_sum(sums, "u_m") - _kept_sum(sums, "v_m")
     taken = sums.of_ticks(each.taken)
     if not complete(user):

@@ -32,14 +32,11 @@ from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.stretches import over_skips, skips, stretches
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
-from pmwvc_core.numeric import Array
+from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT
+from pmwvc_core.motion import damper_heat
+from pmwvc_core.numeric import Array, Value, dot, squared
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.avatar_brake import BRAKES
-from pmwvc_core.server.black_box.accounts import ENVIRONMENT, PORT
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.contacts import CONTACTS
-from pmwvc_core.server.cube import object_account
-from pmwvc_core.server.port import DECODING
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
@@ -152,8 +149,8 @@ def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> 
     ]
     work = np.cumsum(sum(power) * server.periods_s)
     own, braked = server.accounts, {}
-    if BRAKES in own:
-        braked, into = {BRAKES: own[BRAKES]}, into - own[BRAKES]
+    if BRAKES.name in own:
+        braked, into = {BRAKES.name: own[BRAKES.name]}, into - own[BRAKES.name]
     if found[0].scenario.coupling.black_box:
         energies = {**own, "ports": into, "avatars": work, "reported": server.potential}
         left = blocks.passed((PORT, ENVIRONMENT), energies)
@@ -209,15 +206,11 @@ def _object(server: ServerTraces, found: Sequence[Stage]) -> Account:
         if params.object_mass != mass and rows.any():  # it goes on with the energy that it had
             velocity[np.argmax(rows)] *= np.sqrt(mass / params.object_mass)
         mass = params.object_mass
-        each = object_account(
-            params.object_mass,
-            params.object_damping,
-            server.periods_s[rows, np.newaxis],
-            np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows],
-            velocity[rows],
-            (before if motion == "held_before" else force)[rows],
-            np.diff(server.kinetic, prepend=0.0)[rows, np.newaxis],
-            midpoint=motion == "midpoint",
-        )
-        taken[rows], heat[rows] = np.ravel(each.taken), np.ravel(each.dissipated)
+        m, b, h = params.object_mass, params.object_damping, server.periods_s[rows, np.newaxis]
+        moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows]
+        push = (before if motion == "held_before" else force)[rows]
+        lost: Value = b / h * squared(moved)  # by the midpoint rule: at a mean velocity
+        if motion != "midpoint":
+            lost = damper_heat(m, b, h, velocity[rows], push)
+        taken[rows], heat[rows] = np.ravel(dot(push, moved)), np.ravel(lost)
     return Account(np.cumsum(taken), none, server.kinetic, np.cumsum(heat))

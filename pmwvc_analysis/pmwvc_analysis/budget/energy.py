@@ -32,8 +32,8 @@ from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, i
 from pmwvc_analysis.traces.stretches import Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
 from pmwvc_core.account import wave_energy
+from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.master.strict_accounts import alters_wave
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces

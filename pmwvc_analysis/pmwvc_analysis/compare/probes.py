@@ -68,7 +68,7 @@ def swing_hz(scenario: Scenario) -> float | None:
 def free_space(scenario: Scenario) -> FreeSpace | None:
     """Return what the first user moves with nothing touched; None where it is unknown."""
     hertz, first = swing_hz(scenario), scenario.users[0]
-    if hertz is None or scenario.environment.body is None:
+    if hertz is None or not scenario.environment.known:
         return None
     free = untouched(_roomy(scenario))
     alone = dataclasses.replace(free, users=free.users[:1])

@@ -9,7 +9,7 @@ import numpy as np
 from pmwvc_analysis.consistency.numbers import SMALLEST, differs, off
 from pmwvc_analysis.traces.hand_work import complete, measured, true_motion
 from pmwvc_analysis.traces.stretches import gaps
-from pmwvc_core.master.strict_port import ASKED
+from pmwvc_core.law.port.strict_master import ASKED
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces

@@ -6,11 +6,11 @@ import numpy as np
 
 from pmwvc_analysis.consistency.numbers import no_numbers, off
 from pmwvc_analysis.traces.sums import running
+from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.frame.rows import Presence
+from pmwvc_core.law.server.server_port import SLIDE_M_S
 from pmwvc_core.numeric import Flags, root
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.avatar_brake import BRAKES
-from pmwvc_core.server.port import SLIDE_M_S
 from pmwvc_core.traces import ServerTraces
 from pmwvc_core.wave.transform import WavePort
 
@@ -68,7 +68,7 @@ def _late(server: ServerTraces, index: int, known: User) -> list[str]:
     """Check the velocity that was decoded with the force of the step before."""
     port = WavePort(known.server_impedance)
     expected = np.asarray(port.velocity(server.u_s[index][1:], server.f_s[index][:-1]))
-    rows = (_together(server, index) & ~_grown(server, BRAKES))[1:]
+    rows = (_together(server, index) & ~_grown(server, BRAKES.name))[1:]
     text = f"{server.users[index]}: xd is not decoded from u and the force before at the server"
     return off(server.xd_s[index][1:][rows], expected[rows], text, "m/s")
 
@@ -97,7 +97,7 @@ def _server_port(
     """Check the port, but for steps in which a compensation changed the wave that goes back, or an
     avatar was braked; its power only where velocity and force are of the same step.
     """
-    changed = _grown(server, "withheld") | _grown(server, BRAKES)
+    changed = _grown(server, "withheld") | _grown(server, BRAKES.name)
     rows = (server.state[index] == Presence.COUPLED) & ~changed
     u_s, v_s = server.u_s[index][rows], server.v_s[index][rows]
     f_s, xd_s = server.f_s[index][rows], server.xd_s[index][rows]
@@ -124,7 +124,7 @@ def _black_box(server: ServerTraces) -> list[str]:
     for u, v, f, xd in zip(server.u_s, server.v_s, server.f_s, server.xd_s, strict=True):
         power += 0.5 * np.nansum(u**2 - v**2, axis=-1) - np.nansum(f * xd, axis=-1)
     recorded = server.accounts["late_decoding"] + server.accounts["withheld"]
-    recorded = recorded + server.accounts.get(BRAKES, 0.0)
+    recorded = recorded + server.accounts.get(BRAKES.name, 0.0)
     next_to = np.diff(server.step, prepend=0) == 1
     accounted = np.diff(recorded, prepend=0.0)
     text = "server: late decoding and compensation are not as accounted"

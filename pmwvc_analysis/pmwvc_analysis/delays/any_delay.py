@@ -23,11 +23,14 @@ same with its absolute value, which commutes with the delays of its user.
 Equations: docs/theory.md 14.5, 14.6.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pmwvc_analysis.delays.ends import System, master_end, server_end
+from pmwvc_analysis.delays.peaks import refined
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array, Complex
@@ -69,49 +72,56 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     """Return what is known at any constant delay; None where proofs of wave ports do not hold."""
     if not proofs_hold(scenario.controller):
         return None
-    reasons = _outside(scenario)
-    if reasons:
-        return AnyDelay(False, False, None, None, tuple(reasons))
-    period_s = scenario.server.period_s
+    if reasons := _outside(scenario):
+        return _open(reasons)
     ends = [
         [master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
         for user in scenario.users
     ]
+    server = None if nonlinear(scenario) or outside(scenario) else server_end(scenario)
+    if reasons := _unstable(scenario, ends, server):
+        return _open(reasons)
+    angle = _angles([end for several in ends for end in several] + ([server] if server else []))
+    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
+    hertz = 1.0 / (2.0 * np.pi * scenario.server.period_s)
+    worst, at = Gains(ends, axes, None).peak(angle)
+    lossless, passive = worst <= 1.0 + TOLERANCE, scenario.coupling.passive(scenario.server)
+    if lossless and passive:
+        return AnyDelay(True, False, worst, at * hertz, ())
+    text = f"the users' ends return up to {worst:.7g} times the wave they receive"
+    text = f"{text} ({at * hertz:.3g} Hz)"
+    if server is None:
+        unknown = "no bound is known for the server's coupling"
+        return _open(([] if lossless else [text]) + ([] if passive else [unknown]))
+    gain, at = Gains(ends, axes, server).peak(angle)
+    if gain <= 1.0 + TOLERANCE:
+        return AnyDelay(True, True, gain, at * hertz, ())
+    why = f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at * hertz:.3g} Hz); {text}"
+    return AnyDelay(False, False, gain, at * hertz, (why,))
+
+
+def _open(reasons: Sequence[str]) -> AnyDelay:
+    """Return that nothing is proved, and no gain was formed."""
+    return AnyDelay(False, False, None, None, tuple(reasons))
+
+
+def _unstable(
+    scenario: Scenario, ends: Sequence[Sequence[System]], server: System | None
+) -> list[str]:
+    """Return which ends are unstable by themselves."""
+    found = []
     for user, several in zip(scenario.users, ends, strict=True):
-        if not all(_settles(end) for end in several):
+        if any(end.growth >= 1.0 for end in several):
             load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
-            reasons.append(
+            found.append(
                 f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
                 "needs less than 2)"
             )
-    server = None if nonlinear(scenario) or outside(scenario) else server_end(scenario)
-    if server is not None and not _settles(server):
-        largest = float(np.abs(server.poles()).max())
-        reasons.append(
-            f"the server's end is unstable by itself (it grows {largest:.4g}-fold a step)"
+    if server is not None and server.growth >= 1.0:
+        found.append(
+            f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
         )
-    if reasons:
-        return AnyDelay(False, False, None, None, tuple(reasons))
-    angle = _angles([end for several in ends for end in several] + ([server] if server else []))
-    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
-    masters = Gains(ends, axes, None)
-    worst, at = masters.peak(angle)
-    at_hz = at / (2.0 * np.pi * period_s)
-    passive = scenario.coupling.passive(scenario.server)
-    if worst <= 1.0 + TOLERANCE and passive:
-        return AnyDelay(True, False, worst, at_hz, ())
-    text = f"the users' ends return up to {worst:.7g} times the wave they receive ({at_hz:.3g} Hz)"
-    if server is None:
-        reasons = [text] if worst > 1.0 + TOLERANCE else []
-        if not passive:
-            reasons.append("no bound is known for the server's coupling")
-        return AnyDelay(False, False, None, None, tuple(reasons))
-    gain, at = Gains(ends, axes, server).peak(angle)
-    at_hz = at / (2.0 * np.pi * period_s)
-    if gain <= 1.0 + TOLERANCE:
-        return AnyDelay(True, True, gain, at_hz, ())
-    why = f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at_hz:.3g} Hz); {text}"
-    return AnyDelay(False, False, gain, at_hz, (why,))
+    return found
 
 
 class Gains:
@@ -145,19 +155,12 @@ class Gains:
         values = self.at(angle)
         best = int(np.argmax(values))
         found = float(values[best]), float(angle[best])
-        inner = np.flatnonzero(
-            (values >= np.roll(values, 1))
-            & (values >= np.roll(values, -1))
-            & (values > found[0] - NEAR)
-        )
+        sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
+        inner = np.flatnonzero((values >= sides) & (values > found[0] - NEAR))
+        last = len(angle) - 1
         for index in inner.tolist():
-            low, high = angle[max(index - 1, 0)], angle[min(index + 1, len(angle) - 1)]
-            for _ in range(ROUNDS):
-                finer = np.linspace(low, high, 21)
-                sizes = self.at(finer)
-                top = int(np.argmax(sizes))
-                found = max(found, (float(sizes[top]), float(finer[top])))
-                low, high = finer[max(top - 1, 0)], finer[min(top + 1, 20)]
+            ends = angle[max(index - 1, 0)], angle[min(index + 1, last)]
+            found = max(found, refined(self.at, *ends, rounds=ROUNDS))
         return found
 
 
@@ -169,11 +172,6 @@ def _angles(systems: list[System]) -> Array:
         found.append(system.angles_near(width, AROUND))
     angle = np.unique(np.concatenate(found))
     return np.asarray(angle[(angle >= LOWEST) & (angle <= np.pi)])
-
-
-def _settles(system: System) -> bool:
-    poles = system.poles()
-    return bool(len(poles) == 0 or np.abs(poles).max() < 1.0)
 
 
 def _outside(scenario: Scenario) -> list[str]:
@@ -188,16 +186,16 @@ def _outside(scenario: Scenario) -> list[str]:
         for element in nonlinear(scenario)
         if not element.name.endswith(OF_SERVER)
     ]
+    period = scenario.period_ticks
     for user in scenario.users:
-        master, period = user.master, scenario.period_ticks
-        if master.position.is_on and not master.position.is_paid:
+        position, frame = user.master.position, user.master.rate_drop
+        if position.is_on and not position.is_paid:
             found.append(f"{user.name}: the position feedback as published generates energy")
-        if (frame := master.rate_drop) != period:
+        if frame != period:
             # the largest energy gain of taking the newest packet, once around
-            repeats = -(-frame // period) * period / frame * -(-period // frame) * frame / period
+            repeats = math.ceil(frame / period) * math.ceil(period / frame)
             found.append(
-                f"{user.name}: a packet every {master.rate_drop} ticks and a server step every "
-                f"{period} repeat or skip packets, which can multiply their energy by up to "
-                f"{repeats:.3g}"
+                f"{user.name}: a packet every {frame} ticks and a server step every {period} "
+                f"repeat or skip packets, which can multiply their energy by up to {repeats:.3g}"
             )
     return list(dict.fromkeys(found))

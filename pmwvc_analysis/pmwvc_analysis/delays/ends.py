@@ -12,15 +12,15 @@ States that are not read (where a device or the object is) are left out: they do
 
 import dataclasses
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linearize import Linear, model_of
-from pmwvc_analysis.models.links import SIGNALS, Link, Packet
-from pmwvc_analysis.models.outside import loop_of
-from pmwvc_core.numeric import Array, Complex, Value
+from pmwvc_analysis.models.links import CUT
+from pmwvc_analysis.models.outside import checked
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
@@ -37,6 +37,11 @@ class System(NamedTuple):
         """Return the eigenvalues of A."""
         return np.asarray(np.linalg.eigvals(self.a).astype(complex))
 
+    @property
+    def growth(self) -> float:
+        """The length of the longest eigenvalue of A; 0 without a state."""
+        return float(np.abs(self.poles()).max(initial=0.0))
+
     def angles_near(self, width: Array, widths: Array) -> Array:
         """Return angles so many widths [rad] before and behind that of every pole."""
         steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
@@ -44,13 +49,9 @@ class System(NamedTuple):
 
     def response(self, z: Complex) -> Complex:
         """Return y per w ``(points, outputs, inputs)`` at points of the z-plane."""
-        states = len(self.a)
-        if states == 0:
-            return np.tile(self.d.astype(np.complex128), (len(z), 1, 1))
-        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(states) - self.a
-        driven = np.linalg.solve(resolvent, np.tile(self.b.astype(np.complex128), (len(z), 1, 1)))
-        found: Complex = np.asarray(self.c @ driven + self.d, dtype=np.complex128)
-        return found
+        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a
+        driven = np.linalg.solve(resolvent, self.b.astype(np.complex128))
+        return np.asarray(self.c @ driven + self.d)
 
 
 def observable(system: System) -> tuple[System, int]:
@@ -69,36 +70,21 @@ def observable(system: System) -> tuple[System, int]:
     return System(a, b, c, d), ones
 
 
-class _Cut:
-    """A link that is cut: keeps what is sent and hands out inputs of the loop instead."""
-
-    def __init__(self, loop: Hyperperiod, first: int) -> None:
-        self.sent: list[Value] = []
-        self._loop, self._first = loop, first
-
-    def __call__(self, packet: Packet) -> Packet:
-        index = self._first + len(self.sent)
-        self.sent += packet
-        return tuple(self._loop.batch.input(index + i) for i in range(len(packet)))
-
-
-def opened_at(loop: Hyperperiod, links: Sequence[tuple[Link, int]]) -> Linear:
+def opened_at(loop: Hyperperiod, links: Sequence[tuple[Any, int]]) -> Linear:
     """Return a loop whose inputs are what comes in at links that are cut, and whose output
     ``sent`` is what goes out there instead, both link by link, packet by packet.
 
     Of each link it is told how many packets are sent in a hyperperiod; the loop is at its
     beginning.
     """
-    loop.begin(sum(count for _, count in links) * len(SIGNALS))
-    cuts: list[_Cut] = []
+    loop.begin(sum(count for _, count in links) * len(CUT))
+    cuts: list[list[Any]] = []
     for link, _ in links:
-        cuts.append(_Cut(loop, sum(count for _, count in links[: len(cuts)]) * len(SIGNALS)))
-        link.relay = cuts[-1]
+        cuts.append(loop.cut(link, sum(count for _, count in links[: len(cuts)]) * len(CUT)))
     for tick in range(loop.ticks):
-        loop.advance(tick, [0.0] * len(loop.lines))
-    return model_of(
-        loop, loop.ended(), {"sent": loop.batch.rows([v for cut in cuts for v in cut.sent])}
-    )
+        loop.advance(tick, loop.still)
+    sent = [value for cut in cuts for value in cut]
+    return model_of(loop, loop.ended(), {"sent": loop.rows(sent)})
 
 
 def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool = False) -> System:
@@ -127,11 +113,11 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     users = [
         dataclasses.replace(user, link_up=at_once, link_down=at_once) for user in scenario.users
     ]
-    loop = loop_of(dataclasses.replace(scenario, users=tuple(users)), live=live)
+    loop = checked(dataclasses.replace(scenario, users=tuple(users)), live=live)
     links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
     model = opened_at(loop, links)
     (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)
-    packet = len(SIGNALS) * loop.dof  # the wave comes first
+    packet = len(CUT) * loop.dof  # the wave comes first
     up = [packet * user + axis for user in range(len(users)) for axis in range(loop.dof)]
     down = [packet * len(users) + index for index in up]
 

@@ -23,9 +23,9 @@ import numpy as np
 
 from pmwvc_analysis.delays.ends import System, observable, opened_at
 from pmwvc_analysis.delays.windings import Loci
-from pmwvc_analysis.models.links import SIGNALS, delay_ticks, hyperperiod_ticks
+from pmwvc_analysis.models.links import CUT, delay_ticks, hyperperiod_ticks
 from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.outside import loop_of
+from pmwvc_analysis.models.outside import checked
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -99,7 +99,7 @@ def opened(
         for user, (_, up, down) in zip(scenario.users, parts, strict=True)
     )
     rest = dataclasses.replace(scenario, users=users)
-    loop = loop_of(rest, live=live, weights=weights)
+    loop = checked(rest, live=live, weights=weights)
     links, delays = [], []
     for line, (whole, _, _) in zip(loop.lines, parts, strict=True):
         if whole:
@@ -107,7 +107,7 @@ def opened(
             # Waves and positions go up, and one of both comes down; waves alone up, too.
             way = (line.up, up) if (1 if line.waves else 2) * up <= down else (line.down, down)
             links.append(way)
-            delays += [whole] * (way[1] * len(SIGNALS) * loop.dof)
+            delays += [whole] * (way[1] * len(CUT) * loop.dof)
     model = opened_at(loop, links)
     states, motions = len(model.columns), rigid.motions(model)
     read = np.flatnonzero(np.any(model.rows[:, :, states:] != 0.0, axis=(0, 1)))

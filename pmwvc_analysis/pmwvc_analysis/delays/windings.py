@@ -12,6 +12,7 @@ for, so that the work does not grow with q. Only where |L| passes 1 the angle is
 import math
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from pmwvc_analysis.delays.ends import System
 from pmwvc_core.errors import PmwvcError
@@ -173,21 +174,9 @@ def _matched(values: Complex) -> Complex:
     if values.shape[1] == 1:
         return values
     apart = np.abs(values[:-1, :, np.newaxis] - values[1:, np.newaxis, :])
-    nearest = apart.argmin(axis=2)  # from each to one of the next point
-    clear = (np.sort(nearest, axis=1) == np.arange(values.shape[1])).all(axis=1)
     order = np.arange(values.shape[1])
     found = values.copy()
-    for point in range(len(nearest)):
-        order = (nearest[point] if clear[point] else _greedy(apart[point]))[order]
-        found[point + 1] = values[point + 1, order]
-    return found
-
-
-def _greedy(apart: Array) -> Integers:
-    """Return a permutation that takes the shortest distances first."""
-    apart, found = apart.copy(), np.zeros(len(apart), dtype=np.int64)
-    for _ in range(len(apart)):
-        row, column = np.unravel_index(int(np.argmin(apart)), apart.shape)
-        found[row] = column
-        apart[row, :] = apart[:, column] = np.inf
+    for point, distances in enumerate(apart, start=1):
+        order = linear_sum_assignment(distances)[1][order]
+        found[point] = values[point, order]
     return found

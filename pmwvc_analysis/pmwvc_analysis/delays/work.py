@@ -19,7 +19,7 @@ from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
 ALLOWED = 1e9  # about nanoseconds, as measured on one core of 2024
-TICK, ENTRY = 3e4, 1e2  # of one user in one tick, and of every number it steps
+TICK, ENTRY = 2.5e5, 1e2  # of one user in one tick, and of every number it steps
 STATES = 30  # of a user, before they are counted
 CUBE = 10.0  # eigenvalues of a matrix, per n^3
 CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round
@@ -38,11 +38,11 @@ class Work:
 
     def stepping(self, part: Scenario) -> None:
         """Count bringing a loop to rest, and stepping it around its hyperperiod."""
-        ticks, runs = hyperperiod_ticks(part), max(lengths(part), default=1)
-        ways = [] if is_long(part) else [w for u in part.users for w in (u.link_up, u.link_down)]
-        before = 2 * ticks + 2.0 * max((way.delay_s for way in ways), default=0.0) / part.tick_s
-        entries = ticks * ENTRY * runs * STATES * axes_of(part) * len(part.users)
-        self._count(len(part.users) * ((before + ticks) * TICK + entries), "")
+        ticks, runs, users = hyperperiod_ticks(part), max(lengths(part), default=1), part.users
+        longest_s = max(way.delay_s for user in users for way in (user.link_up, user.link_down))
+        before = 0.0 if is_long(part) else 2.0 * longest_s / part.tick_s
+        entries = ticks * ENTRY * runs * STATES * axes_of(part) * len(users)
+        self._count(len(users) * ((3 * ticks + before) * TICK + entries), "")
 
     def eigenvalues(self, matrices: Array) -> None:
         """Count finding the eigenvalues of matrices ``(runs, n, n)``."""
@@ -51,19 +51,16 @@ class Work:
 
     def circles(self, loops: Sequence[Loci], each: int) -> None:
         """Count drawing so many circles of each loop."""
-        for loop in loops:
-            signals, states = loop.size
+        for signals, states in (loop.size for loop in loops):
             work = each * CIRCLE * max(states, 1) * signals
             self._count(work, f"packets of {count(signals, 'signal')} on a long way")
 
     def _count(self, more: float, what: str) -> None:
         self._done += more
-        if self._done <= self._allowed:
-            return
-        ticks = hyperperiod_ticks(self._scenario)
-        size = ", ".join(filter(None, (f"a hyperperiod of {ticks} ticks", what)))
-        raise UnknownError(
-            f"{self._scenario.name}: not known: {size}: too much work for the exact model; equal "
-            "master.rate_drop and server.period_s (or common factors) and shorter delays need "
-            "less, 'pmwvc simulate' needs none"
-        )
+        if self._done > self._allowed:
+            sizes = [f"a hyperperiod of {hyperperiod_ticks(self._scenario)} ticks", what]
+            raise UnknownError(
+                f"{self._scenario.name}: not known: {', '.join(filter(None, sizes))}: too much "
+                "work for the exact model; equal master.rate_drop and server.period_s (or common "
+                "factors) and shorter delays need less, 'pmwvc simulate' needs none"
+            )

@@ -34,6 +34,15 @@ from pmwvc_core.wave.design.velocity_filter_response import branches, noise_gain
 POINTS = 4001
 FOLDED_POINTS = 129  # frequencies at which the images of a rate drop are looked at
 LOWEST = 1e-4  # of half the tick rate
+CONDITIONS = {  # passivity ... by the numbers of an answer
+    "in_phase": "with an environment in phase (Eq. 14), margin {in_phase_margin:+.4f}, least at "
+    "{in_phase_worst_hz:.3g} Hz",
+    "any_environment": "with any environment, margin {any_environment_margin:+.4f}, least at "
+    "{any_environment_worst_hz:.3g} Hz",
+    "switching": "with a switching environment behind the rate drop, worst-case gain "
+    "{switching_gain:.4f}, must not exceed 1",
+    "port": "at the device (equivalent form), {port_margin:+.4f} b of damping",
+}
 
 
 @dataclass(frozen=True)
@@ -55,16 +64,14 @@ class VelocityFilter:
         return float(self.port.min()) if own.in_force else None
 
     @property
-    def flags(self) -> list[str]:
-        """Return the names of the conditions that are not met."""
-        port = self.port_margin
-        met = {
-            "in_phase": self.margins["in_phase_margin"] >= -TOLERANCE,
-            "any_environment": self.margins["any_environment_margin"] >= -TOLERANCE,
-            "switching": self.switching_gain <= 1.0 + TOLERANCE,
-            "port": port is None or port >= -TOLERANCE,
+    def margins_by_condition(self) -> dict[str, float | None]:
+        """By how much each of ``CONDITIONS`` is met; None where it does not apply."""
+        return {
+            "in_phase": self.margins["in_phase_margin"],
+            "any_environment": self.margins["any_environment_margin"],
+            "switching": 1.0 - self.switching_gain,
+            "port": self.port_margin,
         }
-        return [name for name, holds in met.items() if not holds]
 
 
 def judge(scenario: Scenario) -> VelocityFilter:
@@ -125,7 +132,9 @@ def _switching(master: MasterParams) -> float:
 
 def answer(scenario: Scenario, found: VelocityFilter) -> dict[str, Any]:
     """Return the document of ``--json``."""
-    own, of = found.master.velocity_filter, found.margins
+    own = found.master.velocity_filter
+    ends = ("margin", "worst_hz")
+    left = found.margins_by_condition
     return {
         "scenario": scenario.name,
         "user": scenario.users[0].name,
@@ -135,14 +144,11 @@ def answer(scenario: Scenario, found: VelocityFilter) -> dict[str, Any]:
         "alpha": own.alpha,
         "cutoff_hz": own.cutoff_hz,
         "designed": found.designed,
-        "in_phase_margin": of["in_phase_margin"],
-        "in_phase_worst_hz": of["in_phase_worst_hz"],
-        "any_environment_margin": of["any_environment_margin"],
-        "any_environment_worst_hz": of["any_environment_worst_hz"],
+        **{name: value for name, value in found.margins.items() if name.endswith(ends)},
         "switching_gain": found.switching_gain,
         "port_margin": found.port_margin,
         "noise_gain": found.noise_gain,
-        "flags": found.flags,
+        "flags": [name for name, by in left.items() if by is not None and by < -TOLERANCE],
     }
 
 
@@ -158,21 +164,14 @@ def sentences(result: dict[str, Any]) -> list[str]:
         f"feedback share {result['share']:g} ({result['designed']})",
         f"  encoder noise in the force: {result['noise_gain']:.3g} of that without the filter "
         f"(power lower by a factor of {1.0 / max(result['noise_gain'], 1e-9) ** 2:.0f})",
-        f"  margin, environment in phase (Eq. 14): {_left(result['in_phase_margin'])}, least at "
-        f"{result['in_phase_worst_hz']:.3g} Hz",
-        f"  margin, any environment: {_left(result['any_environment_margin'])}, least at "
-        f"{result['any_environment_worst_hz']:.3g} Hz",
-        f"  gain for a switching passive environment behind the rate drop: "
-        f"{result['switching_gain']:.4f} (at most 1 is passive)",
     ]
-    if result["port_margin"] is not None:
-        lines.append(
-            f"  at the device (equivalent form): {_left(result['port_margin'])} b of damping"
-        )
-    flags = ", ".join(result["flags"])
-    return [*lines, f"  conditions not met: {flags}" if flags else "  all conditions are met"]
-
-
-def _left(margin: float) -> str:
-    """Return a margin to four digits, without a sign on zero."""
-    return f"{round(margin, 4) + 0.0:+.4f}"
+    signless = {  # zero, rounded
+        name: round(value, 4) + 0.0
+        for name, value in result.items()
+        if name.endswith("margin") and value is not None
+    }
+    for name, words in CONDITIONS.items():
+        if name != "port" or "port_margin" in signless:
+            verdict = "not met" if name in result["flags"] else "met"
+            lines.append(f"  {verdict}: passivity {words.format_map(result | signless)}")
+    return lines

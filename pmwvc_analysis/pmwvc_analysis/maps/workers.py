@@ -52,18 +52,15 @@ def finished(
             took.append(time.perf_counter() - began)  # the first also loads what is needed
             yield item, result
         items = items[FIRST:]
-        workers = (
-            1 if len(items) == 0 or min(took) * len(items) < SMALL_S else (os.cpu_count() or 1)
-        )
+        small = not items or min(took) * len(items) < SMALL_S
+        workers = 1 if small else (os.cpu_count() or 1)
     if workers == 1:
-        for item in items:
-            yield item, work(item)
+        yield from ((item, work(item)) for item in items)
         return
     with _one_thread_each():
-        context = multiprocessing.get_context("spawn")
         pool = concurrent.futures.ProcessPoolExecutor(
             workers,
-            mp_context=context,
+            mp_context=multiprocessing.get_context("spawn"),
             initializer=signal.signal,
             initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is this process's to heed
         )
@@ -78,16 +75,14 @@ def finished(
 @contextlib.contextmanager
 def _one_thread_each() -> Iterator[None]:
     """Let the processes started meanwhile compute with one thread each: there is one per core."""
-    before = {name: os.environ.get(name) for name in BLAS_THREADS}
+    before = dict(os.environ)
     os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        for name in BLAS_THREADS:
+            del os.environ[name]
+        os.environ.update({name: before[name] for name in BLAS_THREADS if name in before})
 
 
 def dask_cores(address: str) -> int:

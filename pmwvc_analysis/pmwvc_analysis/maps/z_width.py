@@ -10,7 +10,7 @@ below one; what is not linear may swing on at the same size for ever, so there i
 clearly, and long sessions keep the bias small.
 
 The interval between a stable and an unstable stiffness is divided into equal parts again and
-again, all parts of all dampings as one batch.
+again.
 """
 
 import dataclasses
@@ -22,7 +22,6 @@ import numpy as np
 from pmwvc_analysis.models.linear import nonlinear
 from pmwvc_analysis.models.stability import BOUND, z_width
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
@@ -65,27 +64,26 @@ def of_each(
             (limit,) = z_width(scenario, [b], live=live, bound=bound or BOUND)
             if limit.unknown:
                 raise PmwvcError(limit.unknown)
-            low = limit.bound if limit.first is None else limit.first
-            yield b, Bracket(low, limit.first)
+            bracket = Bracket(limit.bound if limit.first is None else limit.first, limit.first)
         else:
             highest = bound or HIGHEST_SIMULATED
-            (bracket,) = simulated_z_width(
-                scenario, [b], highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
+            bracket = simulated_z_width(
+                scenario, b, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
             )
-            yield b, bracket
+        yield b, bracket
 
 
 def simulated_z_width(
     scenario: Scenario,
-    damping: Sequence[float],
+    damping: float,
     *,
     highest: float,
     parts: int = 8,
     rounds: int = 4,
     duration_s: float = 6.0,
     decay_ratio: float = DECAY_RATIO,
-) -> list[Bracket]:
-    """Return a bracket of the largest stable stiffness for each contact damping.
+) -> Bracket:
+    """Return a bracket of the largest stable stiffness for a contact damping.
 
     Parameters
     ----------
@@ -102,41 +100,22 @@ def simulated_z_width(
     decay_ratio
         Ratio of RMS velocities below which a motion dies out.
     """
-    base = _pushed(scenario, duration_s)
-    brackets = [Bracket(0.0, None)] * len(damping)
-    for turn in range(rounds):
-        wanted: list[tuple[int, Array]] = []
-        for place, bracket in enumerate(brackets):
-            if turn and bracket.high is None:
-                continue  # all of the range was stable
-            top = highest if bracket.high is None else bracket.high
-            points = np.linspace(bracket.low, top, parts + 1)[1:]
-            wanted.append((place, points if turn == 0 else points[:-1]))
-        runs = [
-            varied(
-                varied(base, "server.contact_damping", float(damping[place])),
-                "server.contact_stiffness",
-                float(stiffness),
-            )
-            for place, points in wanted
-            for stiffness in points
-        ]
+    base = varied(_pushed(scenario, duration_s), "server.contact_damping", damping)
+
+    def flag(traces: SessionTraces, _: Scenario) -> bool:
+        return decays(traces, decay_ratio=decay_ratio)
+
+    low, high, ends = 0.0, highest, 1  # the last point is looked at in the first round only
+    for _ in range(rounds):
+        points = np.linspace(low, high, parts + 1)[1 : parts + ends].tolist()
+        runs = [varied(base, "server.contact_stiffness", stiffness) for stiffness in points]
         with np.errstate(over="ignore", invalid="ignore"):  # some run away beyond all numbers
-            flags = iter(
-                simulate(runs, keep=lambda traces, _: decays(traces, decay_ratio=decay_ratio))
-            )
-        for place, points in wanted:
-            good = [bool(next(flags)) for _ in points]
-            brackets[place] = _narrowed(brackets[place], points, good)
-    return brackets
-
-
-def _narrowed(bracket: Bracket, points: Array, good: list[bool]) -> Bracket:
-    """Return the part of a bracket in which stability is lost first."""
-    if all(good):
-        return Bracket(float(points[-1]), bracket.high)
-    first = good.index(False)
-    return Bracket(float(points[first - 1]) if first else bracket.low, float(points[first]))
+            stable = [bool(each) for each in simulate(runs, keep=flag)]
+        if ends and all(stable):
+            return Bracket(highest, None)
+        first = (*stable, False).index(False)  # stability is lost first there
+        low, high, ends = [low, *points][first], [*points, high][first], 0
+    return Bracket(low, high)
 
 
 def _pushed(scenario: Scenario, duration_s: float) -> Scenario:
@@ -155,12 +134,12 @@ def decays(traces: SessionTraces, *, decay_ratio: float = DECAY_RATIO) -> bool:
     """Tell whether the motion of a session dies out, without help from the safety limits."""
     if any(int(user.safety_events) for user in traces.users):
         return False
-    before, after = 0.0, 0.0
-    for user in traces.users:
-        power = np.sum(user.xd_m**2, axis=-1)
-        quarter = len(power) // 4
-        before += float(np.mean(power[-2 * quarter : -quarter]))
-        after += float(np.mean(power[-quarter:]))
+    power = sum(np.sum(user.xd_m**2, axis=-1) for user in traces.users)
+    quarter = len(power) // 4
+    before, after = (
+        float(np.mean(power[-2 * quarter : -quarter])),
+        float(np.mean(power[-quarter:])),
+    )
     if not np.isfinite(after):
         return False
     return after <= AT_REST_M_S**2 or after < decay_ratio**2 * before

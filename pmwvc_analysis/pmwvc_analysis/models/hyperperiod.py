@@ -2,24 +2,40 @@
 # SPDX-License-Identifier: Apache-2.0
 """A loop stepped on the identity, once around its hyperperiod: its states before and after.
 
-States are the signals that both ends carry from tick to tick (:mod:`pmwvc_core.state`), and what
-controllers read of the packets under way.
+A state is any number of both ends that answers the motion of devices and object in proportion, and
+what packets under way say of it. Every state and every input is one in a column of its own; in a
+column more nothing is, and in two more all of them are at once, weighted: the answers there have
+to be the sum of the others. What answers by less than in proportion (energies) is no state.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from pmwvc_analysis.models.identity import ONE, Identity
+import numpy as np
+
+from pmwvc_analysis.models.elements import (
+    Path,
+    as_columns,
+    elements,
+    leaves,
+    planted,
+    repeated,
+)
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.models.links import SIGNALS, Link
+from pmwvc_analysis.models.links import CUT, SIGNALS, Link, size_of
 from pmwvc_analysis.models.loop import Loop
-from pmwvc_analysis.models.variation import lengths
-from pmwvc_core.numeric import Array, Value
+from pmwvc_analysis.models.places import Places, State
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.vectors import Vector
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.state import Stateful
 
 OUTPUTS = ("x", "xd", "f")
-BOX = "asked.environment."  # of a black box, in the state of the server
+ONE = 2.0**-40  # of a unit, in SI units: limits are far away, and scaling is exact
+LESS = 2.0**-20  # of the second weighted column
+SUPERPOSED = 1e-9  # relative: what differs by more is not linear
+ROUNDING = 1e-14  # of numbers that are not zero at rest
+Under = tuple[Link, int, str, int]  # link, when sent, signal, axis
 
 
 class Hyperperiod(Loop):
@@ -28,12 +44,8 @@ class Hyperperiod(Loop):
     Attributes
     ----------
     names
-        Of the states, ``dof`` entries of the state vector each.
-    batch
-        Of the present round.
+        The states: name and axis, those of packets under way last.
     """
-
-    batch: Identity
 
     def __init__(
         self,
@@ -43,69 +55,31 @@ class Hyperperiod(Loop):
         weights: Sequence[int] = (),
     ) -> None:
         super().__init__(scenario, live=live, weights=weights)
-        self._blocks = list(self._ends())
-        unsaid = {type(end).__name__ for _, end in self._blocks if not isinstance(end, Stateful)}
-        if unsaid:
-            raise NonlinearError(
-                f"{scenario.name}: controller = {scenario.controller}: {', '.join(unsaid)} does "
-                "not declare its state (pmwvc_core.state)"
-            )
-        self._first_of = {  # of the contacts of equal users
-            f"{owner}{port}.": f"{owner}{line.ports[0]}."
+        self._rest, self._places = self.s, Places(scenario, self.lines)
+        self._under_way: dict[State, Under] = {
+            (f"{line.name}.{way}.{signal}[{past}]", axis): (link, past, signal, axis)
             for line in self.lines
-            for port in line.ports[1:]
-            for owner in ("ports.", f"{BOX}contacts.")
-        }
-        others = tuple(f"server.{port}" for port in self._first_of)
-        self._carried = [name for name in self._values() if not name.startswith(others)]
-        links = {
-            f"{line.name}.{way}.": getattr(line, way)
-            for line in self.lines
-            for way in ("up", "down")
-        }
-        self._under_way: list[tuple[Link, int, str, str]] = [
-            (link, past, signal, f"{prefix}{signal}[{past}]")
-            for prefix, link in links.items()
+            for way, link in (("up", line.up), ("down", line.down))
             for past in link.past
             for signal in SIGNALS
-        ]
-        self.names = self._carried + [name for *_, name in self._under_way]
-        # What is set to one: all that is carried, and the packets that are read this time.
-        self._live = list(range(len(self._carried)))
-        for index, (link, past, *_) in enumerate(self._under_way, start=len(self._carried)):
-            if past in link.read:
-                self._live.append(index)
+            for axis in range(size_of(scenario, way, signal, self.dof))
+        }
+        self._carried: dict[State, Path] = {}
+        self._find()
 
     @property
-    def units(self) -> list[int]:
-        """Columns of the states that are set to one."""
-        return [j * self.dof + axis for j in self._live for axis in range(self.dof)]
-
-    def _ends(self) -> Iterator[tuple[str, Any]]:
-        """Yield what carries signals, with the beginning of their names; equal users have one."""
-        yield "server.", self.server
-        for line in self.lines:
-            yield f"{line.name}.device.", line.device
-            yield f"{line.name}.", line.loop.controller
-        for name, playout in self.playouts:
-            yield f"{name}.played.", playout
-
-    @property
-    def _box(self) -> bool:
-        return self.scenario.coupling.black_box
+    def names(self) -> list[State]:
+        """The states."""
+        return [*self._carried, *self._under_way]
 
     @property
     def body(self) -> str:
         """Name of the object's position; its velocity has a d more."""
-        cube = self._box and self.scenario.environment.movable
-        return f"server.{BOX}body.x" if cube else "server.body.x"
+        return self._places.body
 
     def deflection(self, index: int) -> str:
         """Return the name of the deflection of a user's contact."""
-        port = self.lines[index].ports[0]
-        if self._box:
-            return f"server.{BOX}contacts.{port}.deflection"
-        return f"server.ports.{port}.contact.deflection"
+        return self._places.deflection(index)
 
     def around(
         self,
@@ -136,87 +110,146 @@ class Hyperperiod(Loop):
             ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis; empty where none are
             wanted.
         """
-        users = range(len(self.lines))
-        self.begin(len(users) * self.ticks if inputs else 0, one)
-        read: dict[str, list[list[Value]]] = {n: [[] for _ in users] for n in OUTPUTS}
-        for tick in range(rounds * self.ticks):
-            forces = [self.batch.input(u * self.ticks + tick) if inputs else 0.0 for u in users]
+        users, ticks = range(len(self.lines)), self.ticks
+        self.begin(len(users) * ticks if inputs else 0, one)
+        read: dict[str, list[list[Any]]] = {name: [[] for _ in users] for name in OUTPUTS}
+        for tick in range(rounds * ticks):
+            forces = self.still
+            if inputs:
+                forces = [self._inputs(user * ticks + tick) for user in users]
             for user, values in enumerate(self.advance(tick, forces)):
                 for name, value in zip(OUTPUTS, values, strict=True):
-                    read[name][user].append(value)
-        names = [f"{self.lines[user].name}.{{}}" for user in users for _ in range(self.ticks)]
+                    read[name][user] += value
+        names = [
+            f"{self.lines[user].name}.{{}}" for user in users for _ in range(ticks * self.dof)
+        ]
         return self.ended(rounds), {
-            name: self.batch.rows(
-                [v for values in of for v in values], [n.format(name) for n in names]
-            )
+            name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
             for name, of in read.items()
             if outputs
         }
 
     def begin(self, inputs: int, one: float = ONE) -> None:
-        """Set every state to one in a run of its own, with as many runs more for inputs."""
-        self.batch = Identity(
-            self.scenario.name,
-            states=len(self.names),
-            live=self._live,
-            inputs=inputs,
-            runs=max(lengths(self.scenario), default=1),
-            dof=self.dof,
-            one=one,
+        """Set every state to one in a column of its own, with as many more for inputs."""
+        self._one, self._states = one, len(self.names)
+        self._width = self._states + inputs * self.dof
+        rng = np.random.default_rng(self._width)
+        signs = rng.choice([-2.0, 1.0, 3.0], self._width)
+        self._weights = signs * rng.uniform(0.5, 1.0, self._width)
+        units = {state: self._unit(column) for column, state in enumerate(self.names)}
+        self.s = self._places.followed(
+            planted(
+                repeated(self._rest, self._columns),
+                {path: units[state] for state, path in self._carried.items()},
+            )
         )
-        unit = {self.names[j]: self.batch.state(place) for place, j in enumerate(self._live)}
-        for port in range(
-            len(self.server.ports)
-        ):  # joins anew; a black box is told at its next step
-            self.server.join(port, self.batch.zero)
-        if self._box:
-            self.server.step([self.batch.zero] * len(self.server.ports))
-        for prefix, block in self._blocks:
-            own = {n[len(prefix) :]: unit[n] for n in self._carried if n.startswith(prefix)}
-            block.set_signals(own)
-        self._follow()
-        for link, past, signal, name in self._under_way:
-            setattr(link.packets[past], signal, unit.get(name, 0.0))
+        self.p = repeated(self._p, self._columns)
+        for line in self.lines:
+            for link in (line.up, line.down):
+                own = {
+                    under[1:]: units[state]
+                    for state, under in self._under_way.items()
+                    if under[0] is link
+                }
+                link.begin(self._columns, own)
+
+    @property
+    def _columns(self) -> int:
+        return self._width + 3
+
+    def _unit(self, column: int) -> Any:
+        values = np.zeros((self._columns, self.runs))
+        values[column] = self._one
+        values[-2], values[-1] = self._one * self._weights[column] * np.array([[1.0], [LESS]])
+        return elements(values.ravel())
+
+    def _inputs(self, index: int) -> Vector:
+        """Return an input that is one along each axis."""
+        first = self._states + index * self.dof
+        return tuple(self._unit(first + axis) for axis in range(self.dof))
+
+    def cut(self, link: Link, first: int) -> list[Any]:
+        """Cut a link: what is sent goes into the list returned, and inputs come in instead."""
+        sent: list[Any] = []
+
+        def relay(packet: Packet) -> Packet:
+            comes: dict[str, Any] = {}
+            for signal in CUT:
+                comes[signal] = self._inputs(first + len(sent) // self.dof)
+                sent.extend(getattr(packet, signal))
+            return packet._replace(**comes)
+
+        link.relay = relay
+        return sent
 
     def ended(self, rounds: int = 1) -> Array:
         """Return the states after so many hyperperiods, ``(runs, states, columns)``."""
-        values, dof = self._values(), self.dof
-        ends = [values[name] for name in self._carried]
-        index = {name: j for j, name in enumerate(self.names)}
+        values = leaves(self.s)
+        ends = [values[path] for path in self._carried.values()]
+        index = {state: j for j, state in enumerate(self.names)}
         shifts = []
-        for link, past, signal, name in self._under_way:
+        for state, (link, past, signal, axis) in self._under_way.items():
             later = past + rounds * self.ticks
             if later >= 0:
-                ends.append(getattr(link.packets[later], signal))
+                ends.append(getattr(link.packets[later], signal)[axis])
             else:
                 ends.append(0.0)
-                shifts.append((index[name], index[name.replace(f"[{past}]", f"[{later}]")]))
-        found = self.batch.rows(ends, self.names)
+                name = state[0].replace(f"[{past}]", f"[{later}]")
+                shifts.append((index[state], index[name, axis]))
+        found = self.rows(ends, [name for name, _ in self.names])
         for new, old in shifts:
-            for axis in range(dof):
-                found[:, new * dof + axis, old * dof + axis] = 1.0
+            found[:, new, old] = 1.0
         return found
 
-    def _values(self) -> dict[str, Value]:
-        """Return everything that is carried from tick to tick, by name."""
-        return {
-            prefix + name: value
-            for prefix, block in self._blocks
-            for name, value in block.signals().items()
-        }
+    def rows(self, values: Sequence[Any], names: Sequence[str] = ()) -> Array:
+        """Return signals as rows over all states and inputs, ``(runs, signals, columns)``.
 
-    def _follow(self) -> None:
-        """Put avatars where contacts and object are; equal users are with the first of them."""
-        state = dict(self.server.snapshot())
-        for name in state:
-            for copy, first in self._first_of.items():
-                if name.startswith(copy):
-                    state[name] = state[first + name[len(copy) :]]
-        x_o, at = state.get(f"{BOX}body.x", state["body.x"]), {}
-        for i in range(len(self.server.ports)):
-            own = state[f"ports.{i}.contact.deflection"]
-            at[i] = x_o + state.get(f"{BOX}contacts.{i}.deflection", own)
-            state[f"ports.{i}.x_s"] = at[i]
-        if f"{BOX}at" in state:
-            state[f"{BOX}at"] = at
-        self.server.restore(state)
+        Raises
+        ------
+        NonlinearError
+            If superposition does not hold.
+        """
+        whole = self._answers(values)
+        rows, together = whole[:, : self._width], whole[:, -2]
+        size = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows))
+        largest = size.max(axis=0, initial=0.0)
+        off = np.abs(np.einsum("c,scr->sr", self._weights, rows) - together)
+        wrong = np.any(off > SUPERPOSED * largest, axis=1)
+        if wrong.any():
+            bad = {names[j] if names else "packet" for j in np.flatnonzero(wrong).tolist()}
+            raise NonlinearError(
+                f"{self.scenario.name}: superposition does not hold for "
+                f"{', '.join(sorted(bad))}; there is no linear model; use 'pmwvc simulate'"
+            )
+        return rows.transpose(2, 0, 1).copy()
+
+    def _answers(self, values: Sequence[Any]) -> Array:
+        """Return by how much signals differ from rest, ``(signals, columns, runs)``, per unit."""
+        found = np.empty((len(values), self._columns, self.runs))
+        for index, value in enumerate(values):
+            found[index] = as_columns(value, self._columns, self.runs)
+        rest = found[:, self._width : self._width + 1]
+        answers: Array = (found - rest) / self._one
+        answers[np.broadcast_to(np.abs(found - rest) <= ROUNDING * np.abs(rest), found.shape)] = (
+            0.0
+        )
+        return answers
+
+    def _find(self) -> None:
+        """Find the states: those that the motion of devices and object sets in motion."""
+        self._p = self.p
+        places, moving = self._places.of(self._rest), self._places.moving(self.dof)
+        states, found = moving, True
+        while found:
+            self._carried = {state: path for state, path in places.items() if state in states}
+            self.begin(0)
+            for tick in range(self.ticks):
+                self.advance(tick, self.still)
+            values = leaves(self.s)
+            others = [state for state in places if state not in self._carried]
+            answers = self._answers([values[places[state]] for state in others])
+            large, small = np.abs(answers[:, -2]), np.abs(answers[:, -1])
+            answer = np.any(small > large * LESS**1.5, axis=1).tolist()
+            new = {state for state, is_one in zip(others, answer, strict=True) if is_one}
+            states, found = states | new, bool(new)
+        self.s = self._rest

@@ -165,11 +165,11 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
     for way, link in (("up", user.link_up), ("down", user.link_down)):
         for effect in active(link):
             if effect.linear is None:
-                parameter = effect.parameters[0]
+                parameter, off = effect.switch
                 unit = specs(link)[parameter].unit.replace("-", "")
                 name = f"link.{way}.{parameter}"
                 text = f"{user.name}.{name} = {getattr(link, parameter)} {unit}".rstrip()
-                yield Element(text, name, effect.off)
+                yield Element(text, name, off)
     position, local = user.master.position, user.master.local_model
     if position.adapts:
         yield Element(

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The exact linear model of a scenario: the core's own objects, stepped on the identity.
+"""The exact linear model of a scenario: the laws of a session, perturbed.
 
-Both ends and the devices are brought to rest, where all signals are zero. Then every signal that
-they carry from tick to tick and every packet under way is set to one in a run of its own, and all
-runs are stepped side by side once around the hyperperiod (:mod:`.hyperperiod`). What the signals
-are at the end is a row each of the transition matrix, on the states that matter: those that are
+Both ends and the devices are brought to rest, where all signals are zero. Then every state and
+every packet under way is set to one in a column of its own, and all columns are stepped side by
+side once around the hyperperiod (:mod:`.hyperperiod`). What the states are
+at the end is a row each of the transition matrix, on the states that matter: those that are
 not read, not driven, or present twice are left out. None of that changes an eigenvalue other than
 zero, nor what follows from the inputs. Structure counts, not size: a state is left out where its
 entries are exactly zero, or two rows exactly equal, in every run.
@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
-from pmwvc_analysis.models.outside import loop_of
+from pmwvc_analysis.models.outside import checked
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -68,20 +68,20 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = loop_of(scenario, live=live, weights=weights)
+    loop = checked(scenario, live=live, weights=weights)
     return model_of(loop, *loop.around(outputs=outputs))
 
 
 def model_of(loop: Hyperperiod, rows: Array, read: dict[str, Array]) -> Linear:
     """Return the model of what was stepped, on the states that matter."""
-    entries = [(name, axis) for name in loop.names for axis in range(loop.dof)]
+    entries = loop.names
     moving = {loop.body, f"{loop.body}d"}
     moving |= {f"{line.name}.device.{x}" for line in loop.lines for x in ("x", "xd")}
+    moving |= {loop.deflection(index) for index in range(len(loop.lines))}
+    moving |= {name for name, _ in entries if name.endswith(".local.x")}  # springs
     found = reduced(rows, list(read.values()), always=lambda j: entries[j][0] in moving)
     columns = {entries[j]: index for index, j in enumerate(found.kept)}
-    deflections = {loop.deflection(index) for index in range(len(loop.lines))}
-    springs = {name for name, _ in columns if name.endswith(".local.model.x")}
-    placed = (moving | deflections | springs) & {name for name, _ in columns}
+    placed = moving & {name for name, _ in columns}
     outputs = dict(zip(read, found.read, strict=True))
     return Linear(loop, columns, found.rows, outputs, frozenset(placed))
 
@@ -121,7 +121,8 @@ def reduced(rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]
         own[np.arange(len(still)), still] = True
         columns = still + list(range(n, rows.shape[2]))
         driven = np.any((moved & ~own)[:, columns], axis=1)
-        seen = np.any(np.concatenate([moved, *filled[1:]]), axis=0)
+        others = moved & ~(own & (whole[0][0][still] == 1.0))  # a sum that only it reads is none
+        seen = np.any(np.concatenate([others, *filled[1:]]), axis=0)
         left = [
             j
             for j, is_driven in zip(still, driven, strict=True)

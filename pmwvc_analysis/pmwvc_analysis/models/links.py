@@ -9,19 +9,29 @@ hyperperiod to the next.
 
 import math
 from collections import deque
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
+from pmwvc_analysis.models.elements import repeated
+from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
-from pmwvc_core.numeric import Value
+from pmwvc_core.law.channel.arrivals import StrictArrivals
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.vectors import plus, scaled, zero
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.transport.packet import WavePacket
 
 LONGEST = 20000  # ticks of a hyperperiod
 AMPLE_J = 1e3  # a frame: more than any wave of the model needs, so the account never binds
-SIGNALS = ("wave", "position")  # of a packet, as far as controllers read them
+WAVE, POSITION, EXTRA = "wave", "position", "extra"
+SIGNALS = (WAVE, POSITION, EXTRA)  # of a packet, as far as controllers read them
+CUT = (WAVE, POSITION)  # those that a cut link gives back
+
+
+def size_of(scenario: Scenario, way: str, signal: str, dof: int) -> int:
+    """Return how many numbers a signal of the packets up or down has."""
+    return record_of(scenario.controller).extra(dof)[way == "down"] if signal == EXTRA else dof
 
 
 def hyperperiod_ticks(scenario: Scenario) -> int:
@@ -82,9 +92,6 @@ class Times(NamedTuple):
         return tick - (tick - self.phase) % self.period
 
 
-Packet = tuple[Value, ...]  # in the order of SIGNALS
-
-
 class Link:
     """One direction of a link.
 
@@ -104,7 +111,7 @@ class Link:
     read
         Those of them that are read in the hyperperiod.
     packets
-        Those sent, by their tick.
+        Those sent, by their tick: what their wave and position say is a state until it is read.
     relay
         Where the link is cut: takes what is sent, returns what comes in instead.
     """
@@ -112,40 +119,132 @@ class Link:
     def __init__(self, sent: Times, read: Times, *, delay: int, ticks: int) -> None:
         self._sent, self._delay = sent, delay
         self._looks = range(read.phase, ticks, read.period)
-        self.read = {at for look in self._looks if (at := sent.last(look - delay)) < 0}
+        self.read = {  # all that came since the last look
+            at
+            for look in self._looks
+            for at in range(sent.last(look - delay), look - read.period - delay, -sent.period)
+            if at < 0
+        }
         older = {at for past in self.read for at in range(past, 0, ticks)}
         self.past = sorted(older)
-        self.packets: dict[int, WavePacket] = {}
-        self._under_way: deque[tuple[int, WavePacket]] = deque()
-        self._newest: WavePacket | None = None
+        self.packets: dict[int, Packet] = {}
+        self._under_way: deque[tuple[int, int]] = deque()  # arrival, sending
+        self._settled: list[tuple[int, int, Packet]] = []
+        self._begun = False
         self.relay: Callable[[Packet], Packet] | None = None
 
-    def send(self, tick: int, packet: WavePacket | None) -> None:
-        """Put a packet in, or what the relay makes of it."""
-        if packet is None:
-            return
-        if self.relay is not None:
-            packet.wave, packet.position = self.relay((packet.wave, packet.position))
-        self.packets[tick] = packet
-        self._under_way.append((tick + self._delay, packet))
+    def settle(self) -> None:
+        """Take what is under way now as that of every beginning of the hyperperiod."""
+        self._settled = [(arrival, at, self.packets[at]) for arrival, at in self._under_way]
 
-    def collect(self, tick: int) -> list[WavePacket]:
-        """Return the packets that have arrived. What their sums add to those of the packet before
-        is the wave, and energy for whatever a playout does with it.
+    def begin(self, columns: int, units: Mapping[tuple[int, str, int], Any]) -> None:
+        """Begin the hyperperiod again for so many columns, with signals of packets under way by
+        the tick of their sending, signal and axis.
         """
-        arrived: list[WavePacket] = []
-        integral: Value = 0.0
-        energy = 0.0
-        if self._newest is not None:
-            self._newest.integral, self._newest.energy = integral, energy
+        self._under_way = deque((arrival, at) for arrival, at, _ in self._settled)
+        for _, at, packet in self._settled:
+            packet = repeated(packet, columns)
+            for signal in SIGNALS:
+                values = getattr(packet, signal)
+                given = [units.get((at, signal, axis), 0.0) for axis in range(len(values))]
+                packet = packet._replace(**{signal: tuple(given)})
+            self.packets[at] = packet
+
+    def send(self, tick: int, packet: Packet) -> None:
+        """Put a packet in, or what the relay makes of it."""
+        if self.relay is not None:
+            packet = self.relay(packet)
+        self.packets[tick] = packet
+        self._under_way.append((tick + self._delay, tick))
+
+    def collect(self, tick: int) -> list[Packet]:
+        """Return the packets that have arrived. What their sums add to those of the packet before
+        is the wave, and energy for whatever a playout does with it: the receiver's own sums are
+        zero when they come.
+        """
+        arrived: list[Packet] = []
+        energy_j = 0.0
         while self._under_way and self._under_way[0][0] <= tick:
-            _, packet = self._under_way.popleft()
-            packet.integral = integral = integral + packet.wave * packet.period
-            packet.energy = energy = energy + AMPLE_J
+            packet = self.packets[self._under_way.popleft()[1]]
+            energy_j += AMPLE_J
+            integral = scaled(packet.wave, packet.period_s)
+            if arrived:
+                integral = plus(arrived[-1].integral, integral)
+            fresh = not self._begun
+            self._begun = True
+            packet = packet._replace(integral=integral, energy_j=energy_j, fresh=fresh)
             arrived.append(packet)
-            self._newest = packet
         return arrived
 
     def ages(self) -> list[int]:
         """Return how old packets are when they are read [ticks]."""
         return [look - self._sent.last(look - self._delay) for look in self._looks]
+
+
+class Line(NamedTuple):
+    """When a user's end and the server talk to each other.
+
+    Attributes
+    ----------
+    user, waves
+        Its parameters, and whether its controller has waves.
+    ports
+        Numbers of its ports at the server: several where it stands for equal users.
+    frame, answer, serve
+        When it sends, takes an answer, and when the server steps.
+    delay_down, delay
+        From the server, and both ways together [ticks].
+    up, down
+        The links.
+    """
+
+    user: User
+    waves: bool
+    ports: tuple[int, ...]
+    frame: Times
+    answer: Times
+    serve: Times
+    delay_down: int
+    delay: int
+    up: Link
+    down: Link
+    tick_s: float
+
+    @property
+    def name(self) -> str:
+        """Of the user."""
+        return self.user.name
+
+
+def line_of(scenario: Scenario, index: int, ports: tuple[int, ...], *, live: bool) -> Line:
+    """Return the line of a user by its number, from 0."""
+    user, tick_s = scenario.users[index], scenario.tick_s
+    frame = Times(user.master.rate_drop, 0)
+    answer = Times(user.master.rate_drop, answer_phase(user, live=live))
+    serve = Times(scenario.period_ticks, serve_phase(scenario, live=live))
+    up = delay_ticks(user.link_up, tick_s=tick_s, live=live)
+    down = delay_ticks(user.link_down, tick_s=tick_s, live=live)
+    ticks = hyperperiod_ticks(scenario)
+    return Line(
+        user,
+        has_waves(scenario.controller),
+        ports,
+        frame,
+        answer,
+        serve,
+        down,
+        up + down,
+        Link(frame, serve, delay=up, ticks=ticks),
+        Link(serve, Times(1, 0), delay=down, ticks=ticks),
+        tick_s,
+    )
+
+
+def sums_anew(s: Any) -> Any:
+    """Let the sums that a strict receiver believes begin at zero (:meth:`.links.Link.collect`)."""
+    arrivals = s.arrivals
+    if not isinstance(arrivals, StrictArrivals):
+        return s
+    counting = arrivals.counting
+    counting = counting._replace(integral=zero(counting.integral), energy_j=0.0)
+    return s._replace(arrivals=arrivals._replace(counting=counting))

@@ -5,17 +5,25 @@ of a live session (:data:`pmwvc_core.frame.schedule.LIVE`). Links have a constan
 no limits and no brakes.
 """
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
+from typing import Any
 
-from pmwvc_analysis.models.line import Line, two_sided
+from pmwvc_analysis.models.elements import lifted
+from pmwvc_analysis.models.ends import Ends, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
-from pmwvc_analysis.models.links import modelled_ticks
-from pmwvc_analysis.models.rest import playouts_of, rest_of, set_paces
-from pmwvc_core.frame.assembly import server_step_of
-from pmwvc_core.numeric import Value
+from pmwvc_analysis.models.links import Line, line_of, modelled_ticks, sums_anew
+from pmwvc_analysis.models.rest import rest_of, settled_paces, with_settled_paces
+from pmwvc_analysis.models.variation import lengths
+from pmwvc_core.law.plant.device import device_step
+from pmwvc_core.law.port.sensing import Sample
+from pmwvc_core.law.server_step import server_step
+from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.law.vectors import Vector
 from pmwvc_core.scenario.scenario import Scenario
+
+SEND, BEGIN, TICK = lifted(send), lifted(begin), lifted(user_tick)
+STEP, DEVICE = lifted(server_step), lifted(device_step)
 
 
 class Loop:
@@ -32,12 +40,13 @@ class Loop:
 
     Attributes
     ----------
-    ticks, dof
-        Length of the hyperperiod; axes of the model: one where all axes have the same model.
-    step, server
-        The server's step, and the ports within.
-    playouts
-        Those of the strict channel by link; at the server there is one per port.
+    ticks, dof, runs
+        Length of the hyperperiod; axes of the model: one where all axes have the same model; and
+        how many runs the columns have.
+    s, p
+        State and parameters of the ends.
+    paces
+        The clocks of the playouts of the strict channel, by user: at the server, at the device.
     """
 
     def __init__(
@@ -51,40 +60,61 @@ class Loop:
         self.scenario, self.tick_s = scenario, scenario.tick_s
         self._tick_ns = round(scenario.tick_s * 1e9)
         self.ticks, self.dof = modelled_ticks(scenario), axes_of(scenario)
-        server, ports = scenario.server, itertools.count()
-        if not scenario.coupling.black_box and scenario.environment.body is None:
-            server = dataclasses.replace(server, environment="wall")  # a black box only
-        users = tuple(map(two_sided, scenario.users))
-        modelled = dataclasses.replace(scenario, users=users, server=server)
+        ports, users = itertools.count(), range(len(scenario.users))
         self.lines = [
-            Line(modelled, i, ports=list(itertools.islice(ports, n)), dof=self.dof, live=live)
-            for i, n in enumerate(weights or [1] * len(users))
+            line_of(scenario, i, tuple(itertools.islice(ports, n)), live=live)
+            for i, n in zip(users, weights or [1 for _ in users], strict=True)
         ]
         self.serve = self.lines[0].serve
-        users = tuple(line.user for line in self.lines for _ in line.ports)
-        self.step = server_step_of(dataclasses.replace(modelled, users=users), dof=self.dof)
-        self.server = self.step.server
-        for port in self.server.ports:
-            port.brake = None
-        self.playouts = playouts_of(self.lines, self.step)
-        rest = rest_of(scenario, self.lines, self.ticks, live=live)
-        self._start, still = rest.start, [0.0] * len(self.lines)
+        self.runs = max(lengths(scenario), default=1)
+        self.s, self.p = made(scenario, self.lines, self.dof)
+        self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
+        rest = rest_of(scenario, self.lines, self.ticks)
+        self._start = rest.start
         for tick in range(rest.start, 0):
-            if tick == rest.settled:
-                set_paces(self.playouts, rest.paces)
-            self.advance(tick, still)
+            if self.paces and tick == rest.settled:
+                self.s = with_settled_paces(self.s, self.lines, self.paces)
+            self.advance(tick, self.still)
+        for line in self.lines:
+            line.up.settle()
+            line.down.settle()
 
-    def advance(self, tick: int, forces: Sequence[Value]) -> list[tuple[Value, Value, Value]]:
+    @property
+    def still(self) -> list[Vector]:
+        """No force on any device."""
+        return [(0.0,) * self.dof for _ in self.lines]
+
+    def advance(self, tick: int, forces: Sequence[Vector]) -> list[tuple[Vector, Vector, Vector]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""
         number = tick - self._start
-        at = tick, number, number * self._tick_ns
-        for line in self.lines:
-            line.send(*at)
-            for packet in line.up.collect(tick):
-                for port in line.ports:
-                    self.step.deliver(port, packet, at[2])
+        now_ns = number * self._tick_ns
+        loops, devices, server = list(self.s.loops), list(self.s.devices), self.s.server
+        samples = [Sample(device.read_x, device.read_xd, True, now_ns) for device in devices]
+        for i, line in enumerate(self.lines):
+            if line.frame.due(tick):
+                p = self.p.loops[i]
+                loops[i], packet, _ = SEND(loops[i], now_ns, samples[i], False, p)
+                loops[i] = BEGIN(loops[i], number, p)
+                line.up.send(tick, packet)
         if self.serve.due(tick):
-            answers, _ = self.step.tick(at[2], [()] * len(self.server.ports))
+            came = [packets for line in self.lines for packets in self._at_server(line, tick)]
+            server = server._replace(guests=tuple(map(sums_anew, server.guests)))
+            server, answers = STEP(server, now_ns, tuple(came), 0.0, self.p.server)
             for line in self.lines:
-                line.down.send(tick, answers[line.ports[0]])
-        return [line.step(*at, force) for line, force in zip(self.lines, forces, strict=True)]
+                answer = answers[line.ports[0]]
+                if answer.sends:
+                    line.down.send(tick, answer.packet)
+        out = []
+        for i, line in enumerate(self.lines):
+            packets, sample = line.down.collect(tick), samples[i]
+            loop = sums_anew(loops[i]) if packets else loops[i]
+            loops[i], done = TICK(loop, number, now_ns, sample, packets, self.p.loops[i])
+            devices[i], _, _ = DEVICE(devices[i], forces[i], done.f, self.p.devices[i])
+            out.append((sample.x, sample.xd, done.f_m))
+        self.s = Ends(tuple(loops), tuple(devices), server)
+        return out
+
+    def _at_server(self, line: Line, tick: int) -> list[list[Any]]:
+        """Return the packets of a user for each of its ports."""
+        packets = line.up.collect(tick)
+        return [packets for _ in line.ports]

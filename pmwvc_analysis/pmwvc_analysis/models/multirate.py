@@ -22,7 +22,7 @@ import numpy as np
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize, model_of
 from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.outside import loop_of
+from pmwvc_analysis.models.outside import checked
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -100,7 +100,7 @@ def build(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = loop_of(scenario, live=live, weights=weights)
+    loop = checked(scenario, live=live, weights=weights)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.names) * loop.dof
     if states > LARGEST_STATES:
         raise PmwvcError(

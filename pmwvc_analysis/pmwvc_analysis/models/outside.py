@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Code of other packages in the exact model: it is checked before its model is believed.
 
-A controller or a coupling from outside the library is stepped like one of the library. Whether it
-declares its whole state, and whether it is linear at the amplitudes of a session, only its author
-knows; so both are tried:
+A controller or a coupling from outside the library is perturbed like one of the library. Whether
+its state is all in what it returns, and whether it is linear at the amplitudes of a session, only
+its author knows; so both are tried:
 
-- Two hyperperiods in a row have to be the model applied twice. A state that is not declared is at
-  rest in the first one only.
+- Two hyperperiods in a row have to be the model applied twice. A state kept elsewhere is at rest
+  in the first one only.
 - The model has to be the same at the amplitude of a motion as at the tiny one of
-  :mod:`.identity`: a dead zone, a limit or a product of signals makes another one.
+  :mod:`.hyperperiod`: a dead zone, a limit or a product of signals makes another one.
 
 Neither is a proof: what changes at larger signals only, or never within two hyperperiods, is not
 seen. The notes of every answer say so.
@@ -20,8 +20,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import Hyperperiod
-from pmwvc_analysis.models.identity import ONE
+from pmwvc_analysis.models.hyperperiod import ONE, Hyperperiod
 from pmwvc_analysis.models.linear import (
     NonlinearError,
     amplitude_of,
@@ -37,18 +36,18 @@ EQUAL = 1e-9  # relative to the largest entry
 FRAME_TICKS = 8  # on the strict channel
 
 
-def loop_of(
+def checked(
     scenario: Scenario,
     *,
     live: bool = False,
     weights: Sequence[int] = (),
 ) -> Hyperperiod:
-    """Return the loop of a scenario, ready to be stepped on the identity; see :class:`.loop.Loop`.
+    """Return the loop of a scenario with code of other packages, once it was tried.
 
     Raises
     ------
     NonlinearError
-        If something is not linear, or code from outside the library does not declare its state.
+        If something is not linear, or code from outside the library keeps state elsewhere.
     PmwvcError
         If the hyperperiod is too long.
     """
@@ -59,7 +58,7 @@ def loop_of(
         except PmwvcError:
             raise
         except PLUGIN_ERRORS as error:  # whatever a plug-in raises
-            raise NonlinearError(f"{what}: not stepped on arrays: {reason(error)}") from error
+            raise NonlinearError(f"{what}: not perturbed: {reason(error)}") from error
     return Hyperperiod(scenario, live=live, weights=weights)
 
 
@@ -90,14 +89,11 @@ def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int])
 
     loop = made()
     once, _ = loop.around()
-    if faults := loop.server.faults:
-        if faults.steps:  # a damper stands for them, which is another law
-            raise NonlinearError(f"{what}: {faults.text}")
     twice, _ = made().around(rounds=2)
-    if names := _other(loop, (once @ once)[..., loop.units], twice[..., loop.units]):
+    if names := _other(loop, (once @ once), twice):
         raise NonlinearError(
             f"{what}: two hyperperiods in a row are not the model applied twice, in {names}: "
-            "it has state that it does not declare (pmwvc_core.state), or changes with time"
+            "it keeps state elsewhere than in what it returns, or changes with time"
         )
     amplitude = amplitude_of(scenario)
     if names := _other(loop, once, made().around(one=amplitude)[0]):
@@ -110,4 +106,4 @@ def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int])
 def _other(loop: Hyperperiod, one: Array, another: Array) -> str:
     """Return the names of the states that differ; empty where none does."""
     off = np.abs(one - another).max(axis=(0, 2), initial=0.0) > EQUAL * np.abs(one).max()
-    return ", ".join(sorted({loop.names[row // loop.dof] for row in np.flatnonzero(off)}))
+    return ", ".join(sorted({loop.names[row][0] for row in np.flatnonzero(off)}))

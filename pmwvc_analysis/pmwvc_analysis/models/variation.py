@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import Array, Value
 from pmwvc_core.scenario.names import resolved, spec_of
 from pmwvc_core.scenario.scenario import Scenario
 
+Path = tuple[Any, ...]
 TIMES = ("delay_s", "tick_s", "period_s")  # numbers that decide when things happen
 
 
@@ -52,11 +53,43 @@ def with_stiffness(scenario: Scenario, stiffness: Value) -> Scenario:
 
 def lengths(scenario: Any) -> Iterator[int]:
     """Yield the lengths of all columns among the parameters."""
-    if isinstance(scenario, np.ndarray) and scenario.ndim == 2:
-        yield len(scenario)
-    elif isinstance(scenario, tuple):
-        for each in scenario:
-            yield from lengths(each)
-    elif dataclasses.is_dataclass(scenario):
-        for field in dataclasses.fields(scenario):
-            yield from lengths(getattr(scenario, field.name))
+    return (len(column) for _, column in _columns(scenario))
+
+
+def runs_of(scenario: Scenario) -> list[Scenario]:
+    """Return the scenarios that columns stand for, one by one."""
+    columns = list(_columns(scenario))
+    if not columns:
+        return [scenario]
+    runs = max(len(column) for _, column in columns)
+    rows = [np.broadcast_to(column[:, 0], runs).tolist() for _, column in columns]
+    paths = [path for path, _ in columns]
+    return [
+        _with(scenario, dict(zip(paths, values, strict=True)))
+        for values in zip(*rows, strict=True)
+    ]
+
+
+def _columns(value: Any, path: Path = ()) -> Iterator[tuple[Path, Array]]:
+    """Yield the columns among the parameters, with their paths."""
+    if isinstance(value, np.ndarray) and value.ndim == 2:
+        yield path, value
+    elif isinstance(value, tuple):
+        for index, each in enumerate(value):
+            yield from _columns(each, (*path, index))
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from _columns(getattr(value, field.name), (*path, field.name))
+
+
+def _with(value: Any, numbers: dict[Path, float]) -> Any:
+    """Return parameters with other numbers at some paths."""
+    if () in numbers:
+        return numbers[()]
+    of: dict[Any, dict[Path, float]] = {}
+    for (first, *rest), number in numbers.items():
+        of.setdefault(first, {})[tuple(rest)] = number
+    if isinstance(value, tuple):
+        return tuple(_with(each, of[i]) if i in of else each for i, each in enumerate(value))
+    new = {name: _with(getattr(value, name), inside) for name, inside in of.items()}
+    return dataclasses.replace(value, **new)

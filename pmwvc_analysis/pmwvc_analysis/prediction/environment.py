@@ -16,11 +16,11 @@ Equations: docs/theory.md 5.4.
 
 from typing import NamedTuple
 
+from pmwvc_core.law.black_box.secant import SOFT
+from pmwvc_core.law.black_box.seen import REPAID
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.black_box.port import REPAID
-from pmwvc_core.server.black_box.secant import SOFT
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings.sampled import least_impedance
+from pmwvc_core.server.couplings.library import least_impedance
 from pmwvc_core.wave.impedance import smallest
 
 
@@ -83,10 +83,9 @@ def may_limit(scenario: Scenario) -> bool:
 
 def limited(scenario: Scenario) -> bool | None:
     """Tell whether some environment will be limited; None where no rule is known."""
-    server = scenario.server
     environment = scenario.environment
-    solved = environment.spring and environment.sloped and server.integrator == "backward_euler"
-    if not may_limit(scenario) or solved:
+    implicit = scenario.server.integrator == "backward_euler"
+    if not may_limit(scenario) or (environment.spring and environment.sloped and implicit):
         return False
     rules = [rule(user, scenario) for user in scenario.users]
     if any(found is not None and not found.met for found in rules):
@@ -96,24 +95,23 @@ def limited(scenario: Scenario) -> bool | None:
 
 def lines(scenario: Scenario) -> list[str]:
     """Return a sentence for each user whose rule is not met."""
+    rules = {user.name: rule(user, scenario) for user in scenario.users}
     found = []
-    for user in scenario.users:
-        own = rule(user, scenario)
+    for name, own in rules.items():
         if own is None or own.met_unlearned:
             continue
-        text = f"{user.name}: K T + 2B = {own.needed:.3g} N s/m"
+        text = f"{name}: K T + 2B = {own.needed:.3g} N s/m, above"
         if own.met:
             found.append(
-                f"{text}, above {own._replace(slope=0.0).bound}: the server port may limit the "
+                f"{text} {own._replace(slope=0.0).bound}: the server port may limit the "
                 "environment until it has learned its slope; from then on it is passive, and "
                 "repays the displacement."
             )
         else:
             found.append(
-                f"{text}, above {own.bound}: the server port will limit the environment. The "
-                "rendered stiffness is then lower, or the wall is lost."
+                f"{text} {own.bound}: the server port will limit the environment. The rendered "
+                "stiffness is then lower, or the wall is lost."
             )
-    if may_limit(scenario) and any(rule(user, scenario) is None for user in scenario.users):
-        if limited(scenario) is None:
-            found.append("It is unknown whether the server port will limit the environment.")
+    if None in rules.values() and limited(scenario) is None:
+        found.append("It is unknown whether the server port will limit the environment.")
     return found

@@ -29,7 +29,6 @@ On the strict channel the playouts make the lag: :mod:`.playout_lag`.
 Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5.
 """
 
-import functools
 import math
 
 import numpy as np
@@ -45,19 +44,15 @@ from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.playout_lag import strict_lag_s
 from pmwvc_core.motion import motion
 from pmwvc_core.network.effects import active, is_random, mean_s
-from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.wave.design import aliasing
+from pmwvc_core.wave.design.response import response
 from pmwvc_core.wave.design.velocity_filter_response import slow_lags
 from pmwvc_core.wave.impedance import first_axis, transformation
-from pmwvc_core.wave.rates import AntiAliasing
-from pmwvc_core.wave.transform import WavePort
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
-SETTLED_TICKS = 1e-12  # change per frame at which a filter's response to steps is periodic
-MOST_FRAMES = 10000  # for that
 
 
 def series_stiffness(contact: float, impedance: float, tau: float, ratio: float = 1.0) -> float:
@@ -71,6 +66,12 @@ def rendered_stiffness(user: User, tau: float) -> float:
     """Return the stiffness at a user's device, the contact being known [N/m]."""
     contact, b = float(user.contact.contact_stiffness), first_axis(user.impedance)
     return series_stiffness(contact, b, tau, transformer(user))
+
+
+def rendered_mass(user: User, scenario: Scenario, *, live: bool) -> float:
+    """Return the mass of a user's link, b tau/2 with nothing touched [kg]."""
+    tau = lag_s(user, scenario, live=live, touching=False)
+    return first_axis(user.impedance) * tau / 2.0
 
 
 def transformer(user: User) -> float:
@@ -115,7 +116,7 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
     more than the waves lag, what the device renders instead.
     """
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    mass = b * lag_s(user, scenario, live=live, touching=False) / 2.0
+    mass = rendered_mass(user, scenario, live=live)
     stiffness, contact = rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
     if tau > 0.0:
         return (
@@ -163,7 +164,6 @@ def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) 
     return float(lag + network_s(user, scenario, live=live))
 
 
-@functools.lru_cache(maxsize=256)
 def step_lag_s(
     master: MasterParams, device: DeviceParams, impedance: float, phase: int = 0
 ) -> float:
@@ -172,25 +172,18 @@ def step_lag_s(
     ``phase``: tick of the frame at which the hold steps; the filter is sampled at its start.
     Without velocity filter and filter bank; with one of them it is not known and taken as zero.
     """
-    plain = not (master.velocity_filter.is_on or master.bank.is_on)
-    load = impedance * master.tick_s / device.mass
-    if master.ramps or not plain or load >= 2.0:
-        return 0.0
     m, tick_s = master.rate_drop, master.tick_s
-    stage = AntiAliasing(master.filter, tick_s=tick_s, rate_drop=m)
+    plain = not (master.velocity_filter.is_on or master.bank.is_on)
+    if master.ramps or not plain or impedance * tick_s / device.mass >= 2.0:
+        return 0.0
+    older = 0.5 * (m - 1) - (np.arange(m) - phase) % m  # than the mean: a wave of period M
+    hertz = np.arange(m) / (m * tick_s)
+    z = np.exp(2j * np.pi * hertz * tick_s)
     moves = motion(device.mass, device.damping, tick_s)
-    left, port = 0.0, WavePort(impedance)
-    xd: Value = 0.0
-    for _ in range(MOST_FRAMES):
-        before = left
-        for tick in range(m):
-            v = 0.5 * (m - 1) - (tick - phase) % m
-            stage.step(port.u(xd, v))
-            xd = moves.xd_xd * xd - moves.f_xd * port.force(xd, v)
-        left = float(flatten(stage.sample())[0])
-        if abs(left - before) < SETTLED_TICKS:
-            break
-    return left * tick_s
+    admitted = moves.f_xd / (z - moves.xd_xd + moves.f_xd * impedance)
+    passed = response(master.filter, hertz, tick_s=tick_s, rate_drop=m)
+    left = np.fft.ifft(np.fft.fft(older) * (2.0 * impedance * admitted - 1.0) * passed)
+    return float(left[-1].real) * tick_s
 
 
 def network_s(user: User, scenario: Scenario, *, live: bool) -> float:

@@ -24,10 +24,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from pmwvc_analysis.models.links import Times, delay_ticks, hyperperiod_ticks, serve_phase
+from pmwvc_core.law.channel.pace import EARLY_S, LATE_S
 from pmwvc_core.network.effects import active, longest_s, mean_s
 from pmwvc_core.params import DeadbandParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.pace import EARLY_S, LATE_S
 
 SHARE = (math.sqrt(EARLY_S / LATE_S) - 1.0) / (math.sqrt(EARLY_S / LATE_S) + 1.0)
 RARE = 1e-6  # longer runs of lost packets do not count

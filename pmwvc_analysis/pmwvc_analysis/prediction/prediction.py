@@ -15,23 +15,28 @@ Equations: docs/theory.md 4.9.
 """
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.delays.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Relative, left_out, relative
+from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.environment import decodes_late
-from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
+from pmwvc_analysis.prediction.lag import (
+    lag_decides,
+    lag_s,
+    rendered_mass,
+    rendered_stiffness,
+)
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings.sampled import least_impedance
-from pmwvc_core.server.environments import environment_of
+from pmwvc_core.server.couplings.library import least_impedance
 from pmwvc_core.wave.design import aliasing
-from pmwvc_core.wave.impedance import first_axis, smallest
+from pmwvc_core.wave.impedance import smallest
 
 ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
 
@@ -114,6 +119,16 @@ def answer(scenario: Scenario, *, live: bool) -> Answer:
     )
 
 
+def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
+    """Return the rate at which the slowest motion grows [1/s], below zero where it decays; None
+    where there is no exact model.
+    """
+    found = exact(scenario, live=live)
+    if not isinstance(found, Exact) or found.spectral_radius <= 0.0:
+        return None
+    return math.log(found.spectral_radius) / (hyperperiod_ticks(scenario) * scenario.tick_s)
+
+
 def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
     """Return the ``prediction`` of a summary; the user who is worst off counts.
 
@@ -139,19 +154,15 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
         "environment_limited": None,
         "left_out": left_out(scenario),
     }
+    users = scenario.users
     if not proofs_hold(scenario.controller):
         return values
     values["environment_limited"] = found.limited
-    values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
-    if found.limited or not all(lag_decides(user, scenario) for user in scenario.users):
-        return values
-    values["k_felt"] = min(
-        rendered_stiffness(user, lag_s(user, scenario, live=live)) for user in scenario.users
-    )
-    values["mass_felt"] = max(
-        first_axis(user.impedance) * lag_s(user, scenario, live=live, touching=False) / 2.0
-        for user in scenario.users
-    )
+    values["aliasing_gain"] = max(map(aliasing_gain, users))
+    if not found.limited and all(lag_decides(user, scenario) for user in users):
+        lags = [lag_s(user, scenario, live=live) for user in users]
+        values["k_felt"] = min(map(rendered_stiffness, users, lags))
+        values["mass_felt"] = max(rendered_mass(user, scenario, live=live) for user in users)
     return values
 
 
@@ -172,20 +183,14 @@ def aliasing_gain(user: User) -> float:
 
 
 def one_step_bound(user: User, scenario: Scenario) -> bool | None:
-    """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
-    server = scenario.server
-    if scenario.coupling.black_box and not _held_wall(server):
+    """Tell whether K T_VE + 2B <= b holds, None where it does not apply: late decoding by backward
+    Euler, of a black box only that of a wall whose waves are not treated.
+    """
+    server, environment = scenario.server, scenario.environment
+    treated = COMPENSATIONS.of(server.compensation)
+    held = environment.spring and treated.linear == treated.name
+    if scenario.coupling.black_box and not held:
         return None
     if not decodes_late(scenario) or server.integrator != "backward_euler":
         return None
     return least_impedance(server, user.contact) <= smallest(user.server_impedance)
-
-
-def _held_wall(server: ServerParams) -> bool:
-    """Tell whether a black box is a wall whose waves are decoded late and not treated."""
-    compensation, environment = (
-        COMPENSATIONS.of(server.compensation),
-        environment_of(server.environment),
-    )
-    wall = environment.spring and not environment.sloped
-    return wall and compensation.linear == compensation.name and server.decoding == "late"

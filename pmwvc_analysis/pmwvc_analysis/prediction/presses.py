@@ -13,8 +13,8 @@ Equations: docs/theory.md 17.17.
 import math
 
 from pmwvc_analysis.prediction.lag import lag_s
-from pmwvc_core.master.position.correction import ADAPTED
-from pmwvc_core.master.position.strict import MOST
+from pmwvc_core.law.position.error import ADAPTED
+from pmwvc_core.law.position.strict import MOST
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 

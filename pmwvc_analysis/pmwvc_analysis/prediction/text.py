@@ -6,12 +6,12 @@ Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes
 """
 
 import math
+from collections.abc import Sequence
 
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment
-from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
-from pmwvc_analysis.prediction.encoder_work import encoder_lines
+from pmwvc_analysis.prediction.encoder import encoder_lines, encoder_noise_w
 from pmwvc_analysis.prediction.lag import (
     RATIO_TOLERANCE,
     lag_decides,
@@ -41,32 +41,35 @@ from pmwvc_core.wave.impedance import MatrixImpedance, largest, smallest
 
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
-    "(channel = strict); how far the loop is from instability at another delay is not computed."
+    "(channel = strict); no stability margin over delay is computed."
+)
+NO_EFFECT = (
+    "Warning: {users}: without effect: {settings}. channel = strict, the default, has neither "
+    "anti-aliasing filter nor hold; channel = plain has both."
 )
 
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
-    known = answer(scenario, live=live)
-    found = _stability_lines(scenario, known)
-    found += outside_words(scenario)
+    known, users = answer(scenario, live=live), scenario.users
+    found = _stability_lines(scenario, known) + outside_words(scenario)
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if scenario.changes:
         found.append(f"For the parameters at the start; later changes: {scenario.changes}.")
     if not proofs_hold(scenario.controller):
         return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
-    if not lag_is_known(scenario):
-        found.append(scenario.coupling.words)
+    if lag_is_known(scenario):
+        found += [line for user in users for line in _rendering_lines(user, scenario, live=live)]
     else:
-        for user in scenario.users:
-            found += _rendering_lines(user, scenario, live=live)
+        found.append(scenario.coupling.words)
     found += _no_effect_lines(scenario) if scenario.strict else _aliasing_lines(scenario)
-    for user in scenario.users:
-        if one_step_bound(user, scenario) is False:
-            found.append(f"{user.name}: K T + 2B > b: late decoding may generate energy.")
+    found += [
+        f"{user.name}: K T + 2B > b: late decoding may generate energy."
+        for user in users
+        if one_step_bound(user, scenario) is False
+    ]
     found += environment.lines(scenario)
-    for user in scenario.users:
-        found += press_lines(user, scenario, live=live)
+    found += [line for user in users for line in press_lines(user, scenario, live=live)]
     found += [STRICT] if scenario.strict else _delay_lines(known)
     return found + _device_lines(scenario) + encoder_lines(scenario)
 
@@ -108,11 +111,11 @@ def _delay_lines(known: Answer) -> list[str]:
         where = "while all contacts touch" if proof.touching else "in contact and free"
         at = f"; the gain around the loop is at most {proof.gain:.6f}" if proof.gain else ""
         return [f"Stable at any constant delay, hands off, {where}{at}."]
-    reasons = [*proof.reasons]
-    if proof.proved:
+    reasons: Sequence[str] = proof.reasons
+    if proof.proved and known.limited is False:
+        reasons = ["the nearest linear scenario is not stable"]
+    elif proof.proved:
         reasons = ["the server port will limit its environment, or that is not known"]
-        if known.limited is False:
-            reasons = ["the nearest linear scenario is not stable"]
     return [f"Not proved stable at any constant delay: {'; '.join(reasons)}."]
 
 
@@ -153,34 +156,34 @@ def _rule_lines(scenario: Scenario) -> list[str]:
 def _no_effect_lines(scenario: Scenario) -> list[str]:
     """Return a warning for settings of filter and hold, which the strict channel has not."""
     default = flattened("master", MasterParams())
-    found: dict[str, list[str]] = {}
+    users: dict[str, None] = {}
+    settings: dict[str, None] = {}
     for user in scenario.users:
         for name, value in flattened("master", user.master).items():
             if name.startswith(("master.filter.", "master.hold")) and value != default[name]:
-                found.setdefault(f"{name} = {value}", []).append(user.name)
-    if not found:
+                users[user.name] = settings[f"{name} = {value}"] = None
+    if not users:
         return []
-    users = dict.fromkeys(name for names in found.values() for name in names)
-    return [
-        f"Warning: {', '.join(users)}: without effect: {', '.join(found)}. channel = strict, the "
-        "default, has neither anti-aliasing filter nor hold; channel = plain has both."
-    ]
+    return [NO_EFFECT.format(users=", ".join(users), settings=", ".join(settings))]
 
 
 def _aliasing_lines(scenario: Scenario) -> list[str]:
     """Return a warning for every filter that lets aliasing through, with its users."""
-    found: dict[str, list[str]] = {}
-    for user in scenario.users:
+
+    def warnings_of(user: User) -> list[str]:
         master, gain = user.master, aliasing_gain(user)
-        texts = aliasing.warnings_of(
+        found = aliasing.warnings_of(
             master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
         )
-        if not texts and gain > ALIASING_BOUND:
-            texts = [
-                "the anti-aliasing filter is weak: in the worst case packets carry "
-                f"{gain:.4g} times the energy that went in"
-            ]
-        for text in texts:
+        weak = (
+            "the anti-aliasing filter is weak: in the worst case packets carry "
+            f"{gain:.4g} times the energy that went in"
+        )
+        return found or ([weak] if gain > ALIASING_BOUND else [])
+
+    found: dict[str, list[str]] = {}
+    for user in scenario.users:
+        for text in warnings_of(user):
             found.setdefault(text, []).append(user.name)
     return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
 
@@ -190,19 +193,15 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]
     elements = ", ".join(dict.fromkeys(element.text for element in nonlinear(scenario)))
-    if known.relative is None and elements:
-        return [f"No exact model, not linear: {elements}. No linear scenario is near."]
     if known.relative is None:
+        if elements:
+            return [f"No exact model, not linear: {elements}. No linear scenario is near."]
         return [f"Stability of {known.unknown}."]
-    found = [f"No exact model, not linear: {elements}."]
+    near = f"Stability of the nearest linear scenario, {known.unknown}."
     if known.relative_model is not None:
-        found.append(
-            f"The nearest linear scenario, with {', '.join(known.relative.settings)}: "
-            f"{_stability(known.relative_model)}."
-        )
-    elif known.relative is not None:
-        found.append(f"Stability of the nearest linear scenario, {known.unknown}.")
-    return found
+        settings = ", ".join(known.relative.settings)
+        near = f"The nearest linear scenario, with {settings}: {_stability(known.relative_model)}."
+    return [f"No exact model, not linear: {elements}.", near]
 
 
 def _stability(model: Exact) -> str:
@@ -210,7 +209,7 @@ def _stability(model: Exact) -> str:
     if model.limit.unknown:
         reach = "largest stable contact stiffness not known (more work than allowed)"
     elif first is None:
-        reach = f"at every contact stiffness up to {bound:g} N/m"
+        reach = f"at every contact stiffness up to {bound:,.0f} N/m"
     elif first == 0.0:
         reach = "unstable at every contact stiffness"
     else:
@@ -222,15 +221,14 @@ def _stability(model: Exact) -> str:
 def _device_lines(scenario: Scenario) -> list[str]:
     """Return the declared storage of each port, and the noise of its encoder."""
     found = []
+    samples = has_waves(scenario.controller) and not scenario.strict
     for user in scenario.users:
         if (stored := declared_storage_j(scenario, user)) > 0.0:
             found.append(f"{user.name}: declared storage {1e3 * stored:.3g} mJ.")
-        samples = has_waves(scenario.controller) and not scenario.strict
-        noise_w = encoder_noise_w(user) if samples else 0.0
-        if noise_w > 0.0:
+        if samples and (noise_w := encoder_noise_w(user)) > 0.0:
             found.append(
                 f"{user.name}: where a grip chatters between counts of its encoder, the waves "
-                f"carry {1e3 * noise_w:.2g} mW of noise that is not the hand's; the port of the "
-                "hand is not passive by as much."
+                f"carry {1e3 * noise_w:.2g} mW of noise that is not the hand's; the hand port is "
+                "not passive by as much."
             )
     return found

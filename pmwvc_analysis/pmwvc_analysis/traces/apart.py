@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stretches import first_packets
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.ends.joining import kept_words, why_kept
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.user_ports import kept_words, why_kept
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 ROUNDED_S = 1e-6  # of a recorded time

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.sums import UserSums, running
-from pmwvc_core.master.strict_accounts import DISCARDED
+from pmwvc_core.controllers.accounts import DISCARDED
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces
 

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The answer of a transparency analysis: as plain numbers, in sentences, as files of arrays."""
 
-import csv
 import dataclasses
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.arrays import write_arrays, write_table
 from pmwvc_analysis.transparency.measured import TRUSTED, Measured
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.errors import file_errors
@@ -42,7 +42,7 @@ def answer(
 
 def _compared(measured: Measured, model: Complex) -> dict[str, Any]:
     trusted = measured.coherence >= TRUSTED
-    error = np.abs(measured.admittance - model) / np.abs(model)
+    error = np.abs(measured.admittance - model)[trusted] / np.abs(model)[trusted]
     return {
         "points": len(measured.frequency_hz),
         "trusted": int(trusted.sum()),
@@ -50,7 +50,7 @@ def _compared(measured: Measured, model: Complex) -> dict[str, Any]:
         "from_hz": float(measured.frequency_hz.min()),
         "to_hz": float(measured.frequency_hz.max()),
         "coherence_median": float(np.median(measured.coherence)),
-        "error_median": float(np.median(error[trusted])) if trusted.any() else None,
+        "error_median": float(np.median(error)) if len(error) else None,
     }
 
 
@@ -81,17 +81,12 @@ def sentences(document: dict[str, Any]) -> list[str]:
 def arrays_of(found: Transparency, measured: Measured | None) -> dict[str, Array]:
     """Return all curves by name; complex ones as real and imaginary part."""
     curves: dict[str, Any] = {
-        "frequency_hz": found.frequency_hz,
-        "admittance": found.admittance,
-        "impedance": found.impedance,
-        "ideal_admittance": found.ideal_admittance,
+        name: getattr(found, name)
+        for name in ("frequency_hz", "admittance", "impedance", "ideal_admittance")
     }
     if measured is not None:
-        curves |= {
-            "measured_frequency_hz": measured.frequency_hz,
-            "measured_admittance": measured.admittance,
-            "measured_coherence": measured.coherence,
-        }
+        for name in ("frequency_hz", "admittance", "coherence"):
+            curves[f"measured_{name}"] = getattr(measured, name)
     arrays: dict[str, Array] = {}
     for name, values in curves.items():
         if np.iscomplexobj(values):
@@ -101,24 +96,13 @@ def arrays_of(found: Transparency, measured: Measured | None) -> dict[str, Array
     return arrays
 
 
-def write_arrays(folder: Path, arrays: dict[str, Array]) -> list[Path]:
+def write(folder: Path, arrays: dict[str, Array]) -> list[Path]:
     """Write NPZ, MAT and CSV (the model's curves; the measured ones in a CSV of their own)."""
-    from scipy.io import savemat
-
-    paths = [folder / f"{NAME}.npz", folder / f"{NAME}.mat"]
     with file_errors(f"write into {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(paths[0], allow_pickle=False, **arrays)
-        savemat(paths[1], arrays, do_compression=True)
+        paths = write_arrays(folder, NAME, arrays)
         for name, wanted in ((NAME, False), (f"{NAME}_measured", True)):
             columns = {k: v for k, v in arrays.items() if k.startswith("measured") is wanted}
             if columns:
-                paths.append(folder / f"{name}.csv")
-                with paths[-1].open("w", encoding="utf-8", newline="") as file:
-                    writer = csv.writer(file)
-                    writer.writerow(columns)
-                    writer.writerows(
-                        [f"{value:.10g}" for value in row]
-                        for row in zip(*columns.values(), strict=True)
-                    )
+                paths.append(write_table(folder / f"{name}.csv", columns))
     return paths

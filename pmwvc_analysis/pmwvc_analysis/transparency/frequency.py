@@ -18,6 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pmwvc_analysis.delays.peaks import refined
 from pmwvc_analysis.models.multirate import MultirateModel
 from pmwvc_core.numeric import Array, Complex, Integers
 
@@ -139,20 +140,14 @@ def first_peak_hz(
     axis: int = 0,
 ) -> float | None:
     """Return the lowest frequency [Hz] at which |x/f| has a maximum, None where there is none."""
+
+    def size_at(frequency: Array) -> Array:
+        return np.abs(response(model, frequency, user=user, forces=forces, axis=axis))
+
     frequency, size = np.geomspace(0.05, 0.5 / model.tick_s, 800), np.zeros(0)
-    peaks: Integers = np.zeros(0, dtype=np.int64)
-    while not len(peaks):  # from below, no further than to the first one
-        if len(size) == len(frequency):
-            return None
-        more = frequency[len(size) : len(size) + 100]
-        answers = response(model, more, user=user, forces=forces, axis=axis)
-        size = np.append(size, np.abs(answers))
-        inner = size[1:-1]
-        peaks = np.flatnonzero((inner > size[:-2]) & (inner > size[2:]))
-    low, high = frequency[peaks[0]], frequency[peaks[0] + 2]
-    for _ in range(4):
-        finer = np.linspace(low, high, 21)
-        finer_size = np.abs(response(model, finer, user=user, forces=forces, axis=axis))
-        top = int(np.argmax(finer_size))
-        low, high = finer[max(top - 1, 0)], finer[min(top + 1, 20)]
-    return float(0.5 * (low + high))
+    while len(size) < len(frequency):  # from below, no further than to the first one
+        size = np.append(size, size_at(frequency[len(size) : len(size) + 100]))
+        peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))
+        if len(peaks):
+            return refined(size_at, frequency[peaks[0]], frequency[peaks[0] + 2], rounds=4)[1]
+    return None

@@ -58,27 +58,26 @@ def measure(user: UserTraces, known: User) -> Measured:
         too little of it.
     """
     _require_given(known)
+    force, position, rows = user.f_h[:, 0], user.x_m[:, 0], _acting(user)
+    wrong = ""
     if isinstance(known.impedance, MatrixImpedance) and np.any(user.f_h[:, 1:]):
-        raise PmwvcError(
-            f"{user.name}: the hand pushes along several axes, which the impedance matrix "
-            "couples: the motion along the first is not due to the force along it alone"
+        wrong = (
+            "the hand pushes along several axes, which the impedance matrix couples: the motion "
+            "along the first is not due to the force along it alone"
         )
-    force, position = user.f_h[:, 0], user.x_m[:, 0]
-    if not np.isfinite(force).all():
-        raise PmwvcError(
-            f"{user.name}: the hand's force was not recorded; an admittance needs a simulated "
-            "hand or a force sensor"
+    elif not np.isfinite(force).all():
+        wrong = (
+            "the hand's force was not recorded; an admittance needs a simulated hand or a force "
+            "sensor"
         )
-    if (rows := _acting(user)) is None:
-        raise PmwvcError(
-            f"{user.name}: no hand acted; use operator.kind=chirp (or sinusoid) to measure"
-        )
-    if np.any(np.diff(user.tick[rows]) != 1):
-        raise PmwvcError(f"{user.name}: ticks are missing in the recording of the hand's force")
-    force, position = force[rows], position[rows]
-    if known.operator.is_sinusoid:
-        return _at_one_frequency(user, force, position, float(known.operator.frequency_hz))
-    return _over_frequency(user, force, position, known)
+    elif rows is None:
+        wrong = "no hand acted; use operator.kind=chirp (or sinusoid) to measure"
+    elif np.any(np.diff(user.tick[rows]) != 1):
+        wrong = "ticks are missing in the recording of the hand's force"
+    if wrong or rows is None:
+        raise PmwvcError(f"{user.name}: {wrong}")
+    how = _at_one_frequency if known.operator.is_sinusoid else _over_frequency
+    return how(user, force[rows], position[rows], known)
 
 
 def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list[float]:
@@ -91,11 +90,12 @@ def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list
         then the position is not that one user's doing.
     """
     own = {user.name: user for user in users}
-    ticks, force = _swing(own[scenario.users[index].name])
+    name = scenario.users[index].name
+    ticks, force = _swing(own[name])
     power = float(force @ force)
     found = []
-    for number, known in enumerate(scenario.users):
-        if number == index:
+    for known in scenario.users:
+        if known.name == name:
             found.append(1.0)
             continue
         _require_given(known)
@@ -106,9 +106,9 @@ def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list
         rest = pushed[there] - ratio * force[here]
         if not np.isfinite(rest).all() or rest @ rest > ALIKE**2 * power:
             raise PmwvcError(
-                f"{known.name}: its force is not a multiple of that of "
-                f"{scenario.users[index].name}, so position and force of one user alone do not "
-                f"give the admittance; set {known.name}.operator.kind=none"
+                f"{known.name}: its force is not a multiple of that of {name}, so position and "
+                "force of one user alone do not give the admittance; set "
+                f"{known.name}.operator.kind=none"
             )
         found.append(ratio)
     return found
@@ -165,10 +165,9 @@ def _over_frequency(user: UserTraces, force: Array, position: Array, known: User
     )
 
 
-def _at_one_frequency(
-    user: UserTraces, force: Array, position: Array, frequency_hz: float
-) -> Measured:
+def _at_one_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Measured:
     """Return the one value, from stretches of whole periods."""
+    frequency_hz = float(known.operator.frequency_hz)
     settled = round(SETTLE_S / user.tick_s)
     force, position = force[settled:], position[settled:]
     duration = len(force) * user.tick_s

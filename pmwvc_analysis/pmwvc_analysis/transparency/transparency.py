@@ -25,6 +25,7 @@ All three are limits at rest, extrapolated from four low frequencies.
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -37,13 +38,13 @@ from pmwvc_analysis.transparency.frequency import (
     low_frequencies,
     response,
 )
-from pmwvc_analysis.transparency.notes import across_notes, how, scale_notes
-from pmwvc_analysis.transparency.pressing import pressing
+from pmwvc_analysis.transparency.pressing import across_notes, how, pressing, scale_notes
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.names import varied
+from pmwvc_core.scenario.scenario import Scenario
 
 HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
 LEAST_PERIOD_S = 1e-3  # of a server; with a shorter tick the ideal steps at its next multiple
@@ -54,11 +55,11 @@ STEADY = 0.05  # relative change per octave above which there is no limit but fr
 class Rendered:
     """Rendered quantities of one coupling; None where there is no such limit."""
 
-    admittance_dc: float | None  # [m/N]
-    k_felt: float | None  # [N/m]
-    b_felt: float | None  # [N s/m]
-    mass_felt: float | None  # [kg]
-    first_peak_hz: float | None
+    admittance_dc: float | None = None  # [m/N]
+    k_felt: float | None = None  # [N/m]
+    b_felt: float | None = None  # [N s/m]
+    mass_felt: float | None = None  # [kg]
+    first_peak_hz: float | None = None
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,6 @@ def transparency(
     groups = groups_of(scenario, [(i == user, *force) for i, force in enumerate(forces.tolist())])
     pressed, weights = together(scenario, groups)
     own, first = groups.index([user]), [group[0] for group in groups]
-    model = build(pressed, live=live, weights=weights)
     radius = float(stability.radii(scenario, live=live)[0])
     if not stability.stable(radius):
         remedy = "the coupling 'implicit' and more filtering allow more"
@@ -118,34 +118,36 @@ def transparency(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
             f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
         )
-    pressing_forces = forces[first]
-    rendered = _rendered(model, own, axis, pressing_forces)
-    balanced = rendered.admittance_dc is not None
+
+    def rendered(model: MultirateModel, pressing_forces: Array) -> tuple[Rendered, Complex]:
+        found = _rendered(model, own, axis, pressing_forces)
+        return found, response(model, frequency_hz, user=own, forces=pressing_forces, axis=axis)
+
+    model = build(pressed, live=live, weights=weights)
+    link, admittance = rendered(model, forces[first])
+    balanced = link.admittance_dc is not None
     notes = [*model.notes, how(scenario, user, forces, balanced=balanced)]
     notes += scale_notes(scenario, user)
     if balanced:
-        notes += across_notes(model, own, axis, pressing_forces, rendered.first_peak_hz)
+        notes += across_notes(model, own, axis, forces[first], link.first_peak_hz)
     direct = ideal_of(scenario)
+    ideal, ideal_admittance = Rendered(), np.full(len(frequency_hz), np.nan + 0j)
     if stability.stable(float(stability.radii(direct)[0])):
         perfect = build(ideal_of(pressed), weights=weights)
-        alike = pressing(direct, user, axis)[first]
-        ideal = _rendered(perfect, own, axis, alike)
-        ideal_values = response(perfect, frequency_hz, user=own, forces=alike, axis=axis)
+        ideal, ideal_admittance = rendered(perfect, pressing(direct, user, axis)[first])
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
         )
-        ideal = Rendered(None, None, None, None, None)
-        ideal_values = np.full(len(frequency_hz), np.nan + 0j)
     if not balanced:
         notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
     return Transparency(
         user=scenario.users[user].name,
         axis=axis,
         frequency_hz=np.asarray(frequency_hz, dtype=float),
-        admittance=response(model, frequency_hz, user=own, forces=pressing_forces, axis=axis),
-        ideal_admittance=ideal_values,
-        rendered=rendered,
+        admittance=admittance,
+        ideal_admittance=ideal_admittance,
+        rendered=link,
         ideal=ideal,
         notes=notes,
     )
@@ -153,32 +155,21 @@ def transparency(
 
 def ideal_of(scenario: Scenario) -> Scenario:
     """Return the scenario with direct coupling at every tick, without delay."""
-    tick_s = scenario.tick_s
-
-    def direct(user: User) -> User:
-        return dataclasses.replace(
-            user,
-            master=dataclasses.replace(user.master, rate_drop=1),
-            link_up=LinkParams(),
-            link_down=LinkParams(),
-        )
-
-    ticks = math.ceil(LEAST_PERIOD_S / tick_s - 1e-9)
-    server = dataclasses.replace(scenario.server, period_s=ticks * tick_s)
-    users = tuple(direct(user) for user in scenario.users)
+    at_once: dict[str, Any] = {"link_up": LinkParams(), "link_down": LinkParams()}
+    users = tuple(
+        dataclasses.replace(user, master=dataclasses.replace(user.master, rate_drop=1), **at_once)
+        for user in scenario.users
+    )
+    ticks = math.ceil(LEAST_PERIOD_S / scenario.tick_s - 1e-9)
+    server = dataclasses.replace(scenario.server, period_s=ticks * scenario.tick_s)
     return dataclasses.replace(scenario, controller="direct", users=users, server=server)
 
 
 def untouched(scenario: Scenario) -> Scenario:
     """Return the scenario with contacts that exert no force."""
-    users = tuple(
-        dataclasses.replace(
-            user,
-            contact=dataclasses.replace(user.contact, contact_stiffness=0.0, contact_damping=0.0),
-        )
-        for user in scenario.users
-    )
-    return dataclasses.replace(scenario, users=users)
+    for name in ("contact_stiffness", "contact_damping"):
+        scenario = varied(scenario, f"server.{name}", 0.0)
+    return scenario
 
 
 def _rendered(model: MultirateModel, user: int, axis: int, forces: Array) -> Rendered:

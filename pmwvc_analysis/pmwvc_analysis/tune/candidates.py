@@ -19,7 +19,7 @@ from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, velocity_step
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
@@ -27,50 +27,47 @@ LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 
 def bounds_of(scenario: Scenario) -> tuple[float, float]:
     """Return the least and the largest impedance to look at [N s/m]."""
-    largest = min(
-        0.5 * float(user.device.mass) / float(user.master.tick_s) for user in scenario.users
-    )
-    step = velocity_step(scenario)
-    if step is not None:
-        passes = min(
-            float(user.safety.max_slew) * float(user.master.tick_s) for user in scenario.users
-        )
-        largest = min(largest, 0.5 * passes / step)
+    step, coupled = velocity_step(scenario), scenario.coupling.least_impedance
+    least, most = [LEAST], []
     for user in scenario.users:
+        tick_s = float(user.master.tick_s)
+        most.append(0.5 * float(user.device.mass) / tick_s)
+        if step is not None:
+            most.append(0.5 * float(user.safety.max_slew) * tick_s / step)
         if behind_counts(user, scenario):
-            largest = min(largest, count_bound(user.master, user.device).largest_impedance)
-    least = LEAST
-    bound = scenario.coupling.least_impedance
-    if bound is not None:
-        least = max(bound(scenario.server, user.contact) for user in scenario.users)
-    return min(max(least, LEAST), largest), largest
+            most.append(count_bound(user.master, user.device).largest_impedance)
+        if coupled is not None:
+            least.append(coupled(scenario.server, user.contact))
+    return min(max(least), min(most)), min(most)
 
 
 def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
     """Return the filters to choose from, by what they are called in the answer."""
     master = scenario.users[0].master
+    found = {"filter as given": master.filter}
     if scenario.strict:
-        return {"filter as given": master.filter}
+        return found
     half_hz = 0.5 / master.frame_s  # half the packet rate
-    found = {
-        "integrate and dump": FilterParams(kind="integrate_and_dump"),
-        "first order, 0.1 of the packet rate": FilterParams(
-            kind="first_order", cutoff_hz=round(0.2 * half_hz, 3)
+    for name, one in (
+        ("integrate and dump", FilterParams(kind="integrate_and_dump")),
+        (
+            "first order, 0.1 of the packet rate",
+            FilterParams(kind="first_order", cutoff_hz=round(0.2 * half_hz, 3)),
         ),
-        "Butterworth up to half the packet rate": FilterParams(
-            kind="butterworth", pass_hz=half_hz, stop_hz=2.0 * half_hz
+        (
+            "Butterworth up to half the packet rate",
+            FilterParams(kind="butterworth", pass_hz=half_hz, stop_hz=2.0 * half_hz),
         ),
-    }
-    return {"filter as given": master.filter} | {
-        name: one for name, one in found.items() if one != master.filter
-    }
+    ):
+        if one != master.filter and _is_fit(scenario.users[0], one):
+            found[name] = one
+    return found
 
 
-def is_fit(scenario: Scenario, one: FilterParams) -> bool:
+def _is_fit(user: User, one: FilterParams) -> bool:
     """Tell whether a filter can be built at this tick, with the velocity filter there is, and
     lets hardly any aliasing through.
     """
-    user = scenario.users[0]
     master = dataclasses.replace(user.master, filter=one)
     try:
         if master.velocity_filter.is_on:
@@ -78,23 +75,21 @@ def is_fit(scenario: Scenario, one: FilterParams) -> bool:
         gain = prediction.aliasing_gain(dataclasses.replace(user, master=master))
     except PmwvcError:
         return False
-    return one == user.master.filter or gain <= prediction.ALIASING_BOUND
+    return gain <= prediction.ALIASING_BOUND
 
 
 def best_impedance(
     scenario: Scenario, one: FilterParams, hold: str, bounds: tuple[float, float], *, live: bool
 ) -> Choice:
     """Return the impedance of least cost for a filter and a hold, from the lag of the link."""
-    grid = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
-    chosen = Choice(float(grid[0]), one, hold).applied(scenario)
+    b = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
+    chosen = Choice(float(b[0]), one, hold).applied(scenario)
     user = chosen.users[0]
     tau_s = lag.lag_s(user, chosen, live=live)
-    contact, device = float(user.contact.contact_stiffness), float(user.device.mass)
-    whole = device + float(user.operator.mass)
-    costs = []
-    for impedance in grid:
-        rendered = lag.series_stiffness(contact, float(impedance), tau_s)
-        heavier = (whole + max(impedance * tau_s / 2.0, 0.0)) / whole
-        noise = noise_n(scenario, float(impedance)) if velocity_step(scenario) else 0.0
-        costs.append(cost_of(rendered / contact if rendered > 0.0 else 1.0, heavier, noise))
-    return Choice(float(grid[int(np.argmin(costs))]), one, hold)
+    contact = float(user.contact.contact_stiffness)
+    whole = float(user.device.mass) + float(user.operator.mass)
+    softer = 1.0 / (1.0 + contact * tau_s / (2.0 * b))
+    heavier = 1.0 + np.maximum(b * tau_s / 2.0, 0.0) / whole
+    noise = noise_n(scenario, b) if velocity_step(scenario) else 0.0
+    costs = cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
+    return Choice(float(b[int(np.argmin(costs))]), one, hold)

@@ -14,12 +14,12 @@ in that unit the cost of a choice is
     cost^2 = [ln(k_felt/k_ideal)/ln 1.23]^2 + [ln((m_felt + m_arm)/(m_ideal + m_arm))/ln 1.23]^2,
 
 the mass together with that of the arm, which moves along. A larger impedance b stiffens the link,
-2b/tau, and makes it heavier, b tau/2, so there is a best one.
+2b/tau, and makes it heavier, b tau/2, so there is an optimum, at minimum cost.
 
 **Noise**: what the steps of an encoder make of the force. A position rounded to steps d has the
 variance d^2/12; its differences over a tick T_c make a force of b d/(sqrt(6) T_c), root mean
 square. Where the scenario's device has such an encoder the noise counts in the cost, 0.1 N (a
-tenth of a press of 1 N) for one just noticeable step:
+tenth of a press of 1 N) for one just-noticeable difference:
 
     cost^2 = ... + (noise/0.1 N)^2.
 
@@ -32,19 +32,23 @@ Where a scenario is not linear, radii, stiffnesses and masses are those of its n
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
 import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import outside, relative
 from pmwvc_analysis.prediction import lag, prediction
-from pmwvc_analysis.transparency.transparency import transparency, untouched
+from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
 from pmwvc_core.params import FilterParams
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.params.names import flattened
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import MatrixImpedance
 
-NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one step
+NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one difference
+STRICT = ("master.impedance_matrix", "server.impedance")  # what a choice changes, by name
+SAMPLED = ("master.filter", "master.hold")
+ALWAYS = ("master.filter.kind", "master.hold")  # said even where nothing changes
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
 ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
 
@@ -53,72 +57,57 @@ ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
 class Choice:
     """One impedance [N s/m], filter and hold, for every user; on the strict channel the scenario's
     filter and hold stay as they are.
+
+    ``as_given`` leaves the scenario as it is; ``impedance`` is then that of the first user's
+    master, of a matrix what a force along the first axis meets.
     """
 
     impedance: float
     filter: FilterParams
     hold: str
+    as_given: bool = False
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
-        """Return what gives a scenario this choice, as parameters by name."""
-        found: dict[str, float | str] = {"master.impedance": round(self.impedance, 2)}
-        if not scenario.strict:
-            found["master.hold"] = self.hold
-        if any(user.master.impedance_matrix for user in scenario.users):
-            found["master.impedance_matrix"] = ""
-        if any(user.contact.impedance_matrix for user in scenario.users):
-            found["server.impedance_matrix"] = ""
-        if any(user.contact.impedance is not None for user in scenario.users):
-            found["server.impedance"] = "null"
-        if scenario.strict:
-            return found
-        default = FilterParams()
-        for field in dataclasses.fields(FilterParams):
-            value = getattr(self.filter, field.name)
-            before = {getattr(user.master.filter, field.name) for user in scenario.users}
-            if field.name == "kind" or {value, getattr(default, field.name)} | before != {value}:
-                found[f"master.filter.{field.name}"] = "null" if value is None else value
+        """Return what gives a scenario this choice, as parameters by name; without an impedance as
+        given that no number gives.
+        """
+        found: dict[str, float | str] = {}
+        ends = {user.impedance for user in scenario.users}
+        ends |= {user.server_impedance for user in scenario.users}
+        names: tuple[str, ...] = STRICT if scenario.strict else (*STRICT, *SAMPLED)
+        if self.as_given and (len(ends) > 1 or isinstance(ends.pop(), MatrixImpedance)):
+            names = names[len(STRICT) :]
+        else:
+            found["master.impedance"] = round(self.impedance, 2)
+        chosen, default = (_by_name(each) for each in (self._for(scenario.users[0]), User("")))
+        before = [_by_name(user) for user in scenario.users]
+        for name in sorted(name for name in chosen if name.startswith(names)):
+            value = chosen[name]
+            others = {default[name], *(each[name] for each in before)}
+            if name in ALWAYS or others != {value}:
+                found[name] = "null" if value is None else value
         return found
+
+    def _for(self, user: User) -> User:
+        master = dataclasses.replace(
+            user.master,
+            impedance=self.impedance,
+            impedance_matrix="",
+            filter=self.filter,
+            hold=self.hold,
+        )
+        contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
+        return dataclasses.replace(user, master=master, contact=contact)
 
     def applied(self, scenario: Scenario) -> Scenario:
         """Return the scenario with this choice for every user, the same at both ends."""
-        users = tuple(
-            dataclasses.replace(
-                user,
-                master=dataclasses.replace(
-                    user.master,
-                    impedance=self.impedance,
-                    impedance_matrix="",
-                    filter=self.filter,
-                    hold=self.hold,
-                ),
-                contact=dataclasses.replace(user.contact, impedance=None, impedance_matrix=""),
-            )
-            for user in scenario.users
-        )
-        return dataclasses.replace(scenario, users=users)
+        if self.as_given:
+            return scenario
+        return dataclasses.replace(scenario, users=tuple(map(self._for, scenario.users)))
 
 
-@dataclass(frozen=True)
-class AsGiven(Choice):
-    """The impedance, filter and hold that a scenario has; ``impedance`` is that of the first
-    user's master, of a ``matrix`` what a force along the first axis meets.
-    """
-
-    matrix: MatrixImpedance | None = None
-
-    def settings(self, scenario: Scenario) -> dict[str, float | str]:
-        """Return the choice as parameters by name; without an impedance that no number gives."""
-        found = super().settings(scenario)
-        b = {user.impedance for user in scenario.users}
-        b |= {user.server_impedance for user in scenario.users}
-        if len(b) > 1 or any(isinstance(each, MatrixImpedance) for each in b):
-            found = {name: value for name, value in found.items() if "impedance" not in name}
-        return found
-
-    def applied(self, scenario: Scenario) -> Scenario:
-        """Return the scenario."""
-        return scenario
+def _by_name(user: User) -> dict[str, Any]:
+    return flattened("master", user.master) | flattened("server", user.contact)
 
 
 @dataclass(frozen=True)
@@ -149,38 +138,45 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     of the scenario hardly ever meet.
     """
     chosen = choice.applied(scenario)
-    linear = _linear(chosen)
-    user = chosen.users[0]
-    touching, free = _radii(linear, live=live)
-    stable = _stable((touching, free))
+    linear, user = _linear(chosen), chosen.users[0]
+    radii = _radii(linear, live=live)
+    stable = all(map(stability.stable, radii))
     limit = stability.k_max(linear, live=live)
-    found = transparency(linear, np.ones(1), live=live) if stable else None  # at rest is all
-    own = found.rendered if found else None
-    rating = Rating(
+    own, k_ideal, mass_ideal = Rendered(), None, None
+    if stable:
+        found = transparency(linear, np.ones(1), live=live)  # at rest is all
+        own = found.rendered
+        k_ideal = _ideal(found.ideal.k_felt, user.contact.contact_stiffness)
+        mass_ideal = _ideal(found.ideal.mass_felt, user.device.mass)
+    noise = noise_n(scenario, choice.impedance)
+    k_ratio = _ratio(own.k_felt, k_ideal, 0.0)
+    m_ratio = _ratio(own.mass_felt, mass_ideal, float(user.operator.mass))
+    cost = None
+    if k_ratio and m_ratio and not own.k_felt is own.mass_felt is None:
+        counts = noise if velocity_step(scenario) else 0.0
+        cost = float(cost_of(k_ratio, m_ratio, counts))
+    return Rating(
         choice=choice,
         stable=stable,
-        spectral_radius=touching,
-        free_radius=free,
+        spectral_radius=radii[0],
+        free_radius=radii[1],
         k_max=limit.first,
         k_max_unknown=limit.unknown,
         passive=prediction.passive(chosen),
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),
-        k_felt=own.k_felt if own else None,
-        k_ideal=_ideal(found.ideal.k_felt, user.contact.contact_stiffness) if found else None,
-        mass_felt=own.mass_felt if own else None,
-        mass_ideal=_ideal(found.ideal.mass_felt, user.device.mass) if found else None,
-        noise_n=noise_n(scenario, choice.impedance),
-        cost=None,
+        k_felt=own.k_felt,
+        k_ideal=k_ideal,
+        mass_felt=own.mass_felt,
+        mass_ideal=mass_ideal,
+        noise_n=noise,
+        cost=cost,
     )
-    counts = 0.0 if velocity_step(scenario) is None else rating.noise_n
-    return dataclasses.replace(rating, cost=_cost(rating, float(user.operator.mass), counts))
 
 
 def is_stable(scenario: Scenario, choice: Choice, *, live: bool) -> bool:
     """Tell whether the loop with a choice is stable, in touch and with nothing touched."""
-    linear = _linear(choice.applied(scenario))
-    return _stable(_radii(linear, live=live))
+    return all(map(stability.stable, _radii(_linear(choice.applied(scenario)), live=live)))
 
 
 def _linear(scenario: Scenario) -> Scenario:
@@ -188,17 +184,10 @@ def _linear(scenario: Scenario) -> Scenario:
     return near.scenario if near else scenario
 
 
-def _radii(linear: Scenario, *, live: bool) -> tuple[float, float]:
+def _radii(linear: Scenario, *, live: bool) -> list[float]:
     """Return the spectral radii in touch and with nothing touched."""
-    touching, free = (
-        float(stability.radii(each, live=live)[0]) for each in (linear, untouched(linear))
-    )
-    return touching, free
-
-
-def _stable(radii: tuple[float, float]) -> bool:
-    """Tell whether both are those of a stable loop."""
-    return all(map(stability.stable, radii))
+    both = linear, untouched(linear)
+    return [float(stability.radii(each, live=live)[0]) for each in both]
 
 
 def velocity_step(scenario: Scenario) -> float | None:
@@ -213,17 +202,17 @@ def velocity_step(scenario: Scenario) -> float | None:
     return max(steps, default=0.0) or None
 
 
-def noise_n(scenario: Scenario, impedance: float) -> float:
+def noise_n(scenario: Scenario, impedance: Any) -> Any:
     """Return the force noise of the encoder's steps [N], root mean square."""
     steps = [float(user.device.encoder_step_m) for user in scenario.users]
     step = max(steps) or ENCODER_STEP_M
     return impedance * step / (math.sqrt(6.0) * scenario.tick_s)
 
 
-def cost_of(k_ratio: float, m_ratio: float, noise_n: float = 0.0) -> float:
-    """Return the distance from the ideal in just noticeable steps."""
-    ratios = math.hypot(math.log(k_ratio), math.log(m_ratio)) / NOTICED
-    return math.hypot(ratios, noise_n / NOTICED_N)
+def cost_of(k_ratio: Any, m_ratio: Any, noise_n: Any = 0.0) -> Any:
+    """Return the distance from the ideal in just-noticeable differences; arrays as well."""
+    ratios = np.hypot(np.log(k_ratio), np.log(m_ratio)) / NOTICED
+    return np.hypot(ratios, noise_n / NOTICED_N)
 
 
 def _ideal(coupled: float | None, own: SupportsFloat) -> float | None:
@@ -233,17 +222,10 @@ def _ideal(coupled: float | None, own: SupportsFloat) -> float | None:
     return coupled if coupled is not None else (float(own) or None)
 
 
-def _cost(rating: Rating, arm_kg: float, noise_n: float) -> float | None:
-    """Return the cost of what is known; None where nothing is, or what an ideal coupling renders
-    is not.
+def _ratio(felt: float | None, ideal: float | None, more: float) -> float | None:
+    """Return rendered to ideal, each with more: 1 where the ideal is not known, None where only it
+    is.
     """
-    if (rating.k_ideal and not rating.k_felt) or (rating.mass_ideal and not rating.mass_felt):
-        return None
-    k_ratio = m_ratio = 1.0
-    if rating.k_felt and rating.k_ideal:
-        k_ratio = rating.k_felt / rating.k_ideal
-    if rating.mass_felt and rating.mass_ideal:
-        m_ratio = (rating.mass_felt + arm_kg) / (rating.mass_ideal + arm_kg)
-    if not rating.stable or (rating.k_felt is None and rating.mass_felt is None):
-        return None
-    return cost_of(max(k_ratio, 1e-9), max(m_ratio, 1e-9), noise_n)
+    if not ideal:
+        return 1.0
+    return max((felt + more) / (ideal + more), 1e-9) if felt else None

@@ -13,27 +13,21 @@ limited by safety, gives way to the next best, and at last to a smaller impedanc
 import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Element, nonlinear
-from pmwvc_analysis.tune.candidates import best_impedance, bounds_of, filters_of, is_fit
-from pmwvc_analysis.tune.criteria import (
-    AsGiven,
-    Choice,
-    Rating,
-    is_stable,
-    rated,
-)
+from pmwvc_analysis.tune.candidates import best_impedance, bounds_of, filters_of
+from pmwvc_analysis.tune.criteria import Choice, Rating, is_stable, rated
 from pmwvc_analysis.tune.session import STABLE, judged
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
+from pmwvc_core.wave.impedance import first_axis
 
 STEP = 1.5  # factor between the alternatives
 WIDE = 2.0  # likewise, where no choice found from the lag is stable
@@ -75,67 +69,50 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             f"{scenario.name}: controller = {record.name}: has no exact model to tune it by; "
             "tune controller = pmwvc, and check the result with 'pmwvc simulate'"
         )
-    bounds = bounds_of(scenario)
-    names = {name: one for name, one in filters_of(scenario).items() if is_fit(scenario, one)}
+    bounds, filters = bounds_of(scenario), filters_of(scenario)
+    user = scenario.users[0]
+    holds = (user.master.hold,) if scenario.strict else HOLDS
     rows = {
         (name, hold): rated(
             scenario, best_impedance(scenario, one, hold, bounds, live=live), live=live
         )
-        for name, one in names.items()
-        for hold in (HOLDS if not scenario.strict else (scenario.users[0].master.hold,))
+        for name, one in filters.items()
+        for hold in holds
     }
-    usable = {key: row for key, row in rows.items() if row.stable and row.cost is not None}
-    if not usable:
-        rows |= elsewhere(scenario, names, list(rows), bounds, live=live)
-        usable = {key: row for key, row in rows.items() if row.stable and row.cost is not None}
+    if not any(map(_usable, rows.values())):
+        rows |= elsewhere(scenario, filters, list(rows), bounds, live=live)
+    usable = {key: row for key, row in rows.items() if _usable(row)}
     if not usable:
         raise PmwvcError(_refusal(scenario, list(rows.values()), bounds))
     passive = {key: row for key, row in usable.items() if row.passive} or usable
-    order = sorted(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
-    best_key, best = _proven(scenario, order, passive, bounds, live=live)
-    user = scenario.users[0]
-    b = user.impedance
-    matrix = b if isinstance(b, MatrixImpedance) else None
-    as_given = AsGiven(first_axis(b), user.master.filter, user.master.hold, matrix)
-    others = {"as given": judged(scenario, rated(scenario, as_given, live=live))}
+    best_key, best = _proven(scenario, passive, bounds, live=live)
+    given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold, True)
+    others = {"as given": judged(scenario, rated(scenario, given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         impedance = float(np.clip(best.choice.impedance * factor, *bounds))
         if impedance != best.choice.impedance:
             choice = dataclasses.replace(best.choice, impedance=impedance)
             others[label] = rated(scenario, choice, live=live)
     for (name, hold), row in rows.items():
-        if (name, hold) != best_key and (name == best_key[0] or hold == best_key[1]):
+        if (name == best_key[0]) != (hold == best_key[1]):  # one of both differs
             others[f"{name}, {hold}"] = row
     return Proposal(best, others, bounds, nonlinear(scenario))
 
 
+def _usable(row: Rating) -> bool:
+    return row.stable and row.cost is not None
+
+
 def _proven(
-    scenario: Scenario,
-    order: list[Key],
-    rows: dict[Key, Rating],
-    bounds: tuple[float, float],
-    *,
-    live: bool,
+    scenario: Scenario, rows: dict[Key, Rating], bounds: tuple[float, float], *, live: bool
 ) -> tuple[Key, Rating]:
-    """Return the first choice that is stable when simulated; then the best one with less and less
-    impedance. PmwvcError if none is.
-    """
+    """Return the first choice that is stable when simulated; PmwvcError if none is."""
     found: str | None = ""
-    for key in order:
-        tried = judged(scenario, rows[key])
+    for key, row in _tries(scenario, rows, bounds, live=live):
+        tried = judged(scenario, row)
         found = tried.simulated
         if found in (STABLE, None):
             return key, tried
-    choice = rows[order[0]].choice
-    while choice.impedance > bounds[0]:
-        smaller = max(choice.impedance / STEP, bounds[0])
-        choice = dataclasses.replace(choice, impedance=smaller)
-        row = rated(scenario, choice, live=live)
-        if row.stable and bool(row.passive) >= bool(rows[order[0]].passive):
-            tried = judged(scenario, row)
-            found = tried.simulated
-            if found in (STABLE, None):
-                return order[0], tried
     raise PmwvcError(
         f"{scenario.name}: nothing is proposed: every choice that the model calls stable is "
         f"'{found}' when simulated; 'pmwvc simulate' shows why. A finer encoder, a softer "
@@ -143,9 +120,24 @@ def _proven(
     )
 
 
+def _tries(
+    scenario: Scenario, rows: dict[Key, Rating], bounds: tuple[float, float], *, live: bool
+) -> Iterator[tuple[Key, Rating]]:
+    """Yield the choices from the best on, then the best one with less and less impedance."""
+    order = sorted(rows, key=lambda key: (round(rows[key].cost or 0.0, 3), key))
+    yield from ((key, rows[key]) for key in order)
+    best = rows[order[0]]
+    choice = best.choice
+    while choice.impedance > bounds[0]:
+        choice = dataclasses.replace(choice, impedance=max(choice.impedance / STEP, bounds[0]))
+        row = rated(scenario, choice, live=live)
+        if row.stable and row.passive >= best.passive:
+            yield order[0], row
+
+
 def elsewhere(
     scenario: Scenario,
-    names: dict[str, FilterParams],
+    filters: dict[str, FilterParams],
     keys: Sequence[Key],
     bounds: tuple[float, float],
     *,
@@ -156,29 +148,26 @@ def elsewhere(
     """
     count = 1 + math.ceil(math.log(bounds[1] / bounds[0]) / math.log(WIDE))
     found: dict[Key, Rating] = {}
-    for (name, hold), b in itertools.product(keys, np.geomspace(*bounds, count)):
-        choice = Choice(float(b), names[name], hold)
-        if not is_stable(scenario, choice, live=live):
-            continue
-        row = rated(scenario, choice, live=live)
-        best = found.get((name, hold))
-        if row.cost is not None and (best is None or row.cost < (best.cost or 0.0)):
-            found[name, hold] = row
+    for key, b in itertools.product(keys, np.geomspace(*bounds, count).tolist()):
+        choice = Choice(b, filters[key[0]], key[1])
+        if is_stable(scenario, choice, live=live):
+            row = rated(scenario, choice, live=live)
+            if row.cost is not None and (key not in found or row.cost < (found[key].cost or 0.0)):
+                found[key] = row
     return found
 
 
 def _refusal(scenario: Scenario, rows: Sequence[Rating], bounds: tuple[float, float]) -> str:
     """Return that nothing is stable, and what may help, in words."""
+    helps = (
+        "make the environment softer or server.period_s shorter, give device.damping, or take "
+        "server.coupling = implicit where it is another"
+    )
     if all(stability.stable(row.spectral_radius) for row in rows):
         helps = (
             "they are stable in contact, but nothing damps a device that touches nothing; "
             "give it device.damping (a hand damps it as well, which the model leaves out), or "
             "make the environment softer"
-        )
-    else:
-        helps = (
-            "make the environment softer or server.period_s shorter, give device.damping, or take "
-            "server.coupling = implicit where it is another"
         )
     return (
         f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked at "

@@ -3,19 +3,28 @@
 """A proposal as plain data, as a table, and as what each choice costs."""
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 from pmwvc_analysis.budget.counts import behind_counts, bounded
 from pmwvc_analysis.models.linear import left_out, setting
-from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, AsGiven, Rating, velocity_step
+from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
 from pmwvc_analysis.tune.search import Proposal
 from pmwvc_analysis.tune.session import STABLE, session_of
 from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
 
-HEADS = ("b", "lag", "rendered", "mass", "noise", "aliasing", "K max", "cost")
-UNITS = ("N s/m", "ms", "N/m", "kg", "mN", "-", "N/m", "steps")
+COLUMNS: tuple[tuple[str, str, Callable[[Rating], float | None]], ...] = (
+    ("b", "N s/m", lambda row: row.choice.impedance),
+    ("lag", "ms", lambda row: row.lag_s and 1e3 * row.lag_s),
+    ("rendered", "N/m", lambda row: row.k_felt),
+    ("mass", "kg", lambda row: row.mass_felt),
+    ("noise", "mN", lambda row: 1e3 * row.noise_n),
+    ("aliasing", "-", lambda row: row.aliasing_gain),
+    ("K max", "N/m", lambda row: row.k_max),
+    ("cost", "JND", lambda row: row.cost),
+)
 
 
 def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
@@ -41,8 +50,9 @@ def _plain(scenario: Scenario, row: Rating) -> dict[str, Any]:
 
 def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     """Return the proposal for a terminal."""
-    rows = {"proposed": found.best, **found.others}
-    width = max(map(len, rows))
+    best, rows = found.best, {"proposed": found.best, **found.others}
+    impedance = scenario.users[0].impedance
+    matrix = impedance if isinstance(impedance, MatrixImpedance) else None
     lines = [f"{scenario.name}: what each choice renders to the first user"]
     if found.elements:
         elements = ", ".join(dict.fromkeys(element.text for element in found.elements))
@@ -50,40 +60,27 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         lines.append(f"  not linear: {elements}; stiffness, mass, K max computed with {instead}")
     if effects := left_out(scenario):
         lines.append(f"  left out of stability and K max: {'; '.join(effects)}")
-    for heads in (HEADS, UNITS):
-        lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
-    for label, row in rows.items():
-        cells = "  ".join(f"{cell:>8}" for cell in _cells(row))
-        passive = row.passive or (row.stable and _by_account(row.choice.applied(scenario)))
-        word = "  NOT stable" if not row.stable else "" if passive else "  not proved passive"
-        if row.simulated not in (None, STABLE):
-            word += f"  simulated: {row.simulated}"
-        if row.simulated_passivity:
-            word += "  simulated: NOT passive"
-        lines.append(f"  {label:{width}}  {cells}{word}")
+    lines += _table(scenario, rows, matrix)
     if scenario.strict:
         lines.append(
             "  channel = strict has neither anti-aliasing filter nor hold: the impedance alone is "
             "chosen"
         )
-    for label, row in rows.items():
-        if matrix := _matrix(row):
-            lines.append(f"  {label}: impedance matrix {matrix:.4g} N s/m, rated along axis 1")
-    best = found.best
+    if matrix:
+        lines.append(f"  as given: impedance matrix {matrix:.4g} N s/m, rated along axis 1")
     if best.k_ideal is not None and best.mass_ideal is not None:
         lines.append(
-            f"  ideal: {best.k_ideal:.4g} N/m, {best.mass_ideal:.3g} kg; cost in just noticeable "
-            "steps of stiffness and weight"
+            f"  ideal: {best.k_ideal:.4g} N/m, {best.mass_ideal:.3g} kg; cost in just-noticeable "
+            "differences (JND) of stiffness and weight"
         )
     if session := session_of(best.choice.applied(scenario)):
         along = " along the first axis" if session.dof < scenario.dof else ""
         lines.append(
             f"  proposed: simulated for {session.duration_s:g} s{along} with the scenario's "
             "hands: stable, not limited by safety, "
-            + (best.simulated_passivity or "no port gave out more than it took in")
+            + (best.simulated_passivity or "no port released more energy than it received")
         )
-    given = found.others.get("as given")
-    if given is not None and given.simulated is None:
+    if "as given" in found.others and found.others["as given"].simulated is None:
         lines.append("  as given: not simulated, too much work; 'pmwvc simulate' takes its time")
     if velocity_step(scenario) is None:
         lines.append(
@@ -91,11 +88,39 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
             "is exact, so it does not count in the cost"
         )
     else:
-        lines.append(f"  noise: {NOTICED_N * 1e3:g} mN count as one step of the cost")
+        lines.append(f"  noise: {NOTICED_N * 1e3:g} mN count as one JND of the cost")
     lines += [f"  {label}: {costs(best, row)}" for label, row in found.others.items()]
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())
     return [*lines, f"use it with: {words}"]
+
+
+def _table(
+    scenario: Scenario, rows: dict[str, Rating], matrix: MatrixImpedance | None
+) -> list[str]:
+    """Return heads, units, and a line for each rating with what was found of it."""
+    width = max(map(len, rows))
+    heads, units, _ = zip(*COLUMNS, strict=True)
+    lines = [
+        " " * (width + 4) + "  ".join(f"{head:>8}" for head in each) for each in (heads, units)
+    ]
+    for label, row in rows.items():
+        values = {head: value(row) for head, _, value in COLUMNS}
+        cells = {head: "-" if at is None else f"{at:.3g}" for head, at in values.items()}
+        if matrix and row.choice.as_given:
+            cells["b"] = "matrix"
+        if row.k_max is None:
+            cells["K max"] = "?" if row.k_max_unknown else "none"
+        passive = row.passive or (row.stable and _by_account(row.choice.applied(scenario)))
+        word = "  NOT stable" if not row.stable else "" if passive else "  not proved passive"
+        if row.simulated not in (None, STABLE):
+            word += f"  simulated: {row.simulated}"
+        if row.simulated_passivity:
+            word += "  simulated: NOT passive"
+        lines.append(
+            f"  {label:{width}}  {'  '.join(f'{each:>8}' for each in cells.values())}{word}"
+        )
+    return lines
 
 
 def _by_account(scenario: Scenario) -> bool:
@@ -104,27 +129,6 @@ def _by_account(scenario: Scenario) -> bool:
     if behind:
         return len(behind) == len(scenario.users) and all(bounded(u, scenario) for u in behind)
     return passive_by_account(scenario)
-
-
-def _matrix(row: Rating) -> MatrixImpedance | None:
-    """Return the impedance matrix of a row that has one."""
-    return row.choice.matrix if isinstance(row.choice, AsGiven) else None
-
-
-def _cells(row: Rating) -> list[str]:
-    def cell(value: float | None, factor: float = 1.0) -> str:
-        return "-" if value is None else f"{value * factor:.3g}"
-
-    return [
-        "matrix" if _matrix(row) else cell(row.choice.impedance),
-        cell(row.lag_s, 1e3),
-        cell(row.k_felt),
-        cell(row.mass_felt),
-        cell(row.noise_n, 1e3),
-        cell(row.aliasing_gain),
-        "?" if row.k_max_unknown else "none" if row.k_max is None else cell(row.k_max),
-        cell(row.cost),
-    ]
 
 
 def costs(best: Rating, other: Rating) -> str:

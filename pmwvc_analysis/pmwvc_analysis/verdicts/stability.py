@@ -31,7 +31,7 @@ import numpy as np
 
 from pmwvc_analysis.events import environment
 from pmwvc_analysis.events.safety import COUPLED
-from pmwvc_analysis.prediction.slowest import growth_per_s
+from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
 from pmwvc_analysis.traces.stages import stages

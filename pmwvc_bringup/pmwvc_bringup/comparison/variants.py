@@ -15,8 +15,8 @@ from collections.abc import Mapping, Sequence
 
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.controllers import library as controllers
+from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.frame.assembly import force_loop_of, server_step_of
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.design.velocity_filter_design import chosen
@@ -87,8 +87,8 @@ def _noise_left(master: MasterParams, order: int) -> float:
 def _build(scenario: Scenario) -> None:
     """Make both ends of a scenario's controller; refused where parameters do not allow it."""
     for number in range(len(scenario.users)):
-        force_loop_of(scenario, number)
-    server_step_of(scenario)
+        user_end_of(scenario, number)
+    server_end_of(scenario)
 
 
 def settings_of(variant: str, defaults: Mapping[str, str]) -> list[str]:

@@ -24,8 +24,8 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.status import UserStatus
+from pmwvc_core.controllers.accounts import NODE, RELEASED
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.master.strict_accounts import NODE, RELEASED
 from pmwvc_core.runtime.messages import misfit, nanoseconds
 from pmwvc_core.runtime.peers import publishers_of
 from pmwvc_core.runtime.polling import Polled

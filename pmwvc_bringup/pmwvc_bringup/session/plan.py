@@ -14,7 +14,7 @@ import yaml
 
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.user import server_times
-from pmwvc_core.runtime.parameter_values import to_ros_yaml
+from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SERVER, to_ros_yaml
 from pmwvc_core.runtime.records import record_of
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -142,13 +142,13 @@ def _master(scenario: Scenario, user: User) -> dict[str, object]:
         "side": user.side,
         "master": user.master,
         "baseline": user.baseline,
+        "": user.own,
         "device": user.device,
         "operator": user.operator,
         "safety": user.safety,
         "task": scenario.task,
         "server": user.contact,
-        "server.period_s": scenario.server.period_s,
-        "server.object_size_m": scenario.server.object_size_m,
+        **{f"server.{name}": getattr(scenario.server, name) for name in OF_SERVER},
     }
 
 
@@ -159,13 +159,15 @@ def _server(scenario: Scenario) -> dict[str, object]:
         "users": [user.name for user in scenario.users],
         "server": scenario.server,
         "task": scenario.task,
+        "": scenario.own,
         **{f"safety.{name}": value for name, value in times._asdict().items()},
     }
     for user in scenario.users:
         found[f"{user.name}.side"] = user.side
         found[f"{user.name}.server"] = user.contact
         found[f"{user.name}.baseline"] = user.baseline
-        for name in ("impedance", "impedance_matrix", "rate_drop", "tick_s"):
+        found[user.name] = user.own
+        for name in OF_MASTER:
             found[f"{user.name}.master.{name}"] = getattr(user.master, name)
     return found
 

@@ -8,8 +8,8 @@ import importlib.util
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from pmwvc_core.controllers.ends import make_master
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.ends.assembly import user_end_of
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
 from pmwvc_core.plant.forces import Setting
@@ -36,8 +36,8 @@ def check(scenario: Scenario) -> None:
         environments.require(scenario.server.environment)
     except PmwvcError as error:
         problems.append(str(error))
-    known = [name for name, record in environments.LIBRARY.items() if record.body]
-    if not has_waves(scenario.controller) and scenario.environment.body is None:
+    known = [name for name, record in environments.LIBRARY.items() if record.known]
+    if not has_waves(scenario.controller) and not scenario.environment.known:
         problems.append(
             f"server.environment = {scenario.server.environment!r}: needs controller = pmwvc "
             f"({scenario.controller} supports only {' and '.join(known)})"
@@ -96,7 +96,7 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
         make_operator(user.operator, scenario.task, at)
 
     def master() -> None:
-        make_master(scenario.controller, user.master, user.baseline)
+        user_end_of(scenario, scenario.users.index(user))
 
     links = [partial(effects.check, link) for link in (user.link_up, user.link_down)]
     attempts: list[Callable[[], object]] = [operator, master, *links]

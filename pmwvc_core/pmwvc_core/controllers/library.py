@@ -45,8 +45,10 @@ def proofs_hold(controller: str) -> bool:
 
 
 def is_strict(controller: str, channel: str) -> bool:
-    """Tell whether a controller, by name, runs on the strict channel; only waves can."""
-    return channel == STRICT and record_of(controller).make_strict is not None
+    """Tell whether a controller, by name, runs on the strict channel; only the library's
+    waves can.
+    """
+    return channel == STRICT and controller == waves.RECORD.name
 
 
 def is_zeroing(controller: str, channel: str) -> bool:

@@ -1,31 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The record of a controller: both ends, and the properties that other code asks for by name."""
+"""The record of a controller: the laws of both ends, and the properties that other code asks for
+by name.
+"""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.account import Entry
 from pmwvc_core.baselines.tuning import Loop, Margins
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master.brake import HandBrake
-from pmwvc_core.master.controller import MasterController
-from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.plugins import Record
-from pmwvc_core.server.black_box.containment import Call
-from pmwvc_core.server.black_box.interface import BlackBox
-from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.server.couplings.record import backward
-from pmwvc_core.server.user_ports import UserPort
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.playout import Playout
-
-MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
-StrictMaker = Callable[[MasterParams, Playout, Packer, HandBrake], MasterController]
-ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
-BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], BlackBox, Call], ServerController]
 
 # The server's end of a controller without waves: the object moves under the forces held.
 HELD = Coupling(
@@ -33,6 +22,16 @@ HELD = Coupling(
     words="The object moves under the forces of the step before.",
     moves=backward,
 )
+
+
+def nothing(p: Any, axes: int) -> tuple[()]:
+    """Return the state of a law that keeps nothing."""
+    return ()
+
+
+def no_energies(s: Any) -> tuple[float, ...]:
+    """Keep no accounts."""
+    return ()
 
 
 @dataclass(frozen=True)
@@ -51,23 +50,27 @@ class Rule:
 
 @dataclass(frozen=True, kw_only=True)
 class Controller(Record):
-    """A controller: what makes its ends, and its properties.
+    """A controller: the laws of its ends, and its properties.
 
     Attributes
     ----------
     waves
         Whether packets carry wave variables; otherwise velocity and position up, force or position
         down, with ``FLAG_DIRECT``.
-    make_master, make_server
-        Make the ends, at rest, with no user present.
-    make_strict
-        Makes the master's end on the strict channel, between the playout of the returning wave and
-        the sender of the outgoing one, with the brake of the device; None where the controller
-        has none, and ``channel`` does not matter. At the server the strict channel is that of
-        receiver and sender alone.
-    make_black_box
-        Makes the server's end around a black box (``server.coupling = unknown``); None where a
-        wave controller has none.
+    device, avatar
+        The laws of the ends of a controller of another package, as
+        :mod:`pmwvc_core.controllers.plugged` describes them. None: those of the library (of
+        ``pmwvc``, where packets carry waves).
+    device_rest, avatar_rest
+        From the parameters and the number of axes, the states that they start from (NamedTuples).
+    extra
+        How many ``extra`` signals a packet carries up and down, for a number of axes.
+    params
+        Dataclass of the controller's own parameters, each a field by
+        :func:`pmwvc_core.params.fields.field`; None without any. In a scenario they stand in a
+        group with the controller's name.
+    energies
+        From the state of either law, the accounts that it keeps [J], in the order of ``accounts``.
     drifts
         Whether users and object may move on together uniformly without a force, as far as the
         linear model goes.
@@ -84,10 +87,13 @@ class Controller(Record):
     """
 
     waves: bool
-    make_master: MasterMaker
-    make_server: ServerMaker
-    make_strict: StrictMaker | None = None
-    make_black_box: BlackBoxMaker | None = None
+    device: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
+    avatar: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
+    device_rest: Callable[[Any, int], Any] = nothing
+    avatar_rest: Callable[[Any, int], Any] = nothing
+    extra: Callable[[int], tuple[int, int]] = lambda axes: (0, 0)
+    params: type | None = None
+    energies: Callable[[Any], tuple[float, ...]] = no_energies
     drifts: bool = False
     rule: Rule | None = None
     storage_j: Callable[[MasterParams, BaselineParams], float] = lambda master, baseline: 0.0
@@ -98,6 +104,8 @@ class Controller(Record):
         """Refuse properties that contradict one another."""
         if self.coupling is None and not self.waves:
             raise ParameterError("coupling = None: server.coupling belongs to waves")
+        if self.device is not None and self.avatar is None and not self.waves:
+            raise ParameterError("avatar = None: a controller without waves needs both laws")
 
     def check(self, baseline: BaselineParams, loop: Loop) -> Margins | None:
         """Return by how much parameters meet the tuning rule; None without a rule."""

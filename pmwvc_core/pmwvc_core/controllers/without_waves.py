@@ -4,7 +4,8 @@
 
 from dataclasses import replace
 
-from pmwvc_core.baselines import direct, pspm, tdpa, tuning, virtual_coupling
+from pmwvc_core.baselines import tuning
+from pmwvc_core.controllers.accounts import OF_PSPM, OF_TDPA
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.server.couplings.record import forward
 
@@ -12,8 +13,6 @@ DIRECT = Controller(
     name="direct",
     words="Direct coupling: nothing keeps it passive as delay or stiffness grows.",
     waves=False,
-    make_master=lambda params, _: direct.DirectMaster(tick_s=params.tick_s),
-    make_server=direct.DirectServer,
     linear="direct",
     drifts=True,
     coupling=replace(HELD, moves=None),
@@ -22,10 +21,6 @@ VIRTUAL_COUPLING = Controller(
     name="virtual_coupling",
     words="Virtual coupling: stable where its rules are met; energy is not monitored.",
     waves=False,
-    make_master=lambda params, baseline: virtual_coupling.VirtualCouplingMaster(
-        baseline.virtual_coupling, tick_s=params.tick_s
-    ),
-    make_server=virtual_coupling.VirtualCouplingServer,
     linear="virtual_coupling",
     coupling=HELD,
     rule=Rule(
@@ -39,8 +34,6 @@ TDPA = Controller(
     words="Time-domain passivity control: energy that the link generated is dissipated "
     "later; a device at rest dissipates none.",
     waves=False,
-    make_master=lambda params, baseline: tdpa.TdpaMaster(baseline.tdpa, tick_s=params.tick_s),
-    make_server=tdpa.TdpaServer,
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
         "tdpa",
@@ -53,14 +46,12 @@ TDPA = Controller(
         },
     ),
     coupling=replace(HELD, moves=forward),
-    accounts=tdpa.ENTRIES,
+    accounts=OF_TDPA,
 )
 PSPM = Controller(
     name="pspm",
     words="Set-position modulation: neither end releases more energy than its tank holds.",
     waves=False,
-    make_master=lambda params, baseline: pspm.PspmMaster(baseline.pspm, tick_s=params.tick_s),
-    make_server=pspm.PspmServer,
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
     rule=Rule(
@@ -74,6 +65,6 @@ PSPM = Controller(
         },
     ),
     storage_j=lambda _, baseline: 2.0 * float(baseline.pspm.initial_j),  # [J] of both tanks
-    accounts=pspm.ENTRIES,
+    accounts=OF_PSPM,
 )
 RECORDS = (DIRECT, VIRTUAL_COUPLING, TDPA, PSPM)

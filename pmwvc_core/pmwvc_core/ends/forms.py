@@ -41,7 +41,7 @@ def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
         bool(flags & FLAG_WAITING),
         bool(flags & FLAG_ANEW),
         bool(flags & FLAG_LEAVING),
-        (),
+        packet.extra,
         packet.echo_seq,
         fresh,
         lost,
@@ -65,5 +65,6 @@ def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) 
         value(packet.position),
         *echo,
         flags,
+        packet.extra,
         short=packet.short,
     )

@@ -4,7 +4,7 @@
 
 from collections.abc import Iterable
 
-from pmwvc_core.controllers.library import has_waves, is_strict
+from pmwvc_core.controllers.library import has_waves, is_strict, record_of
 from pmwvc_core.ends.forms import known
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
@@ -35,11 +35,13 @@ class Inbox(Receiver):
         *,
         period_s: float,
         timeout_s: float,
+        from_server: bool,
     ) -> None:
         self._waves = has_waves(controller)
         longest = largest_wave(impedance, waves=self._waves)
         super().__init__(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
         self.flags = 0 if self._waves else FLAG_DIRECT  # of packets that this end sends
+        self._extra = record_of(controller).extra(dof)[from_server]
         self._any_period = is_strict(controller, channel)
         self.other_controller = 0
 
@@ -47,7 +49,8 @@ class Inbox(Receiver):
         """Return those accepted, in the order of their arrival."""
         taken = []
         for packet in packets:
-            if packet.refusal is None and (packet.flags ^ self.flags) & FLAG_DIRECT:
+            other = (packet.flags ^ self.flags) & FLAG_DIRECT or len(packet.extra) != self._extra
+            if packet.refusal is None and other:
                 self.other_controller += 1
                 continue
             lost = self.lost

@@ -33,7 +33,10 @@ from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.task import Task
 from pmwvc_core.scenario.scenario import User
+from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.faults import Faults, Unsettled
+from pmwvc_core.server.black_box.outside import Outside
+from pmwvc_core.server.couplings.contained import Contained
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -48,10 +51,14 @@ class ServerEnd:
         Of each the side, contact, baseline, and the impedance and frame of the master.
     controller, channel, dof, server, task
         Of the session.
+    own
+        Parameters of environments from other packages, by their names.
     times
         Silence, release and start.
     epochs
         Of the packets to each user.
+    call
+        How an environment of another package is asked; directly by default.
     idle_until_joined
         Whether steps begin with the first user rather than with the first tick.
 
@@ -78,8 +85,10 @@ class ServerEnd:
         dof: int,
         server: ServerParams,
         task: TaskParams,
+        own: Any = None,
         times: ServerTimes,
         epochs: Sequence[int],
+        call: Call = directly,
         idle_until_joined: bool = False,
     ) -> None:
         self._users, self.params, self._epochs = list(users), server, list(epochs)
@@ -90,10 +99,13 @@ class ServerEnd:
             "axes": dof,
         }
         self.p = self._made(server.period_s)
-        s = resting_server(users, self.p, controller=controller, server=server, axes=dof)
+        s = resting_server(
+            users, self.p, controller=controller, server=server, axes=dof, own=own, call=call
+        )
         rest = (0.0,) * dof
         guests = (guest._replace(arrivals=arrivals_of(guest.arrivals, rest)) for guest in s.guests)
         self.s = s._replace(guests=tuple(guests))
+        self.faults = self._found_faults()
         self.inboxes = [
             Inbox(
                 controller,
@@ -102,6 +114,7 @@ class ServerEnd:
                 user.server_impedance,
                 period_s=user.master.frame_s,
                 timeout_s=times.timeout_s,
+                from_server=False,
             )
             for user in users
         ]
@@ -110,7 +123,6 @@ class ServerEnd:
         self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
         self._changes = Changes()
         self.hand_over = self._changes.hand_over
-        self._found_faults()
         self.steps = 0
         self.paused = False
         self._idle = idle_until_joined
@@ -190,16 +202,32 @@ class ServerEnd:
         """
         before, self.params = self.params, params
         if params.coupling != before.coupling:
-            self._found_faults()
+            self.faults = self._found_faults()
         regular = math.isclose(first_s, params.period_s)
         self._last(params.period_s if regular else first_s)
 
-    def _found_faults(self) -> None:
-        self.faults = Faults("server.coupling", self.params.coupling)
+    def _found_faults(self) -> Faults:
+        """Return what counts the steps that went wrong."""
+        asked = getattr(self.s.environment.body, "environment", None)
+        if isinstance(asked, Outside):
+            return asked.faults
+        coupling = getattr(self.p.environment, "coupling", None)
+        if isinstance(coupling, Contained):
+            return coupling.faults
+        return Faults("server.coupling", self.params.coupling)
+
+    def _counting(self, p: Any) -> Any:
+        """Let a coupling of another package go on counting its faults."""
+        coupling = getattr(p.environment, "coupling", None)
+        was = getattr(self.p.environment, "coupling", None)
+        if not (isinstance(coupling, Contained) and isinstance(was, Contained)):
+            return p
+        coupling = coupling._replace(faults=was.faults)
+        return p._replace(environment=p.environment._replace(coupling=coupling))
 
     def _last(self, period_s: float) -> None:
         """Let the steps from here on last so long [s]."""
-        p = self._made(period_s)
+        p = self._counting(self._made(period_s))
         self.s = self.s._replace(environment=changed_server(self.s.environment, self.p, p))
         self.p = p
 
@@ -214,7 +242,7 @@ class ServerEnd:
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
         arrivals = [guest.arrivals for guest in self.p.guests]
-        self.p = self._made(self.period_s)
+        self.p = self._counting(self._made(self.period_s))
         # What a receiver was made for stays; the longest wave is the receiver's to know.
         guests = zip(self.p.guests, arrivals, strict=True)
         kept = tuple(guest._replace(arrivals=of) for guest, of in guests)

@@ -95,6 +95,7 @@ class UserEnd:
             user.impedance,
             period_s=server_period_s,
             timeout_s=user.safety.timeout_s,
+            from_server=True,
         )
         self._accounts: list[str] = []
         self._name_accounts()

@@ -4,12 +4,9 @@
 
 import enum
 from collections.abc import Mapping
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
-from pmwvc_core.master.safety.states import Integers
 from pmwvc_core.numeric import Flag, Value
-from pmwvc_core.server.controller import ServerController
-from pmwvc_core.server.user_ports import UserPort
 
 # Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].
 Row = tuple[Value, Value, Value, Value, Value, Value, Value, Value]
@@ -19,8 +16,8 @@ SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 class FrameReport(NamedTuple):
     """Safety state and running sums of energy at the end of a frame [J]."""
 
-    state: int | Integers
-    reason: str | list[str]
+    state: int
+    reason: str
     u_m: Value
     u_tx: Value
     v_rx: Value
@@ -49,20 +46,6 @@ class PortRow(NamedTuple):
     energy_v_s: Value  # [J]
     contact: Flag
 
-    @classmethod
-    def of(cls, port: UserPort, touching: Flag) -> Self:
-        """Return a port as it is now."""
-        return cls(
-            port.x_s,
-            port.xd_s,
-            port.f_s,
-            port.u_s,
-            port.v_s,
-            port.energy_u_s,
-            port.energy_v_s,
-            touching,
-        )
-
 
 class ServerRow(NamedTuple):
     """The server after a step; one port and state per user."""
@@ -76,11 +59,3 @@ class ServerRow(NamedTuple):
     ports: list[PortRow]
     state: tuple[Presence, ...]
     accounts: Mapping[str, Value]  # [J]
-
-    @classmethod
-    def of(cls, server: ServerController, target: Value, state: tuple[Presence, ...]) -> Self:
-        """Return a server as it is now, with the target [m] and the users' states."""
-        body, touching = server.body, server.contact
-        energies = server.kinetic, server.potential, server.dissipated
-        ports = list(map(PortRow.of, server.ports, touching))
-        return cls(body.x, body.xd, target, *energies, ports, state, server.accounts)

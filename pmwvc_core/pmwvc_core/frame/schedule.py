@@ -6,8 +6,6 @@ answer; and the frames of a force loop by that schedule.
 
 from dataclasses import dataclass
 
-from pmwvc_core.state import Stateful
-
 
 @dataclass(frozen=True)
 class FrameSchedule:
@@ -48,62 +46,6 @@ def next_on_grid(now: int, every: int, phase: int = 0) -> int:
     point of the new grid.
     """
     return now + every - (now - phase) % every
-
-
-class Frames(Stateful):
-    """The frames of a force loop, which begin at the multiples of their length; all in ticks.
-
-    A frame whose first ticks were skipped starts and takes its answer at the first tick that runs.
-
-    Parameters
-    ----------
-    schedule
-        Phases of a frame.
-    rate_drop
-        Ticks of a frame at the start.
-    tick_s
-        Period of a tick [s].
-
-    Attributes
-    ----------
-    rate_drop, answer_tick
-        Length of a frame, and which of its ticks takes the answer.
-    next_frame
-        Tick with which the next frame starts.
-    next_event
-        Tick with which that is due, or the answer before it.
-    """
-
-    MEMORY = "next_frame next_event _next_answer"
-
-    def __init__(self, schedule: FrameSchedule, *, rate_drop: int, tick_s: float) -> None:
-        self._schedule, self._tick_s = schedule, tick_s
-        self.configure(rate_drop)
-        self.next_frame = self.next_event = self._next_answer = 0
-
-    def configure(self, rate_drop: int) -> None:
-        """Take another length over, with the next frame."""
-        self.rate_drop = rate_drop
-        self.answer_tick = self._schedule.answer_tick(tick_s=self._tick_s, rate_drop=rate_drop)
-
-    def starts(self, tick: int) -> bool:
-        """Tell whether a tick is the first of its frame to run."""
-        return tick >= self.next_frame
-
-    def start(self, tick: int, begun: int) -> float:
-        """Start the frame that began with tick ``begun``; return how long it lasts [s]."""
-        self.next_frame = next_on_grid(tick, self.rate_drop)
-        self._next_answer = min(begun + self.answer_tick, self.next_frame - 1)
-        self.next_event = self._next_answer
-        return (self.next_frame - begun) * self._tick_s
-
-    def take_answer(self, tick: int) -> bool:
-        """Tell once a frame that the answer is due."""
-        if tick < self._next_answer:
-            return False
-        self._next_answer += self.rate_drop  # until the frame starts that sets it
-        self.next_event = self.next_frame
-        return True
 
 
 AT_ONCE = FrameSchedule()  # virtual time

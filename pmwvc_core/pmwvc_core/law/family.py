@@ -4,13 +4,59 @@
 there is no state) says which is meant.
 
 A law joins with ``@family.member(State)``; a plug-in does the same. A call looks the type of its
-first argument up; compiled, it is known beforehand and costs nothing.
+first argument up; compiled, it is known beforehand and costs nothing. Every type without a law of
+its own, such as :class:`Nothing`, has the default of the family.
 """
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Nothing(NamedTuple):
+    """State and parameters where there is nothing: no filter, no position feedback."""
+
+    none: int
+
+
+NOTHING = Nothing(0)
+
+
+def same(s: Any, *others: Any) -> Any:
+    """Return the state as it is."""
+    return s
+
+
+def passed(s: Any, signal: Any, *others: Any) -> Any:
+    """Return state and signal as they are."""
+    return s, signal
+
+
+def no_accounts(first: Any, *others: Any) -> Any:
+    """Return no energies."""
+    return ()
+
+
+def none_j(first: Any, *others: Any) -> float:
+    """Return no energy [J]."""
+    return 0.0
+
+
+def never(first: Any, *others: Any) -> bool:
+    """Tell that it is not so."""
+    return False
+
+
+class Members(dict[type, Callable[..., Any]]):
+    """Laws by type, the default where a type has none; KeyError where there is no default."""
+
+    default: Callable[..., Any] | None = None
+
+    def __missing__(self, kind: type) -> Callable[..., Any]:
+        if self.default is None:
+            raise KeyError(kind)
+        return self.default
 
 
 class Family:
@@ -24,15 +70,16 @@ class Family:
         Law by that type.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, default: Callable[..., Any] | None = None) -> None:
         self.name = name
-        self.members: dict[type, Callable[..., Any]] = {}
+        self.members = Members()
+        self.members.default = default
 
-    def member(self, kind: type) -> Callable[[F], F]:
-        """Return the decorator that makes a function the law for a type."""
+    def member(self, *kinds: type) -> Callable[[F], F]:
+        """Return the decorator that makes a function the law for types."""
 
         def join(law: F) -> F:
-            self.members[kind] = law
+            self.members.update(dict.fromkeys(kinds, law))
             return law
 
         return join

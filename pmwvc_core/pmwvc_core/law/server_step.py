@@ -40,7 +40,7 @@ from pmwvc_core.law.server.server_port import (
     left,
     passed_through,
 )
-from pmwvc_core.law.vectors import Vector, columns, each, minus, zero
+from pmwvc_core.law.vectors import Vector, columns, each, minus, total, zero
 
 ABSENT, JOINING, COUPLED, DAMPING = 0, 1, 2, 3
 
@@ -52,6 +52,7 @@ class Guest(NamedTuple):
     anew: bool  # flips whenever the avatar is placed anew
     arrivals: Any
     packing: Packing
+    extra: Vector  # signals beside the wave, of the newest packet
 
 
 class GuestParams(NamedTuple):
@@ -95,6 +96,7 @@ class Came(NamedTuple):
     position: Vector  # [m] of its device
     brakes: bool  # none of its waves come
     received_j: float  # by the sums of its packets, without waves
+    extra: Vector  # signals that a controller declares
 
 
 def server_step(
@@ -110,10 +112,9 @@ def server_step(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
     )
     dissipated_j = before.dissipated_j
-    for i in range(len(lost)):
-        dissipated_j += lost[i]
+    dissipated_j = total(dissipated_j, lost)
     after = environment_step(
-        p.environment, Environment(ports, before.body, dissipated_j, before.unsettled), came
+        p.environment, before._replace(ports=ports, dissipated_j=dissipated_j), came
     )
     guests, ports, answers = columns(
         each(_gone, (guests, after.ports, p.guests), now_ns, p.period_s)
@@ -126,9 +127,7 @@ def server_step(
         task_s += p.period_s
     elif together:
         task_s = -p.soft_start_s
-    return Server(
-        guests, Environment(ports, after.body, after.dissipated_j, after.unsettled), task_s
-    ), answers
+    return Server(guests, after._replace(ports=ports), task_s), answers
 
 
 def _come(
@@ -136,10 +135,10 @@ def _come(
     body: Body, p: ServerStepParams,
 ) -> tuple[Guest, UserPort, Came, float]:  # fmt: skip
     """Take a user's packets in; return what it brings to the step, and the energy dropped [J]."""
-    presence, flips, arrivals, lost_j = s.presence, s.anew, s.arrivals, 0.0
+    presence, flips, arrivals, lost_j, extra = s.presence, s.anew, s.arrivals, 0.0, s.extra
     there = presence != ABSENT
     for packet in packets:
-        arrivals = arrive(arrivals, packet, now_ns, q.arrivals)
+        arrivals, extra = arrive(arrivals, packet, now_ns, q.arrivals), packet.extra
         if packet.leaves:
             port, dropped_j = left(port)
             presence, lost_j = ABSENT, lost_j + dropped_j
@@ -162,8 +161,8 @@ def _come(
             presence, brakes = COUPLED, interrupted(arrivals, now_ns)
             if silent or unreceived:
                 presence = DAMPING
-    came = Came(wave, arrivals.position, brakes, received_j(arrivals))
-    return Guest(presence, flips, arrivals, s.packing), port, came, lost_j
+    came = Came(wave, arrivals.position, brakes, received_j(arrivals), extra)
+    return Guest(presence, flips, arrivals, s.packing, extra), port, came, lost_j
 
 
 def _gone(
@@ -181,7 +180,7 @@ def _gone(
         now_ns, lacks(arrivals), waits(arrivals), s.anew, False, arrivals.silence.number, 0
     )
     packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
-    return Guest(s.presence, s.anew, arrivals, packing), port, Answer(packet, sends)
+    return s._replace(arrivals=arrivals, packing=packing), port, Answer(packet, sends)
 
 
 def _nothing(s: Guest, port: UserPort) -> Packet:

@@ -86,16 +86,14 @@ def send(
     about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves, arrivals.silence.number,
                   limited)  # fmt: skip
     packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
-    s = User(s.frames, s.frame_s, packing, arrivals, s.newest, s.servers, port, s.limits,
-             s.sensing, s.due, s.coupled)  # fmt: skip
+    s = s._replace(packing=packing, arrivals=arrivals, port=port)
     return s, packet, sends
 
 
 def begin(s: User, tick: int, p: UserParams) -> User:
     """Begin a frame with a tick."""
     frames, frame_s = begin_frame(s.frames, tick, p.frames)
-    return User(frames, frame_s, s.packing, s.arrivals, s.newest, s.servers, s.port, s.limits,
-                s.sensing, s.due, s.coupled)  # fmt: skip
+    return s._replace(frames=frames, frame_s=frame_s)
 
 
 def user_tick(
@@ -130,6 +128,15 @@ def user_tick(
     asked = LimitsInput(f_m, x, xd, silent_s, servers > 0, known, brakes, unreceived)
     limit, f = limits(limit, asked, p.limits)
     port = port_applied(port, f, p.port)
-    s = User(frames, s.frame_s, s.packing, arrivals, newest, servers, port, limit, sensing,
-             tick + 1, coupled)  # fmt: skip
+    s = s._replace(
+        frames=frames,
+        arrivals=arrivals,
+        newest=newest,
+        servers=servers,
+        port=port,
+        limits=limit,
+        sensing=sensing,
+        due=tick + 1,
+        coupled=coupled,
+    )
     return s, Tick(f_m, f)

@@ -107,6 +107,13 @@ def within(a: Vector, reach: float) -> bool:
     return inside
 
 
+def total(start: float, values: Vector) -> float:
+    """Return the sum of a number and values, in order."""
+    for i in range(len(values)):
+        start += values[i]
+    return start
+
+
 def is_zero(a: Vector) -> bool:
     """Tell whether every element is zero."""
     nothing = True

@@ -10,13 +10,7 @@ import numpy as np
 
 import pmwvc_core.law.black_box.box_energies  # noqa: F401  # joins the families
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
-from pmwvc_core.law.black_box.compensations import (
-    AsPublished,
-    Corrected,
-    JointLedger,
-    Untreated,
-    compensation_params,
-)
+from pmwvc_core.law.black_box.compensations import compensation_params
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
 from pmwvc_core.law.black_box.seen import resting_seen
 from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
@@ -24,15 +18,16 @@ from pmwvc_core.law.server.body import Body, body_law, wall_law
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.params import ServerParams
+from pmwvc_core.scenario import scenario as scenarios
+from pmwvc_core.server.black_box.containment import Asked, Call
+from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.black_box.interface import EnvironmentSetup
+from pmwvc_core.server.black_box.outside import Outside
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.environments import make_black_box
 from pmwvc_core.wave import impedance as impedances
 
 Contacts = Sequence[Contact]
-COMPENSATIONS: Mapping[str, Callable[[int], Any]] = {
-    "none": lambda users: Untreated(0),
-    "printed": lambda users: AsPublished((0.0,) * users),
-    "corrected": lambda users: Corrected(0.0),
-    "ledger": lambda users: JointLedger(0.0, 0.0, 0.0),
-}
 
 
 def _visitors(contacts: Contacts, axes: int) -> tuple[Visitor, ...]:
@@ -79,17 +74,13 @@ ENVIRONMENTS: Mapping[str, Callable[[ServerParams, Contacts, int], tuple[Any, An
 SLOPED = ("wall_with_slope", "hunt_crossley")
 
 
-def is_made(server: ServerParams) -> bool:
-    """Tell whether there are laws for environment and compensation."""
-    return server.environment in ENVIRONMENTS and server.compensation in COMPENSATIONS
-
-
 def black_box_params(
     server: ServerParams, contacts: Contacts, axes: int, *, brakes: bool
 ) -> BlackBoxParams:
     """Return the parameters of a black box and its ports."""
-    _, law = ENVIRONMENTS[server.environment](server, contacts, axes)
-    sloped = server.environment in SLOPED
+    law, sloped = None, server.environment in SLOPED
+    if server.environment in ENVIRONMENTS:
+        _, law = ENVIRONMENTS[server.environment](server, contacts, axes)
     return BlackBoxParams(
         law,
         compensation_params(server),
@@ -103,18 +94,30 @@ def black_box_params(
 
 
 def resting_box(
-    server: ServerParams, contacts: Contacts, users_b: Sequence[Any], axes: int
+    server: ServerParams,
+    users: Sequence["scenarios.User"],
+    contacts: Contacts,
+    own: Any,
+    call: Call,
 ) -> BlackBox:
-    """Return a black box that nobody touches, given the impedances of the users [N s/m]."""
+    """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
+    axes = len(contacts[0].springs)
     rest = (0.0,) * axes
-    state, _ = ENVIRONMENTS[server.environment](server, contacts, axes)
-    scales = [float(impedances.smallest(b)) / server.period_s for b in users_b]
+    if server.environment in ENVIRONMENTS:
+        state, _ = ENVIRONMENTS[server.environment](server, contacts, axes)
+    else:
+        sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
+        values = getattr(own, server.environment, None)
+        setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
+        faults = Faults("server.environment", server.environment)
+        state = Outside(Asked(make_black_box(setup)), call, faults, (False,) * len(users))
+    least = (float(impedances.smallest(user.server_impedance)) for user in users)
     return BlackBox(
         rest,
         rest,
         state,
-        COMPENSATIONS[server.compensation](len(users_b)),
-        tuple(resting_seen(rest, scale) for scale in scales),
+        COMPENSATIONS.of(server.compensation).rest(len(users)),
+        tuple(resting_seen(rest, b / server.period_s) for b in least),
         0.0,
         -1.0,
         Accounts(0.0, 0.0, 0.0, 0.0),

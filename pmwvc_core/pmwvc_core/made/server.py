@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.controllers.library import is_strict
+from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
+from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
+from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
 from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.packing import packing_params, resting_packing
@@ -19,36 +21,66 @@ from pmwvc_core.law.server.body import Body, BodyLaw, body_law, wall_law
 from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring
 from pmwvc_core.law.server.implicit import Implicit
 from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
-from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
-from pmwvc_core.made.black_box import black_box_params, is_made, resting_box
+from pmwvc_core.made.black_box import black_box_params, resting_box
 from pmwvc_core.made.user import arrivals_params
 from pmwvc_core.made.waves import made_impedance
-from pmwvc_core.made.without_waves import CONTROLLERS
-from pmwvc_core.params import ContactParams, MasterParams, ServerParams
+from pmwvc_core.made.without_waves import CONTROLLERS, own_values
+from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
+from pmwvc_core.server import environments
+from pmwvc_core.server.black_box.containment import Call, directly
+from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings.contained import Contained
+from pmwvc_core.server.couplings.record import backward
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
-WAVES = "pmwvc"  # the controller
-UNKNOWN = "unknown"  # the coupling of black boxes
-COUPLINGS: Mapping[str, Callable[[float, float], Any]] = {
-    "implicit": lambda old_s, new_s: Implicit(0),
-    "one_frame_late": lambda old_s, new_s: OneFrameLate(0),
-    "one_step_delay": OneStepDelay,
-    "unwrapped": Unwrapped,
-}
 OBJECTS: Mapping[str, Callable[[ServerParams], BodyLaw]] = {
     "cube": lambda server: body_law(server.object_mass, server.object_damping, server.period_s),
     "wall": lambda server: wall_law(server.period_s),
 }
 
 
-def coupling_of(server: ServerParams) -> Any:
-    """Return what closes the algebraic loop."""
-    return COUPLINGS[server.coupling](*weights(server.integrator, server.period_s))
+def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
+    """Return what closes the algebraic loop; that of another package contained.
+
+    Raises
+    ------
+    ParameterError
+        If a plug-in cannot make its law (with the reason).
+    """
+    record = COUPLINGS.of(server.coupling)
+    assert record.law is not None
+    with refused(f"server.coupling = {record.name!r}"):
+        law = record.law(*weights(server.integrator, server.period_s))
+    if record.name not in COUPLINGS.library:
+        faults = Faults("server.coupling", record.name)
+        moves = (record.moves or backward)(server)
+        return Contained(law, faults, *moves, record.late, record.object_motion)
+    return ImplicitCoupled(0) if isinstance(law, Implicit) and _are_coupled(users) else law
+
+
+def object_of(server: ServerParams) -> BodyLaw:
+    """Return the law of an object whose equations are known.
+
+    Raises
+    ------
+    ParameterError
+        If it is known as a black box only.
+    """
+    if server.environment not in OBJECTS:
+        raise ParameterError(
+            f"server.environment = {server.environment!r}: needs controller = pmwvc with "
+            f"server.coupling = unknown; here there are {', '.join(OBJECTS)}"
+        )
+    return OBJECTS[server.environment](server)
 
 
 def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
@@ -62,32 +94,18 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
     return Contact(law, grips, (first,) + (across,) * (axes - 1))
 
 
-def are_made(scenario: "scenarios.Scenario") -> bool:
-    """Tell whether there are laws for all that a scenario consists of."""
-    controller = scenario.controller
-    return is_server_made(controller, scenario.server) and all(
-        is_user_made(controller, user.master) for user in scenario.users
+def of_library(scenario: "scenarios.Scenario") -> bool:
+    """Tell whether all laws of a scenario are the library's: those can be compiled."""
+    server = scenario.server
+    return (
+        scenario.controller in LIBRARY
+        and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
+        and server.compensation in COMPENSATIONS.library
+        and server.environment in environments.LIBRARY
+        and not any(
+            user.master.bank.is_on and user.master.local_model.is_plugin for user in scenario.users
+        )
     )
-
-
-def is_user_made(controller: str, master: MasterParams) -> bool:
-    """Tell whether there are laws for a user's end: none for plug-ins, nor for a filter bank
-    behind an impedance that couples the axes.
-    """
-    if controller != WAVES:
-        return controller in CONTROLLERS
-    coupled = isinstance(impedance_of(master), MatrixImpedance)
-    return not (master.bank.is_on and (master.local_model.is_plugin or coupled))
-
-
-def is_server_made(controller: str, server: ServerParams) -> bool:
-    """Tell whether there are laws for the server's end; plug-ins have none."""
-    if controller in CONTROLLERS:
-        return server.environment in OBJECTS
-    if controller == WAVES and server.coupling == UNKNOWN:
-        return is_made(server)
-    known = server.coupling in COUPLINGS and server.environment in OBJECTS
-    return controller == WAVES and known
 
 
 def server_params(
@@ -129,16 +147,17 @@ def _environment_params(
     *,
     strict: bool,
 ) -> Any:
-    if controller in CONTROLLERS:
-        made, body = CONTROLLERS[controller], OBJECTS[server.environment](server)
+    record = record_of(controller)
+    if record.avatar is not None:
+        values = tuple(own_values(user, record) for user in users)
+        return PluggedServerParams(record.avatar, values, record.energies, object_of(server))
+    if not record.waves:
+        made = CONTROLLERS[controller]
         laws = tuple(made.law(user.baseline, user.master.tick_s) for user in users)
-        return AvatarEndParams(laws, body, made.sprung)
-    if server.coupling == UNKNOWN:
+        return AvatarEndParams(laws, object_of(server), made.sprung)
+    if COUPLINGS.of(server.coupling).black_box:
         return black_box_params(server, _contacts(users, server, axes), axes, brakes=strict)
-    coupling = coupling_of(server)
-    if isinstance(coupling, Implicit) and _are_coupled(users):
-        coupling = ImplicitCoupled(0)
-    return EnvironmentParams(coupling, OBJECTS[server.environment](server), strict)
+    return EnvironmentParams(coupling_of(server, users), object_of(server), strict)
 
 
 def _contacts(users: Sequence["scenarios.User"], server: ServerParams, axes: int) -> list[Contact]:
@@ -166,22 +185,31 @@ def resting_server(
     controller: str,
     server: ServerParams,
     axes: int,
+    own: Any = None,
+    call: Call = directly,
 ) -> Server:
-    """Return the server with no user present."""
-    rest = (0.0,) * axes
+    """Return the server with no user present. Environments of other packages have their parameters
+    in ``own``, by their names, and ``call`` is how they are asked.
+    """
+    rest, record = (0.0,) * axes, record_of(controller)
     contacts, ports, guests = _contacts(users, server, axes), [], []
     for user, guest, contact in zip(users, p.guests, contacts, strict=True):
         b = made_impedance(_impedance(user, users, axes))
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         kept: Any = AvatarBrake(resting_brake(rest), 0.0)
-        if controller in CONTROLLERS:
+        if record.avatar is not None:
+            at_rest = record.avatar_rest(own_values(user, record), axes)
+            kept = Kept(at_rest, at_rest)
+        elif not record.waves:
             kept = CONTROLLERS[controller].at_avatar(user.baseline, axes)
-        ports.append(UserPort(avatar, kept, rest, rest, rest, Sums(0.0, 0.0, -1.0), ()))
+        up, down = record.extra(axes)
+        sums, extra = Sums(0.0, 0.0, -1.0), (0.0,) * down
+        ports.append(UserPort(avatar, kept, rest, rest, rest, sums, extra))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, rules.timeout_s, user.master.frame_s)
-        guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes)))
+        guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
-        body = resting_box(server, contacts, [user.server_impedance for user in users], axes)
+        body = resting_box(server, users, contacts, own, call)
     environment = Environment(tuple(ports), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

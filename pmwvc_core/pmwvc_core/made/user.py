@@ -4,8 +4,7 @@
 
 from typing import Any
 
-from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing
-from pmwvc_core.frame.receivers import REPAID_M_S
+from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.frames import FrameParams, Frames
 from pmwvc_core.law.channel.packet import Packet
@@ -17,12 +16,13 @@ from pmwvc_core.law.safety.hand_brake import brake_stiffness
 from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
 from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.made.waves import resting_waves, waves_params
-from pmwvc_core.made.without_waves import CONTROLLERS, device_params, resting_device_end
+from pmwvc_core.made.without_waves import device_params, resting_device_end
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
+REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
 
 
 def arrivals_params(
@@ -64,10 +64,11 @@ def user_params(
     )
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
     reach = LARGEST if workspace_m is None else REACH * workspace_m
-    if has_waves(controller):
+    record = record_of(controller)
+    if record.waves and record.device is None:
         port: Any = waves_params(master, b, arrivals.playout, strict=strict)
     else:
-        port = device_params(controller, user.baseline, master.tick_s)
+        port = device_params(record, user)
     return UserParams(
         FrameParams(master.rate_drop, answer_tick, master.tick_s),
         packing_params(master.deadband),
@@ -83,16 +84,17 @@ def resting_user(
     """Return a user's force loop at rest."""
     nothing, master = (0.0,) * axes, user.master
     timeout_s = user.safety.timeout_s
-    if controller in CONTROLLERS:
-        port: Any = resting_device_end(controller, user.baseline, axes)
+    record, packet = record_of(controller), no_packet(axes)
+    if record.waves and record.device is None:
+        port: Any = resting_waves(master, p.port, axes)
     else:
-        port = resting_waves(master, p.port, axes)
+        port = resting_device_end(record, user, packet)
     return User(
         Frames(0, 0, master.rate_drop),
         master.frame_s,
         resting_packing(axes),
         start_of(p.arrivals.plays_on, timeout_s, packet_s),
-        no_packet(axes),
+        packet,
         0,
         port,
         resting_limits(nothing, p.limits),

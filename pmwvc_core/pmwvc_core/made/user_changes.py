@@ -11,12 +11,12 @@ import dataclasses
 from typing import Any
 
 from pmwvc_core.law.channel.silence import LATENESSES
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, BankFilters, resting_bank
 from pmwvc_core.law.port.local_model import changed_local
 from pmwvc_core.law.port.plain_master import PlainMaster
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_state import StrictMasterParams
-from pmwvc_core.law.position.feedback import NoPosition
 from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import resting_filter
@@ -58,7 +58,7 @@ def changed_master(
         if isinstance(port, PlainMaster):
             port, of_port = _plain(port, p.port, of_port, new, anew)
         else:
-            of_port = of_port._replace(lends=not isinstance(position, NoPosition))
+            of_port = of_port._replace(lends=not isinstance(position, Nothing))
     return s._replace(port=port), q._replace(port=of_port, limits=limits, arrivals=p.arrivals)
 
 
@@ -97,9 +97,9 @@ def _bank(s: Any, p: Any, q: Any) -> Any:
     """Start another split at zero, another spring at rest."""
     if not isinstance(s, Bank):
         return s
-    local = s.local if q.local == p.local else changed_local(s.local, p.local)
+    local = changed_local(s.local, p.local, q.local)
     if _split(q) != _split(p):
-        s = resting_bank(len(s.local.x), q)._replace(energies=s.energies)
+        s = resting_bank(len(s.low_up), q)._replace(energies=s.energies)
     return s._replace(local=local)
 
 
@@ -110,7 +110,7 @@ def _split(p: BankFilters) -> tuple[Any, ...]:
 def _position(s: Any, wanted: Any, new: MasterParams, rest: Vector) -> tuple[Any, Any]:
     """Give position feedback its parameters; make it where there was none."""
     strict = isinstance(wanted, StrictMasterParams)
-    if isinstance(s, NoPosition):
+    if isinstance(s, Nothing):
         return resting_position(new, wanted.position, rest, strict=strict), wanted.position
     return s, position_params(new, wanted.impedance, strict=strict)
 

@@ -7,11 +7,15 @@ from typing import Any
 import numpy as np
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
+from pmwvc_core.controllers.plugged_local import PluggedLocalParams
+from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
+from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
+from pmwvc_core.law.port.local_model import acts_of, spring_damper
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
-from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, NoFilter
+from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_state import (
     Node,
     StrictEnergies,
@@ -26,7 +30,7 @@ from pmwvc_core.law.port.velocity_filter import (
     velocity_params,
 )
 from pmwvc_core.law.position.error import PositionParams
-from pmwvc_core.law.position.feedback import NoPosition, position_lent
+from pmwvc_core.law.position.feedback import position_lent
 from pmwvc_core.law.position.plain import resting_budgeted, resting_published
 from pmwvc_core.law.position.strict import resting_on_strict
 from pmwvc_core.law.vectors import Vector
@@ -36,8 +40,6 @@ from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
-
-NONE = NoFilter(0)
 
 
 def made_impedance(b: Any) -> Any:
@@ -63,7 +65,7 @@ def waves_params(
 ) -> StrictMasterParams | PlainMasterParams:
     """Return the parameters of a master behind an impedance [N s/m]."""
     impedance_ = made_impedance(b)
-    position: Any = NoPosition(0)
+    position: Any = NOTHING
     if master.position.is_on:
         position = position_params(master, impedance_, strict=strict)
     filters = filters_params(master, impedance_)
@@ -78,28 +80,45 @@ def waves_params(
     )
 
 
-def filters_params(master: MasterParams, b: Any) -> FilteredParams | NoFilter:
+def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
     """Return the parameters of the filters at a port; those of the velocity are nearest."""
     own = master.velocity_filter
+    if own.splits and master.bank.is_on:
+        raise ParameterError(
+            f"bank.kind = {master.bank.kind}: must be none with velocity_filter.kind = "
+            f"{own.kind}, which splits the wave itself"
+        )
     if not own.is_on and not master.bank.is_on:
-        return NONE
-    velocity = velocity_params(master) if own.is_on else NONE
+        return NOTHING
+    velocity = velocity_params(master) if own.is_on else NOTHING
     in_force = own.is_on and own.in_force
-    far = bank_of(master) if master.bank.is_on else NONE
-    near, force = (NONE, velocity) if in_force else (velocity, NONE)
+    far = bank_of(master, _local(master, b)) if master.bank.is_on else NOTHING
+    near, force = (NOTHING, velocity) if in_force else (velocity, NOTHING)
     return FilteredParams(near, far, force, b)
 
 
-def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | NoFilter:
+def _local(master: MasterParams, b: Any) -> Any:
+    """Return the parameters of the local model behind an impedance."""
+    if isinstance(b, MatrixImpedance):
+        raise ParameterError(
+            f"bank.kind = {master.bank.kind}: must be none where master.impedance couples the axes"
+        )
+    local = master.local_model
+    if not local.is_plugin:
+        return spring_damper(local, master.tick_s)
+    return PluggedLocalParams(local, b.b, acts_of(local), local.begins_m, master.tick_s)
+
+
+def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothing:
     """Return these filters at rest."""
     if not isinstance(p, FilteredParams):
-        return NONE
-    near: Any = NONE
+        return NOTHING
+    near: Any = NOTHING
     if master.velocity_filter.is_on and not master.velocity_filter.in_force:
         splits = master.velocity_filter.splits
         near = (resting_complementary if splits else resting_exact)(axes, p.near)
-    far = resting_bank(axes, p.far) if master.bank.is_on else NONE
-    force = resting_in_force(axes, p.force) if master.velocity_filter.in_force else NONE
+    far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
+    force = resting_in_force(axes, p.force) if master.velocity_filter.in_force else NOTHING
     return Filtered(near, far, force, (0.0,) * axes, 0.0)
 
 

@@ -5,12 +5,17 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
+from pmwvc_core.controllers.record import Controller
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams, resting_end
-from pmwvc_core.law.without_waves.direct import Direct, Held, NothingKept
+from pmwvc_core.law.without_waves.direct import Direct, Held
 from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
 from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
 from pmwvc_core.law.without_waves.virtual_coupling import VirtualCoupling, resting_coupling
 from pmwvc_core.params import BaselineParams
+from pmwvc_core.scenario import scenario as scenarios
 
 
 class Made(NamedTuple):
@@ -24,8 +29,8 @@ class Made(NamedTuple):
     sprung: bool
 
 
-def _nothing(baseline: BaselineParams, axes: int) -> NothingKept:
-    return NothingKept(0)
+def _nothing(baseline: BaselineParams, axes: int) -> Nothing:
+    return NOTHING
 
 
 def _spring_damper(baseline: BaselineParams, tick_s: float) -> VirtualCoupling:
@@ -62,11 +67,30 @@ CONTROLLERS: Mapping[str, Made] = {
 }
 
 
-def device_params(controller: str, baseline: BaselineParams, tick_s: float) -> DeviceEndParams:
+def own_values(user: "scenarios.User", record: Controller) -> Any:
+    """Return a user's parameters of a controller of another package; None without any."""
+    return getattr(user.own, record.name) if record.params else None
+
+
+def device_params(record: Controller, user: "scenarios.User") -> DeviceEndParams | PluggedParams:
     """Return the parameters of a device's end."""
-    return DeviceEndParams(tick_s, CONTROLLERS[controller].law(baseline, tick_s))
+    tick_s = user.master.tick_s
+    if record.device is None:
+        return DeviceEndParams(tick_s, CONTROLLERS[record.name].law(user.baseline, tick_s))
+    values = own_values(user, record)
+    return PluggedParams(record.device, values, record.energies, tick_s, record.waves)
 
 
-def resting_device_end(controller: str, baseline: BaselineParams, axes: int) -> DeviceEnd:
-    """Return a device's end at rest."""
-    return resting_end(CONTROLLERS[controller].at_device(baseline, axes), axes)
+def resting_device_end(
+    record: Controller, user: "scenarios.User", nothing: Packet
+) -> DeviceEnd | Plugged:
+    """Return a device's end at rest; ``nothing`` stands for a packet before the first."""
+    rest = nothing.wave
+    if record.device is None:
+        at_device = CONTROLLERS[record.name].at_device(user.baseline, len(rest))
+        return resting_end(at_device, len(rest))
+    up, down = record.extra(len(rest))
+    law = record.device_rest(own_values(user, record), len(rest))
+    answer = DeviceAnswer(rest, rest, (0.0,) * up)
+    packet = nothing._replace(extra=(0.0,) * down)
+    return Plugged(law, rest, rest, packet, False, False, answer, rest, (0.0,) * 4)

@@ -39,11 +39,11 @@ class Fate:
     """The decision of the link for one packet or copy."""
 
     number: int  # of the packet on this link: 1, 2, 3...; a copy has its original's
-    time_in_ns: int
-    time_due_ns: int  # 0: never
-    kind: FateKind
-    cause: Cause
-    size: int  # [byte]
+    time_in_ns: int = 0
+    time_due_ns: int = 0  # 0: never
+    kind: FateKind = FateKind.DELIVERED
+    cause: Cause = Cause.NONE
+    size: int = 0  # [byte]
     copy: int = 0  # 0: the packet itself; 1, 2...: an extra copy of it
     flip: float = 0.0  # corrupted: where in the packet the flipped bit is, [0, 1)
 

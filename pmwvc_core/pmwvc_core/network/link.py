@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS
-from pmwvc_core.network.contained import EffectFaults, contained
+from pmwvc_core.network.contained import ANSWERS, EffectFaults, contained
 from pmwvc_core.network.distributions import prepare
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
@@ -22,6 +22,7 @@ from pmwvc_core.network.timeline import Timeline, timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import refused
 
+COPIED = (FateKind.DUPLICATE, Cause.DUPLICATION)
 TOGETHER = 256  # packets whose random numbers are drawn together
 
 
@@ -91,13 +92,7 @@ class Link(InFlight):
             else:
                 self._configure(name, made, params)
             effects[name] = made
-        self._loses = self._hooks(effects, "loses")
-        self._copies = self._hooks(effects, "copies")
-        self._corrupts = self._hooks(effects, "corrupts")
-        self._at_once = self._hooks(effects, "at_once")
-        self._departs = self._hooks(effects, "departs_ns")
-        self._delays = self._hooks(effects, "delay_s")
-        self._arrives = self._hooks(effects, "arrives_ns")
+        self._hooks = {hook: self._of(effects, hook) for hook in ANSWERS}
 
     def _configure(self, name: str, effect: Effect, params: LinkParams) -> None:
         try:
@@ -107,7 +102,7 @@ class Link(InFlight):
                 raise
             self.faults.note(name, error)
 
-    def _hooks(self, effects: Mapping[str, Effect], hook: str) -> list[Callable[..., Any]]:
+    def _of(self, effects: Mapping[str, Effect], hook: str) -> list[Callable[..., Any]]:
         """Return a hook of the effects that have it; those of plug-ins contained."""
         return [
             getattr(effect, hook)
@@ -142,17 +137,24 @@ class Link(InFlight):
         if not self._drawn:
             self._drawn = self._rng.random((TOGETHER, 4)).tolist()[::-1]
         self._luck = self._drawn.pop()
-        fate = Fate(number, now_ns, 0, FateKind.DELIVERED, Cause.NONE, size_bytes)
+        fate = Fate(number, now_ns, size=size_bytes)
         lost: Cause | bool = False
-        for loses in self._loses:  # every one is asked: what it draws is the same in any company
+        for loses in self._hooks[
+            "loses"
+        ]:  # every one is asked: what it draws is the same in any company
             cause = loses(fate)
             lost = lost or cause
         if lost:
-            return [self._lost(fate, lost)]
+            self.counters.lost += 1
+            fate.kind = FateKind.LOST
+            fate.cause = lost if isinstance(lost, Cause) else Cause.LOSS
+            return [fate]
         fates = [self._travel(payload, fate)]
-        for copies in self._copies:
+        for copies in self._hooks["copies"]:
             for _ in range(copies(fate)):
-                fates.append(self._travel(payload, self._copy(fate, len(fates))))
+                self.counters.duplicated += 1
+                copy = Fate(number, now_ns, 0, *COPIED, size_bytes, len(fates))
+                fates.append(self._travel(payload, copy))
         return fates
 
     def _follow(self, timeline: Timeline, elapsed_ns: int) -> None:
@@ -162,39 +164,28 @@ class Link(InFlight):
             self._step = step
             self._take(self._steps[step])
 
-    def _lost(self, fate: Fate, cause: Cause | bool) -> Fate:
-        self.counters.lost += 1
-        fate.kind = FateKind.LOST
-        fate.cause = cause if isinstance(cause, Cause) else Cause.LOSS
-        return fate
-
-    def _copy(self, fate: Fate, copy: int) -> Fate:
-        self.counters.duplicated += 1
-        kind, cause = FateKind.DUPLICATE, Cause.DUPLICATION
-        return Fate(fate.number, fate.time_in_ns, 0, kind, cause, fate.size, copy)
-
     def _travel(self, payload: Any, fate: Fate) -> Fate:
         """Send a packet or copy on its way, or drop it."""
         ready_ns = fate.time_in_ns
-        for departs_ns in self._departs:
+        for departs_ns in self._hooks["departs_ns"]:
             left_ns = departs_ns(fate, ready_ns)
             if left_ns is None:
                 self.counters.dropped += 1
                 fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
                 return fate
             ready_ns = left_ns
-        for corrupts in self._corrupts:
+        for corrupts in self._hooks["corrupts"]:
             if (fraction := corrupts(fate)) is not None:
                 self.counters.corrupted += 1
                 fate.cause, fate.flip = Cause.CORRUPTION, fraction
         at_once = False
-        for hook in self._at_once:
+        for hook in self._hooks["at_once"]:
             at_once = hook(fate) or at_once
         total_s = 0.0
-        for delay_s in self._delays:
+        for delay_s in self._hooks["delay_s"]:
             total_s += delay_s(fate)
         due_ns = ready_ns + (0 if at_once else max(0, round(total_s * 1e9)))
-        for arrives_ns in self._arrives:
+        for arrives_ns in self._hooks["arrives_ns"]:
             due_ns = arrives_ns(fate, due_ns)
         self._enter(payload, fate, due_ns)
         return fate

@@ -28,6 +28,7 @@ class RecordedFate(NamedTuple):
     at_ns: int | None = None
 
 
+COUNTERS = {FateKind.LOST: "lost", FateKind.DUPLICATE: "duplicated"}
 LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
 
 
@@ -63,18 +64,11 @@ class RecordedLink(InFlight):
         delay_ns, kind, cause, at_ns = recorded
         fate = Fate(number, now_ns, 0, kind, cause, size)
         if kind is not DELIVERED:
-            self._count(kind)
+            counter = COUNTERS.get(kind, "dropped")
+            setattr(self.counters, counter, getattr(self.counters, counter) + 1)
         if cause is Cause.CORRUPTION:
             self.counters.corrupted += 1
         if delay_ns is not None and kind in TRAVELLING:
             due_ns = now_ns + delay_ns if at_ns is None else at_ns
             self._enter(payload, fate, max(due_ns, now_ns))
         return fate
-
-    def _count(self, kind: FateKind) -> None:
-        if kind is FateKind.LOST:
-            self.counters.lost += 1
-        elif kind is FateKind.DUPLICATE:
-            self.counters.duplicated += 1
-        else:
-            self.counters.dropped += 1

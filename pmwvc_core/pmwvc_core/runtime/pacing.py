@@ -170,17 +170,6 @@ class Health:
         if compute_ns > self.compute_max_ns:
             self.compute_max_ns = compute_ns
 
-    def values(self, elapsed_s: float) -> dict[str, float]:
-        """Return rate [Hz], and means and maxima [us], by name."""
-        ticks = max(self.ticks, 1)
-        return {
-            "rate [Hz]": self.ticks / elapsed_s,
-            "lateness mean [us]": self.late_sum_ns / ticks / 1e3,
-            "lateness max [us]": self.late_max_ns / 1e3,
-            "compute mean [us]": self.compute_sum_ns / ticks / 1e3,
-            "compute max [us]": self.compute_max_ns / 1e3,
-        }
-
 
 class Paced(Protocol):
     """A loop that keeps such counts."""
@@ -201,7 +190,14 @@ class Watch:
         """
         loop, now_s = self._loop, time.monotonic()
         health, loop.health = loop.health, Health()
-        found = health.values(now_s - self._looked_s)
-        missed, self._missed, self._looked_s = loop.missed - self._missed, loop.missed, now_s
-        values = {name: f"{number:.1f}" for name, number in found.items()}
-        return {**values, "missed deadlines": loop.missed}, missed
+        elapsed_s, self._looked_s = now_s - self._looked_s, now_s
+        missed, self._missed = loop.missed - self._missed, loop.missed
+        ticks_us = 1e3 * max(health.ticks, 1)
+        return {
+            "rate [Hz]": f"{health.ticks / elapsed_s:.1f}",
+            "lateness mean [us]": f"{health.late_sum_ns / ticks_us:.1f}",
+            "lateness max [us]": f"{health.late_max_ns / 1e3:.1f}",
+            "compute mean [us]": f"{health.compute_sum_ns / ticks_us:.1f}",
+            "compute max [us]": f"{health.compute_max_ns / 1e3:.1f}",
+            "missed deadlines": loop.missed,
+        }, missed

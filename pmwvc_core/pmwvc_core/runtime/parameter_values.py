@@ -15,8 +15,13 @@ from typing import Any, TypeVar
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
 from pmwvc_core.params.names import assembled, flattened, leaves, nested
+from pmwvc_core.params.user import ServerTimes
 
 P = TypeVar("P")
+# The parameters that a node has of a dataclass of another node, the rest at their defaults.
+OF_MASTER = ("impedance", "impedance_matrix", "rate_drop", "tick_s")  # at the server
+OF_SAFETY = ServerTimes._fields  # at the server
+OF_SERVER = ("period_s", "object_size_m")  # at the masters
 
 
 def values_of(prefix: str, owner: Any) -> dict[str, Any]:
@@ -26,8 +31,10 @@ def values_of(prefix: str, owner: Any) -> dict[str, Any]:
 
 
 def built(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
-    """Build a parameter dataclass from ROS values; ParameterError with every wrong dotted name."""
-    known = leaves(prefix, kind)
+    """Build a parameter dataclass from ROS values, the others at their defaults; ParameterError
+    with every wrong dotted name.
+    """
+    known = {name: spec for name, spec in leaves(prefix, kind).items() if name in given}
     wanted = {name: from_ros(spec, given[name]) for name, spec in known.items()}
     problems = [
         f"{name} = {problem}"

@@ -20,7 +20,7 @@ from rclpy.parameter import Parameter
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
-from pmwvc_core.params.names import hint, leaves
+from pmwvc_core.params.names import hint, joined, leaves
 from pmwvc_core.runtime.parameter_values import built, from_ros, to_ros, values_of
 
 P = TypeVar("P")
@@ -32,17 +32,25 @@ _OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.
 
 
 def declare(
-    node: Node, prefix: str, kind: type[P], *, defaults: P | None = None, fixed: bool = True
+    node: Node,
+    prefix: str,
+    kind: type[P],
+    *,
+    defaults: P | None = None,
+    only: Sequence[str] = (),
+    fixed: bool = True,
 ) -> P:
-    """Declare a parameter dataclass, whose values are fixed at the start of the node by default;
-    ParameterError naming every wrong value that the node was given.
+    """Declare a parameter dataclass, whose values are fixed at the start of the node by default,
+    or ``only`` some of its own parameters; ParameterError naming every wrong value that the node
+    was given.
     """
+    specs = leaves(prefix, kind)
+    names = [joined(prefix, name) for name in only] or specs
     present = values_of(prefix, kind() if defaults is None else defaults)
-    given = {name: _given(node, name, value) for name, value in present.items()}
-    value = built(prefix, kind, given)
+    value = built(prefix, kind, {name: _given(node, name, present[name]) for name in names})
     accepted = values_of(prefix, value)
-    for name, spec in leaves(prefix, kind).items():
-        _describe(node, name, spec, accepted[name], fixed=fixed)
+    for name in names:
+        _describe(node, name, specs[name], accepted[name], fixed=fixed)
     return value
 
 

@@ -91,13 +91,10 @@ def unmatched(
     matches: Mapping[str, Mapping[str, int]], ends: Mapping[str, tuple[int, int]]
 ) -> list[str]:
     """Return which of ``ends`` are unmatched: topic -> numbers of publishers, subscribers."""
-    found = []
-    for side, other, wanted_index in (
-        (PUBLISHERS, "subscribers", 1),
-        (SUBSCRIPTIONS, "publishers", 0),
-    ):
-        for topic, count in matches[side].items():
-            wanted = ends[topic][wanted_index] if topic in ends else 0
-            if count < wanted:
-                found.append(f"{topic}: {count} of {wanted} {other} matched")
-    return found
+    others = ((PUBLISHERS, "subscribers", 1), (SUBSCRIPTIONS, "publishers", 0))
+    return [
+        f"{topic}: {count} of {ends[topic][index]} {other} matched"
+        for side, other, index in others
+        for topic, count in matches[side].items()
+        if topic in ends and count < ends[topic][index]
+    ]

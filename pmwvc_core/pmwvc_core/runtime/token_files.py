@@ -12,9 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import Spec
 from pmwvc_core.transport.token import KEY_BYTES, Token
 
 TOKEN_FILE = "session.token_file"  # the parameter of server and master
+TOKEN_SPEC = Spec(str, description="file with the session token of this node; empty: open session")
 SERVER = "server"
 _HEAD = "PMWVC session token, secret"
 
@@ -73,3 +75,22 @@ def read_token(path: str | Path) -> Token:
         return Token(session, fields["user"], key)
     except (KeyError, ValueError):
         raise ParameterError(f"{path}: holds no session token; 'pmwvc token' makes one") from None
+
+
+def token_of_node(path: str, *, user: str) -> Token | None:
+    """Return the token in the file that a node was given, None for an open session. It has to be
+    that of ``user``; of "" the key of the whole session. ParameterError where the file holds no
+    token, or another one's.
+    """
+    if not path:
+        return None
+    try:
+        token = read_token(path)
+    except ParameterError as error:
+        raise ParameterError(f"{TOKEN_FILE} = {error}") from None
+    if token.user != user:
+        held, wanted = (
+            f"the token of {n}" if n else "the key of the session" for n in (token.user, user)
+        )
+        raise ParameterError(f"{TOKEN_FILE} = {path}: {held}, must be {wanted}")
+    return token

@@ -37,11 +37,12 @@ class WaveTopics:
         outgoing: str,
         admission: Admission,
         dof: int,
+        extra: int,
         period_s: float,
     ) -> None:
         self._admission = admission
         self._dof = dof
-        self._whole = size_bytes(dof)
+        self._whole = size_bytes(dof, extra)
         self._sent_ns = 0
         inlet = Polled(node, types.Wave, incoming, raw=True)
         self._kind, self._inlet = inlet.kind, inlet.subscription.handle

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import LinkParams, Spec, specs
-from pmwvc_core.params.names import hint, leaves, replaced
+from pmwvc_core.params.names import hint, joined, leaves, replaced
 from pmwvc_core.scenario.scenario import SHARED_GROUPS, SIDE, TOP, USER_GROUPS, Scenario
 
 SYMBOL = 2  # letters of a symbol of the equations, at most
@@ -52,7 +52,7 @@ def shared_specs() -> Mapping[str, Spec]:
 def homes() -> Mapping[str, Home]:
     """Return where every parameter of a group is, by complete name."""
     return {
-        f"{prefix}.{path}": Home(attribute, path, of_user)
+        joined(prefix, path): Home(attribute, path, of_user)
         for of_user, groups in ((False, SHARED_GROUPS), (True, USER_GROUPS))
         for prefix, (attribute, kind) in groups.items()
         for path in leaves("", kind)

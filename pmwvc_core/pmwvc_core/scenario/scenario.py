@@ -38,6 +38,7 @@ from pmwvc_core.params import (
 from pmwvc_core.params.fields import NO_DEFAULT, group, parameter
 from pmwvc_core.params.names import flattened, nested
 from pmwvc_core.scenario.conflicts import conflicts
+from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
 from pmwvc_core.server.environments import Environment, environment_of
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
@@ -57,6 +58,7 @@ class User:
     contact: ContactParams = group(ContactParams)
     link_up: LinkParams = group(LinkParams)
     link_down: LinkParams = group(LinkParams)
+    own: Any = group(ControllerOwn)  # of controllers from other packages, by their names
 
     @property
     def impedance(self) -> Impedance:
@@ -117,6 +119,7 @@ class Scenario:
     users: tuple[User, ...]
     server: ServerParams = group(ServerParams)
     task: TaskParams = group(TaskParams)
+    own: Any = group(EnvironmentOwn)  # of environments from other packages, by their names
 
     def __post_init__(self) -> None:
         """Check what holds between groups."""
@@ -197,10 +200,10 @@ DEFAULTS: Mapping[str, Any] = {
 }
 REQUIRED = tuple(name for name in TOP if name not in DEFAULTS)
 # Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
-_PREFIXES = {"contact": "server", "link_up": "link.up", "link_down": "link.down"}
+_PREFIXES = {"own": "", "contact": "server", "link_up": "link.up", "link_down": "link.down"}
 USER_GROUPS: Mapping[str, tuple[str, type]] = {
     _PREFIXES.get(name, name): (name, kind) for name, kind in groups(User).items()
 }
 SHARED_GROUPS: Mapping[str, tuple[str, type]] = {
-    name: (name, kind) for name, kind in groups(Scenario).items()
+    _PREFIXES.get(name, name): (name, kind) for name, kind in groups(Scenario).items()
 }

@@ -9,28 +9,20 @@ its answers, and it is imported only when it is made.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import PluginGroup, Record
-from pmwvc_core.server.black_box.hunt_crossley import HuntCrossley
 from pmwvc_core.server.black_box.interface import BlackBox, EnvironmentSetup
-from pmwvc_core.server.black_box.touch import ActiveWall, FreeCube, SlopedWall, TouchedWall
-from pmwvc_core.server.cube import Body, Cube, FixedBody
 
 
 @dataclass(frozen=True, kw_only=True)
 class Environment(Record):
-    """An environment: what makes it, and its properties.
+    """The properties of an environment.
 
     Attributes
     ----------
-    make
-        Makes it as a black box, at rest.
-    body
-        Makes the body whose equations every coupling knows, at rest at the origin; None: it is
-        known as a black box only.
+    known
+        Whether every coupling knows its equations; otherwise it is known as a black box only.
     noun
         What users touch, in reports.
     movable
@@ -49,8 +41,7 @@ class Environment(Record):
         Why it may give out energy of its own; empty where it has none.
     """
 
-    make: Callable[[EnvironmentSetup], BlackBox]
-    body: Callable[[ServerParams], Body] | None = None
+    known: bool = False
     noun: str = "the object"
     movable: bool = False
     sloped: bool = False
@@ -61,16 +52,11 @@ class Environment(Record):
     own_energy: Callable[[ServerParams], str] = lambda params: ""
 
 
-def _body(params: ServerParams) -> Body:
-    return Cube(params.object_mass, params.object_damping, period=params.period_s)
-
-
 CUBE = Environment(
     name="cube",
     words="The shared object, which moves freely.",
     linear="cube",
-    make=FreeCube,
-    body=_body,
+    known=True,
     noun="the cube",
     movable=True,
 )
@@ -80,8 +66,7 @@ WALL = Environment(
     name="wall",
     words="A wall that does not move.",
     linear="wall",
-    make=TouchedWall,
-    body=lambda params: FixedBody(),
+    known=True,
     noun="the wall",
     with_slope="wall_with_slope",
     spring=True,
@@ -90,7 +75,6 @@ WALL_WITH_SLOPE = Environment(
     name="wall_with_slope",
     words="A wall that reports the slope of its force.",
     linear="wall_with_slope",
-    make=SlopedWall,
     noun="the wall",
     sloped=True,
     spring=True,
@@ -101,7 +85,6 @@ HUNT_CROSSLEY = Environment(
     name="hunt_crossley",
     words="A soft body that stands still, F = K d^n (1 + c d').",
     linear="wall",
-    make=HuntCrossley,
     sloped=True,
     contact_law=False,
 )
@@ -120,7 +103,6 @@ ACTIVE_WALL = Environment(
     name="active_wall",
     words="A wall driven along axis 0: it gives out the energy of its drive.",
     linear="wall",
-    make=ActiveWall,
     noun="the wall",
     contact_law=False,
     drive_hz=_drive_hz,
@@ -148,7 +130,6 @@ def environment_of(name: str) -> Environment:
         name=name,
         words="An environment of another package.",
         linear="wall",
-        make=partial(PLUGINS.make, name),
         own_energy=lambda params: (
             f"whether environment {name!r} has energy of its own is not known"
         ),
@@ -168,7 +149,7 @@ def require(name: str) -> None:
 
 
 def make_black_box(setup: EnvironmentSetup) -> BlackBox:
-    """Make the environment ``setup.server.environment`` names, at rest.
+    """Make the environment of another package that ``setup.server.environment`` names, at rest.
 
     Raises
     ------
@@ -176,22 +157,5 @@ def make_black_box(setup: EnvironmentSetup) -> BlackBox:
         If there is no such environment (naming those there are), if it cannot be imported or made
         (with the reason), or if what is made is not an environment.
     """
-    return environment_of(setup.server.environment).make(setup)
-
-
-def make_body(params: ServerParams) -> Body:
-    """Return the body of the environment ``params.environment`` names, at rest at the origin.
-
-    Raises
-    ------
-    ParameterError
-        If it is known as a black box only.
-    """
-    make = environment_of(params.environment).body
-    if make is None:
-        known = ", ".join(name for name, record in LIBRARY.items() if record.body)
-        raise ParameterError(
-            f"server.environment = {params.environment!r}: needs controller = pmwvc with "
-            f"server.coupling = unknown; here there are {known}"
-        )
-    return make(params)
+    made: BlackBox = PLUGINS.make(setup.server.environment, setup)
+    return made

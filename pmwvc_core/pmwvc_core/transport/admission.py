@@ -94,7 +94,7 @@ def intact(data: bytes) -> bool:
 
     A message of another length is none of ours, or of a time before checksums.
     """
-    if (len(data) - size_bytes(0)) % (size_bytes(1) - size_bytes(0)):
+    if (len(data) - size_bytes(0)) % 8:
         return True
     body, check, end = data[: _CHECK.start], data[_CHECK], data[_CHECK.stop :]
     return check == bytes(4) or check == _crc(body, end)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The packet: one sample of a wave with the running sums of all samples before it.
 
-The sums make every packet contain all earlier ones, so a receiver can see (and a strict one
-repair) loss, duplication and reordering. A sample that is held back takes no number: the packet
-behind it stands for the time of both. How a packet becomes a message is not known here.
+The sums make every packet contain all earlier ones, so a receiver can see (and the
+strict channel repairs) loss, duplication and reordering. How a packet becomes a message is not
+known here.
 """
 
 from collections.abc import Sequence
@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pmwvc_core.account import Passage
-from pmwvc_core.numeric import Flag, Value, anywhere, squared
-from pmwvc_core.state import Stateful
-from pmwvc_core.transport.deadband import Deadband
+from pmwvc_core.numeric import Value, squared
 from pmwvc_core.transport.verdict import Verdict
 
 # With what is in flight; without waves of both directions together.
@@ -34,7 +32,7 @@ LAST_NUMBER = (1 << 32) - 1  # 1 follows
 
 @dataclass(slots=True)
 class WavePacket:
-    """One packet; in a batch the values are ``(runs, dof)`` and the energy ``(runs, 1)``."""
+    """One packet; values are floats, or arrays ``(dof,)`` of several axes."""
 
     epoch: int  # random at each start of the sender
     seq: int  # 1, 2, 3...
@@ -48,15 +46,16 @@ class WavePacket:
     echo_sent_ns: int = 0  # the peer's clock when it was sent,
     echo_hold_ns: int = 0  # and how long ago it came in here
     flags: int = 0
+    extra: tuple[float, ...] = ()  # signals beside the wave, as the controller declares them
     session: int = 0  # number of the session, 0: an open one
-    short: Flag = False  # the sender's playout lacks energy, one per run; in a message a flag
+    short: bool = False  # the sender's playout lacks energy; in a message a flag
     came_ns: int = 0  # this end's clock at reception where known; no field of the message
     refusal: Verdict | None = None  # found before the receiver, which counts it; no field either
 
     @property
     def message_flags(self) -> int:
         """Return the flags of the message that carries it."""
-        return self.flags | (FLAG_SHORT if anywhere(self.short) else 0)
+        return self.flags | (FLAG_SHORT if self.short else 0)
 
 
 def ahead(before: WavePacket, packet: WavePacket) -> int:
@@ -82,8 +81,8 @@ class PacketLink(Protocol):
         """Send a packet to the other end."""
 
 
-class Packer(Stateful):
-    """Number the outgoing packets of one life of a sender and keep their running sums.
+class Packer:
+    """Number the packets of one life of a sender and keep their running sums.
 
     Parameters
     ----------
@@ -91,51 +90,14 @@ class Packer(Stateful):
         Number of this life of the sender, different from all others.
     period
         Time one sample stands for [s]; may change between two of them.
-    deadband
-        Decides which samples need no packet of their own; none by default.
-
-    Attributes
-    ----------
-    frames
-        Samples so far: packets, and those held back.
     """
 
-    BLOCKS = "deadband"
-    MEMORY = "period seq frames integral energy _flags _held_s _sent"
-
-    def __init__(self, epoch: int, *, period: float, deadband: Deadband | None = None) -> None:
+    def __init__(self, epoch: int, *, period: float) -> None:
         self.epoch = epoch
         self.period = period
-        self.deadband = deadband or Deadband()
         self.seq = 0
-        self.frames = 0
         self.integral: Value = 0.0
         self.energy: Value = 0.0
-        self._flags = 0  # of the last packet
-        self._held_s = 0.0  # time of the samples held back since the last packet
-        self._sent: Value = 0.0  # integral up to them
-
-    def holds_back(self, wave: Value, flags: int = 0) -> bool:
-        """Hold a sample back where the deadband says so: the next packet stands for it, too."""
-        period, deadband = self.period, self.deadband
-        if not deadband.on or flags != self._flags:
-            return False
-        if not deadband.holds_back(wave, self._held_s, period):
-            return False
-        if not self._held_s:
-            self._sent = self.integral
-        self.frames += 1
-        self._held_s += period
-        self._add(wave)
-        return True
-
-    def _add(self, wave: Value) -> None:
-        self.integral = self.integral + wave * self.period
-        self.energy = self.energy + squared(wave) * (0.5 * self.period)
-
-    def pay(self, energy: Value) -> None:
-        """Let the next packet bring more energy than its wave needs [J]."""
-        self.energy = self.energy + energy
 
     def pack(
         self,
@@ -145,15 +107,13 @@ class Packer(Stateful):
         flags: int = 0,
         echo: tuple[int, int, int] = (0, 0, 0),
         energy: Value | None = None,
-        short: Flag = False,
     ) -> WavePacket:
         """Return the next packet.
 
         Parameters
         ----------
         wave
-            Sample to send [sqrt(W)], float or ``(..., dof)``; with those held back before it, the
-            packet carries their mean.
+            Sample to send [sqrt(W)], float or ``(dof,)``.
         position
             Position of this end [m].
         now_ns
@@ -164,37 +124,17 @@ class Packer(Stateful):
             Result of :meth:`Receiver.echo` for the peer's newest packet.
         energy
             Running sum that a controller keeps itself [J]; by default that of the waves sent.
-        short
-            Whether the playout of this end lacks energy, one per run.
         """
-        period = self.period
-        self.seq = seq = self.seq % LAST_NUMBER + 1
-        self.frames += 1
-        self._flags = flags
-        self._add(wave)
-        if self._held_s:
-            period += self._held_s
-            wave = (self.integral - self._sent) * (1.0 / period)
-            self._held_s = 0.0
-        self.deadband.sent(wave)
-        echo_seq, echo_sent_ns, echo_hold_ns = echo
-        return WavePacket(
-            self.epoch,
-            seq,
-            now_ns,
-            period,
-            wave,
-            self.integral,
-            self.energy if energy is None else energy,
-            position,
-            echo_seq,
-            echo_sent_ns,
-            echo_hold_ns,
-            flags,
-            short=short,
-        )
+        self.seq = self.seq % LAST_NUMBER + 1
+        self.integral = self.integral + wave * self.period
+        self.energy = self.energy + squared(wave) * (0.5 * self.period)
+        kept = self.energy if energy is None else energy
+        sums = (wave, self.integral, kept, position)
+        return WavePacket(self.epoch, self.seq, now_ns, self.period, *sums, *echo, flags)
 
 
-def size_bytes(dof: int) -> int:
-    """Return the size of a serialized Wave message (CDR): 124 bytes and three values per axis."""
-    return 124 + 24 * dof
+def size_bytes(dof: int, extra: int = 0) -> int:
+    """Return the size of a serialized Wave message (CDR): 124 bytes and three values per axis;
+    signals beside the wave take 8 bytes more than their values.
+    """
+    return 124 + 24 * dof + (8 + 8 * extra if extra else 0)

@@ -18,9 +18,8 @@ Time is an argument.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
-from pmwvc_core.state import Stateful
 from pmwvc_core.transport.clock_line import ClockLine, Least, latest_line
 from pmwvc_core.transport.packet import WavePacket
 
@@ -31,8 +30,7 @@ LONGEST_ROUND_TRIP_NS = 600 * 10**9
 HOLD_NS = 1_000_000  # by which two clocks measure the same hold differently, at most
 
 
-@dataclass(frozen=True, slots=True)
-class Passages:
+class Passages(NamedTuple):
     """The passages of one direction in one window [ns]."""
 
     packets: int
@@ -40,12 +38,30 @@ class Passages:
     most: int
     least: Least
 
-    @classmethod
-    def of(cls, passages: list[int], at_ns: list[int]) -> Self:
-        """Return those of packets, seen at instants of this end's clock."""
-        least = min(passages)
-        seen = Least(at_ns[passages.index(least)], least)
-        return cls(len(passages), sum(passages), max(passages), seen)
+
+class Way:
+    """The passages of one direction since a window began, and their jitter [ns]."""
+
+    def __init__(self) -> None:
+        self.jitter_ns = 0.0
+        self._last: int | None = None
+        self._seen: list[Least] = []
+
+    def add(self, at_ns: int, passage_ns: int) -> None:
+        """Take a passage, seen at an instant of this end's clock."""
+        if self._last is not None:
+            self.jitter_ns += (abs(passage_ns - self._last) - self.jitter_ns) / JITTER_PACKETS
+        self._last = passage_ns
+        self._seen.append(Least(at_ns, passage_ns))
+
+    def close(self) -> Passages | None:
+        """Return the passages of the window that ends here; None without any."""
+        seen, self._seen = self._seen, []
+        if not seen:
+            return None
+        passages = [each.passage_ns for each in seen]
+        least = min(seen, key=lambda each: each.passage_ns)
+        return Passages(len(passages), sum(passages), max(passages), least)
 
 
 class Window(NamedTuple):
@@ -80,13 +96,8 @@ class PathEstimate:
     round_trip_s: float  # sum of both least delays
 
 
-class Path(Stateful):
+class Path:
     """Passages of packets and echoes at one end of a path."""
-
-    MEMORY = (
-        "windows jitter_out_ns jitter_into_ns _out _into _out_at_ns _into_at_ns _start_ns "
-        "_last_out _last_into _echoed"
-    )
 
     def __init__(self) -> None:
         self.restart()
@@ -94,38 +105,21 @@ class Path(Stateful):
     def restart(self) -> None:
         """Forget everything: the other end has another clock."""
         self.windows: list[Window] = []  # whole ones; a new list each time, for other threads
-        self._out: list[int] = []  # passages since the window began,
-        self._into: list[int] = []
-        self._out_at_ns: list[int] = []  # and when they were seen
-        self._into_at_ns: list[int] = []
-        self.jitter_out_ns = 0.0
-        self.jitter_into_ns = 0.0
+        self.out, self.into = Way(), Way()
         self._start_ns = 0
-        self._last_out: int | None = None  # passage
-        self._last_into: int | None = None
         self._echoed = 0
 
     def add(self, packet: WavePacket, came_ns: int) -> None:
         """Take a packet that came in at this instant of this end's clock."""
         if came_ns - self._start_ns >= WINDOW_NS:
             self._close(came_ns)
-        sent_ns, before = packet.sent_ns, self._last_into
-        self._last_into = into = came_ns - sent_ns
-        if before is not None:
-            change = abs(into - before)
-            self.jitter_into_ns += (change - self.jitter_into_ns) / JITTER_PACKETS
-        self._into.append(into)
-        self._into_at_ns.append(came_ns)
+        into_ns = came_ns - packet.sent_ns
+        self.into.add(came_ns, into_ns)
         if packet.echo_seq > self._echoed:
             self._echoed = packet.echo_seq
-            out = sent_ns - packet.echo_hold_ns - packet.echo_sent_ns
-            if -HOLD_NS <= out + into <= LONGEST_ROUND_TRIP_NS:
-                before, self._last_out = self._last_out, out
-                if before is not None:
-                    change = abs(out - before)
-                    self.jitter_out_ns += (change - self.jitter_out_ns) / JITTER_PACKETS
-                self._out.append(out)
-                self._out_at_ns.append(packet.echo_sent_ns)
+            out_ns = packet.sent_ns - packet.echo_hold_ns - packet.echo_sent_ns
+            if -HOLD_NS <= out_ns + into_ns <= LONGEST_ROUND_TRIP_NS:
+                self.out.add(packet.echo_sent_ns, out_ns)
 
     def estimate(self) -> PathEstimate | None:
         """Return what is known; None before a whole window with both directions, and where the
@@ -141,12 +135,10 @@ class Path(Stateful):
 
     def _close(self, now_ns: int) -> None:
         """Put the current window aside and begin one."""
-        if self._out and self._into:
-            out = Passages.of(self._out, self._out_at_ns)
-            window = Window(self._start_ns, out, Passages.of(self._into, self._into_at_ns))
+        out, into = self.out.close(), self.into.close()
+        if out and into:
+            window = Window(self._start_ns, out, into)
             self.windows = [*self.windows[1 - MOST_WINDOWS :], window]
-        for each in (self._out, self._into, self._out_at_ns, self._into_at_ns):
-            each.clear()
         self._start_ns = now_ns
 
     def _estimated(self, windows: list[Window], line: ClockLine) -> PathEstimate:
@@ -163,8 +155,8 @@ class Path(Stateful):
         least_out = min(each.passage_ns - line.theta_ns(each.at_ns) for each in out)
         least_into = min(each.passage_ns + line.theta_ns(each.at_ns) for each in into)
         return PathEstimate(
-            out=one_way(least_out, last.out, -theta_ns, self.jitter_out_ns),
-            into=one_way(least_into, last.into, theta_ns, self.jitter_into_ns),
+            out=one_way(least_out, last.out, -theta_ns, self.out.jitter_ns),
+            into=one_way(least_into, last.into, theta_ns, self.into.jitter_ns),
             open_s=line.open_ns * 1e-9,
             one_clock=line.one_clock,
             offset_s=theta_ns * 1e-9,

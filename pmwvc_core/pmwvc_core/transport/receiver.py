@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The receiver of one direction: packets are judged and counted, the newest is kept.
 
-This is the receiver of the plain channel (the dissertation's) and of the zeroing one. It guards
-against broken and stray packets, not against the energy that holding a wave creates; what is
-accepted is given out by its ``playout`` (:class:`.rates.Latest`). That of the strict channel is
-built on it (:mod:`.strict_receiver`).
+It guards against broken and stray packets; what is accepted is for the laws of the channel
+(:mod:`pmwvc_core.law.channel`).
 
 It follows one sender (one epoch) at a time. A packet counts if it is new::
 
@@ -20,15 +18,15 @@ Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
 import math
+import sys
+from operator import attrgetter
 
-from pmwvc_core.numeric import Flag, Value
-from pmwvc_core.state import Stateful
-from pmwvc_core.transport.fitness import unfit
+import numpy as np
+
+from pmwvc_core.numeric import Value, anywhere, squared
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, WavePacket, ahead
 from pmwvc_core.transport.path import Path
 from pmwvc_core.transport.verdict import Verdict
-from pmwvc_core.wave.playout import Playout
-from pmwvc_core.wave.rates import Latest
 
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
@@ -37,49 +35,34 @@ REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
 LONGEST_ROUND_TRIP_NS = 600 * 10**9
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
 NEW_EPOCH, STRANGER = Verdict.NEW_EPOCH, Verdict.STRANGER
+LARGEST = sys.float_info.max
+ECHO = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
+WHOLE = attrgetter("epoch", "seq", "sent_ns", "flags", "came_ns", *ECHO)
+VALUES = attrgetter("wave", "integral", "energy", "position")
 
 
-class Receiver(Stateful):
+class Receiver:
     """The receiving end of one direction.
 
     Parameters
     ----------
     dof
-        Values per packet; in a batch the length of the last axis.
+        Values per packet.
     period_s
         Duration that every packet must stand for [s].
     timeout_s
         Silence begins after this or three periods, whichever is longer [s].
     max_wave
-        Longest wave that a legal device can emit [sqrt(W)]; no limit by default. In a batch one of
-        each run.
-    once
-        Whether a wave counts for one step (the zeroing channel).
+        Longest wave that a legal device can emit [sqrt(W)]; no limit by default.
 
     Attributes
     ----------
-    playout
-        What has arrived and is given out.
     strangers
         Packets refused by epoch, of other senders.
     """
 
-    BLOCKS = "path playout"
-    MEMORY = (
-        "counts lost newest round_trip_s accepted_ns came_ns strangers _seen _first _stranger "
-        "_stranger_ns"
-    )
-    plays_on = False  # in a silence; and whoever uses the playout steps it
-    playout: Latest | Playout
-
     def __init__(
-        self,
-        dof: int,
-        *,
-        period_s: float,
-        timeout_s: float,
-        max_wave: Value = math.inf,
-        once: bool = False,
+        self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf
     ) -> None:
         self.dof = dof
         self.period_s = period_s
@@ -92,7 +75,6 @@ class Receiver(Stateful):
         self.accepted_ns = 0  # when the newest was taken,
         self.came_ns = 0  # and when it reached this end, which may be before
         self.path = Path()  # delay and jitter of the packets, both ways
-        self.playout = Latest(once=once)
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
         self.strangers: dict[int, int] = {}
@@ -101,34 +83,13 @@ class Receiver(Stateful):
 
     def push(self, packet: WavePacket, now_ns: int) -> Verdict:
         """Judge a packet that has come in; whatever it is, the answer is a verdict."""
-        ordinary = type(packet) is WavePacket and self._ordinary(packet)
-        wrong = None if ordinary else unfit(packet, self.dof, self.max_wave, lasts=self._lasts)
-        verdict = wrong or self._placed(packet, now_ns)
+        verdict = self._unfit(packet) or self._placed(packet, now_ns)
         self.counts[verdict] += 1
         if verdict is ACCEPTED or verdict is NEW_EPOCH:
             self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
         elif verdict is STRANGER or verdict is Verdict.STALE:
             self._note_stranger(packet, now_ns)
         return verdict
-
-    def spared(self, h: float) -> Value:
-        """Return energy that the other end lacks and this one has, over ``h`` seconds [J]."""
-        return 0.0 if self.newest is None else self.playout.spared(h, wanted=self.newest.short)
-
-    def waits(self, now_ns: int) -> tuple[Flag, bool]:
-        """Tell whether this end or the other one has nothing at hand, and whether the other end
-        has had nothing of this one for too long: never here.
-        """
-        return False, False
-
-    @property
-    def timeout_s(self) -> float:
-        """Time without a packet after which this end is silent [s]."""
-        return self._silence_ns * 1e-9
-
-    def position(self) -> Value:
-        """Return the position that came with the newest wave [m]; zero before the first packet."""
-        return 0.0 if self.newest is None else self.newest.position
 
     @property
     def epoch(self) -> int:
@@ -170,22 +131,21 @@ class Receiver(Stateful):
     def _left(self) -> bool:
         return self.newest is not None and bool(self.newest.flags & FLAG_LEAVING)
 
-    def _ordinary(self, packet: WavePacket) -> bool:
-        """Tell at a glance that nothing is wrong with a packet of one axis, as nearly always."""
-        p = packet
-        return (
-            self.dof == 1
-            and p.refusal is None
-            and type(p.wave) is type(p.integral) is type(p.energy) is float
-            and type(p.position) is type(p.period) is float
-            and type(p.epoch) is type(p.seq) is type(p.sent_ns) is type(p.flags) is int
-            and type(p.came_ns) is int
-            and type(p.echo_seq) is type(p.echo_sent_ns) is type(p.echo_hold_ns) is int
-            and 1 <= p.seq < 1 << 32
-            and (p.period == self.period_s or self._lasts(p.period))
-            and bool(-self.max_wave <= p.wave <= self.max_wave)
-            and math.isfinite(p.wave + p.integral + p.energy + p.position)
-        )
+    def _unfit(self, packet: object) -> Verdict | None:
+        """Return what is wrong with a packet by itself; None where nothing is."""
+        if not isinstance(packet, WavePacket) or not _well_typed(packet):
+            return Verdict.MALFORMED
+        if packet.refusal is not None:
+            return packet.refusal
+        signals = (packet.wave, packet.integral, packet.position)
+        if not all(map(_finite, (*signals, packet.energy, packet.period, *packet.extra))):
+            return Verdict.NOT_FINITE
+        if not all(_fits(value, self.dof) for value in signals):
+            return Verdict.WRONG_LENGTH
+        if not self._lasts(packet.period):
+            return Verdict.WRONG_PERIOD
+        too_large = squared(packet.wave) > self.max_wave**2
+        return Verdict.TOO_LARGE if anywhere(too_large) else None
 
     def _lasts(self, period_s: float) -> bool:
         """Tell whether a packet may stand for so long."""
@@ -231,9 +191,38 @@ class Receiver(Stateful):
         self.accepted_ns = now_ns
         self.came_ns = came_ns = packet.came_ns or now_ns
         self.path.add(packet, came_ns)
-        if isinstance(self.playout, Latest):
-            self.playout.add(packet)
         if packet.echo_seq > 0:
             round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:
                 self.round_trip_s = round_trip_ns * 1e-9
+
+
+def _well_typed(packet: WavePacket) -> bool:
+    extra, refusal = packet.extra, packet.refusal
+    return (
+        all(isinstance(number, int) for number in WHOLE(packet))
+        and 1 <= packet.seq < 1 << 32  # uint32 in the message
+        and isinstance(packet.period, (float, int))
+        and all(map(_is_value, VALUES(packet)))
+        and isinstance(extra, tuple)
+        and all(isinstance(value, float) for value in extra)
+        and (refusal is None or isinstance(refusal, Verdict))
+    )
+
+
+def _is_value(value: object) -> bool:
+    if isinstance(value, np.ndarray):
+        return bool(value.dtype == np.float64)
+    return isinstance(value, (float, int))
+
+
+def _finite(value: Value) -> bool:
+    """As :func:`pmwvc_core.numeric.finite`, also for whole numbers beyond any float."""
+    if isinstance(value, np.ndarray):
+        return bool(np.isfinite(value).all())
+    return -LARGEST <= value <= LARGEST
+
+
+def _fits(value: Value, dof: int) -> bool:
+    """Tell whether a value has so many axes; the zero of a start has any number."""
+    return value.shape == (dof,) if isinstance(value, np.ndarray) else dof == 1 or value == 0.0

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.criterion import TOLERANCE_J, TOLERANCE_RELATIVE
-from pmwvc_core.master.strict_accounts import ENTRIES, NODE, RELEASED
+from pmwvc_core.controllers.accounts import NODE, OF_STRICT, RELEASED
 
 LONGEST = 512  # blocks or steps that wait for the other node
 
@@ -45,7 +45,7 @@ class MasterSums(NamedTuple):
 
 
 NO_WAVES = math.nan, math.nan
-_STRICT = frozenset(entry.name for entry in ENTRIES)
+_STRICT = frozenset(entry.name for entry in OF_STRICT)
 
 
 def ways(u_m: float, u_tx: float, v_m: float, kept: Mapping[str, float]) -> tuple[float, float]:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.ends.joining import kept_words, why_kept
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.user_ports import kept_words, why_kept
 from pmwvc_view.feed.accounts import Accounts
 from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import (

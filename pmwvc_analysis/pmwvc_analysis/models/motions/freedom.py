@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.line import Line
+from pmwvc_analysis.models.links import Line
 from pmwvc_core.numeric import Array, Flags, Value, root
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
@@ -22,7 +22,8 @@ def stiffness(line: Line) -> Array:
 def tied(line: Line) -> Flags:
     """Tell where a position feedback ties the device to its avatar."""
     position = line.user.master.position
-    return np.asarray(per_run(position.gain if position.is_on else 0.0) > 0.0)
+    is_on = line.waves and position.is_on
+    return np.asarray(per_run(position.gain if is_on else 0.0) > 0.0)
 
 
 def alone(line: Line) -> Flags:

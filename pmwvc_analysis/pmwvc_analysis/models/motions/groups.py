@@ -25,7 +25,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
 
-COMPARED_FIELDS = ("master", "baseline", "device", "contact", "link_up", "link_down")
+COMPARED_FIELDS = ("master", "baseline", "own", "device", "contact", "link_up", "link_down")
 
 
 class Subproblem(NamedTuple):

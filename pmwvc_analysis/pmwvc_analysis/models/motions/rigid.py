@@ -158,7 +158,7 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
             found += [
                 Motion(spring, axis, loose, {spring: one}, {})
                 for spring in linear.placed
-                if spring.startswith(f"{line.name}.port_filters")
+                if spring.startswith(f"{line.name}.port.filters")
             ]
     return found
 
@@ -195,7 +195,7 @@ def _drifting(linear: Linear, axis: int) -> list[Motion]:
             e = loop.deflection(loop.lines.index(line))
             avatar = freedom.moves_avatar(line, one)
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
-    steady = all(abs(playout.pace.shift_s) < ROUNDING_S for _, playout in loop.playouts)
+    steady = all(abs(pace.shift_s) < ROUNDING_S for pair in loop.paces for pace in pair)
     if loop.body in linear.placed and steady and all(map(freedom.steady_age, loop.lines)):
         found += _common_drift(linear, axis)
     return found

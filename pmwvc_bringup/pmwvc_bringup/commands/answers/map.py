@@ -25,7 +25,7 @@ from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from pmwvc_analysis.maps.map_files import Measured
-    from pmwvc_analysis.maps.maps import Axis, Grid
+    from pmwvc_analysis.maps.maps import Axis, Grid, Points
     from pmwvc_core.numeric import Array
 
 EXAMPLES = """\
@@ -49,7 +49,13 @@ def run(arguments: argparse.Namespace) -> Result:
     """Compute the map and write it."""
     scenario = scenario_of(arguments)
     from pmwvc_analysis.figures.map_figure import draw
-    from pmwvc_analysis.maps.map_files import Unfinished, boundary_words, key_of, write_data
+    from pmwvc_analysis.maps.map_files import (
+        Unfinished,
+        boundary_words,
+        is_stable,
+        key_of,
+        write_data,
+    )
     from pmwvc_analysis.maps.maps import Grid, compute
 
     if arguments.workers is not None and arguments.workers < 1:
@@ -64,18 +70,18 @@ def run(arguments: argparse.Namespace) -> Result:
     console = terminal()
     unfinished = Unfinished(folder, grid)
     with doing("computing the map") as work:
-        lines = grid.lines()
         known = finished = unfinished.known()
-        work(finished / lines)
+        size = unfinished.radius.size
+        work(finished / size)
 
-        def done(number: int, values: "Array") -> None:
+        def done(points: "Points", values: "Array") -> None:
             nonlocal finished
-            unfinished.add(number, values)
-            finished += 1
-            work(finished / lines)
+            unfinished.add(points, values)
+            finished += len(points)
+            work(min(finished / size, 1.0))
 
-        if 0 < known < lines:
-            console.print(f"{known} of {lines} lines were already computed")
+        if 0 < known < size:
+            console.print(f"{known} of {size} points were already computed")
         radius = compute(
             grid,
             workers=arguments.workers,
@@ -86,7 +92,7 @@ def run(arguments: argparse.Namespace) -> Result:
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius, measured)
         paths += draw(folder, grid, radius, measured)
-    stable = (radius <= 1.0 + 1e-9).mean()
+    stable = is_stable(radius).mean()
     console.print(f"{radius.size} points, {stable:.1%} of them stable", markup=False)
     console.print(boundary_words(grid, radius), markup=False)
     for path in paths:

@@ -7,16 +7,13 @@
     xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         with the line F' = F0 + G xd
     F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
 
-The line is the environment's own where it reports its slope; else the one that the port learned
-(``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 -
-|v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of decoding with another
-force than F. What is done about it has a name (:mod:`.compensations`); the energies are
-kept. While the environment does not answer the port is a matched damper (v = 0).
+The line is the environment's own where it reports its slope, else the learned one (``secant``), or
+F' = F(n-1) (``late``). (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the
+power of decoding with another force than F, which a compensation treats (:mod:`.compensations`).
+While the environment does not answer the port is a matched damper (v = 0).
 
-The waves move the device by T (u + v')/sqrt(2b), with the wave v' that the compensation returned;
-the avatar moves by T xd. The difference is undelivered. A port that learns repays 0.3 of it in the
-next step: it decodes with that much more velocity. In a stiff contact that becomes force, and so a
-returning wave, of which the compensation lets through what its energy covers.
+The waves move the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns
+repays 0.3 of the difference in the next step.
 
 Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """
@@ -43,9 +40,10 @@ from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import BodyLaw
 from pmwvc_core.law.server.server_port import (
     Environment,
-    Sums,
     UserPort,
+    avatar_of,
     environment_step,
+    summed,
     taken_port,
 )
 from pmwvc_core.law.vectors import (
@@ -60,7 +58,7 @@ from pmwvc_core.law.vectors import (
     squared,
     zero,
 )
-from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_v, wave_velocity
+from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_j, wave_v, wave_velocity
 
 
 class Accounts(NamedTuple):
@@ -117,8 +115,7 @@ class Reply(NamedTuple):
 exchange = Family("exchange")
 
 
-@exchange.member(Wall)
-@exchange.member(FreeCube)
+@exchange.member(Wall, FreeCube)
 def exchange_known(
     s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: BlackBoxParams
 ) -> tuple[Any, Reply]:
@@ -149,13 +146,13 @@ def _ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:
 
 @environment_step.member(BlackBoxParams)
 def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    box, half_s = s.body, 0.5 * p.body.period_s
+    box = s.body
     ports, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
     starts = each(_start, (ports,), p.old_s)
     users, velocities = columns(each(guess, (users, ports, starts), p))
-    avatars = each(_avatar, (ports,))
+    avatars = each(avatar_of, (ports,))
     environment, reply = exchange(environment, avatars, starts, velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
     if reply.answered:
@@ -178,15 +175,11 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
         environment_j += sums[i].environment_j
         late_j += sums[i].late_j
         contained_j += sums[i].contained_j
-        withheld_j += half_s * (squared(waves[i].v) - squared(returned[i]))
+        withheld_j += 0.5 * p.body.period_s * (squared(waves[i].v) - squared(returned[i]))
     accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
     box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
     return Environment(ports, box, spent_j, s.unsettled)
-
-
-def _avatar(s: UserPort) -> Avatar:
-    return s.avatar
 
 
 def _start(s: UserPort, old_s: float) -> Vector:
@@ -209,10 +202,10 @@ def _taken(
     else:
         velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
         force, wave = damper(a.impedance, velocity), PortWave(rest, rest, 0.0)
-        sums = Accounts(0.0, 0.0, 0.0, 0.5 * h * squared(a.u))
-    avatar = Avatar(a.present, a.impedance, a.u, velocity, force, a.contact, a.kept)
+        sums = Accounts(0.0, 0.0, 0.0, wave_j(a.u, h))
+    avatar = a._replace(xd=velocity, f=force)
     x_s = plus(start, scaled(velocity, p.new_s))
-    port = UserPort(avatar, port.brake, port.offset, x_s, port.v_s, port.sums, port.extra)
+    port = port._replace(avatar=avatar, x_s=x_s)
     return port, wave, sums
 
 
@@ -241,17 +234,16 @@ def _give(
     p: BlackBoxParams,
 ) -> tuple[Seen, UserPort]:  # fmt: skip
     """Give the wave that is returned to the user, through the brake."""
-    a, b, half_s, brake = port.avatar, before.avatar.impedance, 0.5 * p.body.period_s, port.brake
+    a, b, h, brake = port.avatar, before.avatar.impedance, p.body.period_s, port.brake
     if not a.present:
         return s, port
     wave, kept = came.wave, a.kept
     if ratio > 1.0:
-        brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, half_s)
+        brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, h)
     if p.learns:
         late = minus(scaled(free_velocity(b, plus(wave, v_s)), 0.5), a.xd)
-        kept = plus(kept, scaled(late, p.body.period_s))
+        kept = plus(kept, scaled(late, h))
     avatar = Avatar(True, b, wave, a.xd, a.f, a.contact, kept)
-    e = port.sums
-    sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
+    sums = summed(port.sums, wave, v_s, h)
     port = UserPort(avatar, brake, port.offset, port.x_s, v_s, sums, port.extra)
     return Seen(True, port.x_s, a.f, s.secant, s.jumps, s.usable, s.jumped), port

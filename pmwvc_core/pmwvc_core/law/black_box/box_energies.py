@@ -3,26 +3,14 @@
 """What a black box reports as stored, what its port and its compensation count."""
 
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
-from pmwvc_core.law.black_box.compensations import (
-    AsPublished,
-    CompensationParams,
-    Corrected,
-    JointLedger,
-    Untreated,
-)
+from pmwvc_core.law.black_box.compensations import CompensationParams, Corrected, JointLedger
 from pmwvc_core.law.black_box.secant import learned
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, no_accounts
 from pmwvc_core.law.server.energies import PortShown, brakes_j, environment_energies, port_shown
 from pmwvc_core.law.server.server_port import Environment
 from pmwvc_core.law.vectors import Vector, is_zero
 
-compensation_energies = Family("compensation_energies")  # (s, p) -> accounts [J]
-
-
-@compensation_energies.member(Untreated)
-@compensation_energies.member(AsPublished)
-def _none(s: Untreated | AsPublished, p: CompensationParams) -> Vector:
-    return ()
+compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
 
 
 @compensation_energies.member(Corrected)

@@ -3,32 +3,22 @@
 """Compensations of the energy of late decoding (App. C section 5), chosen by the type of their
 state. Each takes the waves of all users in a step, and returns those to be sent.
 
-as published (Eq. 14, 15), for comparison only: it injects energy
+as published (Eq. 14, 15), for comparison only: it injects energy (J taken for W)
     dE(n) = dE(n-1) + T [F(n) F(n-1) - F(n)^2]/b        of each user, from the start [J]
     v     = sgn(v) sqrt(v^2 - 2 dE(n))                  where dE(n) < 0
-    dE is never above zero for long, so the wave is made longer, by energy (J) taken for power (W),
-    at every step for all that ever happened. Several axes: the wave keeps its direction.
 
 corrected in its sign: it keeps credit and only shortens waves
     deficit(n) = deficit(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
     pay(n)  = min(max(deficit, 0), sum |v|^2/2),   each v in proportion to its length
-    so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit. Where the deficit is not above zero the
-    port has taken no less than the environment; where it is, nothing is returned and the balance
-    only grows. Hence it never falls below zero where sum F xd never does. For several users that
-    holds of all together only, so the deficit is one. Credit (a deficit below zero) is what a
-    falling force gives back; it pays for the next rise and never makes a wave longer. An
-    environment that is active itself is not held back.
+    so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit: passive where the environment is, for all
+    users together. Credit (a deficit below zero) never makes a wave longer.
 
 port ledger: all users together get back no more than they gave, and a declared allowance
     tank += h sum |u_i|^2/2,   cost = h sum |v_i|^2/2
     v_i  *= sqrt(tank/cost)    where cost > tank, all by the same factor
     tank -= h sum |v_i|^2/2,   tank = min(tank, cap)
-    One tank for all, as energy may enter at one user and leave at another. Whatever the
-    environment does: given back <= received + allowance, at every step. Where the tank does not
-    reach, up to ``allowance_w`` is added at any time, up to ``allowance_j`` in all. Cap: what can
-    still come out, or ``cap_j`` where the environment does not report its stored energy, so that
-    energy saved for minutes is not released at once. A spring with K h <= b, or a damper with
-    2 B <= b, can give back no more than that and never meets the limit.
+    Up to ``allowance_w`` is added at any time, up to ``allowance_j`` in all. Cap: what can still
+    come out, or ``cap_j`` where the environment does not report its stored energy.
 
 Equations: docs/theory.md 5.6, 5.7, 5.8.
 """
@@ -38,6 +28,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
+from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import ServerParams
 
 # (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
@@ -139,8 +130,8 @@ def _ledger(
 ) -> tuple[JointLedger, Waves]:
     have_j, cost_j = s.tank_j, 0.0
     for i in range(len(waves)):
-        have_j += 0.5 * p.period_s * squared(waves[i].u)
-        cost_j += 0.5 * p.period_s * squared(waves[i].v)
+        have_j += wave_j(waves[i].u, p.period_s)
+        cost_j += wave_j(waves[i].v, p.period_s)
     grant_j = min(max(cost_j - have_j, 0.0), min(p.grant_j, p.allowance_j - s.granted_j))
     have_j += grant_j
     ratio, left_j = 1.0, have_j - cost_j

@@ -10,15 +10,9 @@ out no more than it got: K d^n is the slope of a convex potential.
 
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.black_box import touched
 from pmwvc_core.law.black_box.black_box import exchange, exchange_known
-from pmwvc_core.law.black_box.touched import (
-    Vectors,
-    energy_j,
-    local_line,
-    moved_by,
-    shown,
-    visited,
-)
+from pmwvc_core.law.black_box.touched import Vectors
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, zero
 
 
@@ -46,7 +40,7 @@ class SoftBodyParams(NamedTuple):
     face: float
 
 
-@visited.member(SoftBody)
+@touched.visited.member(SoftBody)
 def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBody:
     return SoftBody(each(_visit, (s.dents, there, begins, positions)))
 
@@ -54,10 +48,10 @@ def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBo
 def _visit(s: Dent, there: bool, begins: bool, position: Vector) -> Dent:
     if begins:
         return Dent(True, s.inward[0] * position[0], 0.0, s.stiffness, s.inward)
-    return Dent(there, s.start, s.depth, s.stiffness, s.inward)
+    return s._replace(there=there)
 
 
-@moved_by.member(SoftBody)
+@touched.moved_by.member(SoftBody)
 def _moved(
     s: SoftBody, positions: Vectors, velocities: Vectors, h: float, p: SoftBodyParams
 ) -> tuple[SoftBody, Vectors]:
@@ -78,10 +72,10 @@ def _pressed(
     depth = _depth(s, position, p)
     damped = max(1.0 + p.damping * s.inward[0] * velocity[0], 0.0)
     force = scaled(s.inward, s.stiffness * depth**p.exponent * damped)
-    return Dent(True, s.start, depth, s.stiffness, s.inward), force
+    return s._replace(there=True, depth=depth), force
 
 
-@local_line.member(SoftBody)
+@touched.local_line.member(SoftBody)
 def _line(
     s: SoftBody, positions: Vectors, weight_s: float, p: SoftBodyParams
 ) -> tuple[Vectors, Vectors]:
@@ -99,7 +93,7 @@ def _slope(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tup
     return scaled(s.inward, elastic), slope
 
 
-@energy_j.member(SoftBody)
+@touched.energy_j.member(SoftBody)
 def _energy_j(s: SoftBody, p: SoftBodyParams) -> float:
     """Return the sum of K d^(n+1)/(n+1) [J]."""
     total = 0.0
@@ -110,7 +104,7 @@ def _energy_j(s: SoftBody, p: SoftBodyParams) -> float:
     return total
 
 
-@shown.member(SoftBody)
+@touched.shown.member(SoftBody)
 def _still(s: SoftBody, like: Vector) -> tuple[Vector, Vector]:
     return zero(like), zero(like)
 

@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A force that jumps while hardly anything moved: a fault of the environment.
 
-A physics engine that begins anew puts bodies elsewhere in one step; an avatar that stands still
-then is inside one of them. With s the longest way in this step of any avatar, or of the object by
-the velocity that the environment showed before (fading over ``MEMORY_S``, since a body goes on
-moving), a change of force since the last one that was used, n steps ago, is accepted up to
+With s the longest way in this step of any avatar or of the object (fading over ``MEMORY_S``), a
+change of force since the last one that was used, n steps ago, is accepted up to
 
     |F - F-| <= 100 (b/T) s + b n ``KICK_M_S``
 
-The first term is the stiffest contact that the port can learn (``secant.LARGEST``): no impact that
-an avatar or a pushed object makes is a fault. By the second a force that stays is accepted soon.
+The first term is the stiffest contact that the port can learn (``secant.LARGEST``); by the second
+a force that stays is accepted soon.
 
 Equations: docs/theory.md 5.13.
 """

@@ -6,23 +6,16 @@ The port decodes with a line through the last force F- at the last position x-::
 
     F' = F- + K^ (x - x-),   x = position + w xd,   hence   F' = F0 + G xd,   G = w K^
 
-K^ is a symmetric positive semidefinite matrix, a slowly decaying maximum of the secant of force
-over position. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
+K^ is symmetric positive semidefinite, a slowly decaying maximum of the secant of force over
+position. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
 
     s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
     s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
-so that K^ has the measured secant along dx, or loses a tenth of its own there per step. Both
-keep it semidefinite. A step much shorter than recent ones is not used (a damper's force turns
-round while its position stands still). A step into a one-sided contact that is stiffer than known
-measures less than its slope, as it begins outside: seven times that is taken, so that the next
-step ends inside as well and measures the slope itself.
-
-Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= 0.35 b),
-and a slope that varies costs energy of its own.
-
-An environment in which a user moved without force is taken as one-sided: its force does not change
-its sign, and where it ended there is a face, until a force expected there does not come.
+A step much shorter than recent ones is not used. A step into a one-sided contact that is stiffer
+than known counts ``LEAP`` times its secant. Up to |K^| T = b/2 the line is not used and F' = F-:
+decoding late is passive there (2B <= 0.35 b). An environment in which a user moved without force
+is taken as one-sided: its force keeps its sign, and where it ended there is a face.
 
 Equations: docs/theory.md 5.3, 5.5.
 """
@@ -149,7 +142,7 @@ def _solved(impedance: Any, slope: Rows, right: Vector) -> Vector:
 
 def expecting(s: Secant, expected: bool) -> Secant:
     """Note whether the avatar was decoded with a force."""
-    return Secant(s.scale, s.position, s.force, s.slope, s.longest, s.one_sided, s.face, expected)
+    return s._replace(expected=expected)
 
 
 def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:

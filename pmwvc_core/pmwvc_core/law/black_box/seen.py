@@ -56,7 +56,7 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
         free = plus(free, scaled(a.kept, REPAID / p.body.period_s))
     velocity, expected = decoded(line(s.secant, start, p.new_s), a.impedance, free)
     secant = expecting(s.secant, expected)
-    return Seen(s.there, s.x, s.f, secant, s.jumps, s.usable, s.jumped), velocity
+    return s._replace(secant=secant), velocity
 
 
 def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:

@@ -3,18 +3,14 @@
 """Environments that are known by their forces only, chosen by the type of their state; here wall
 and cube, with the contact laws of the other couplings.
 
-The wall uses the force at the end of a step, as ``one_step_delay`` does. Moved by h xd (backward
-Euler) it gives out no more than it got: K e(n) [e(n) - e(n-1)] is at least the gain of the spring.
-Of a sloped wall the port knows K dt + B where there is contact (App. C Eq. 4). A wall that is
-driven, x = A sin(2 pi f t) along axis 0, gives out what its drive puts in.
+The wall uses the force at the end of a step and moves by h xd (backward Euler), so K e(n) [e(n) -
+e(n-1)] is at least the gain of its spring. Of a sloped wall the port knows K dt + B in contact
+(App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along axis 0. The cube moves by the
+midpoint rule with the mean force over the step (:mod:`.implicit`): sum f_i xd_i h is stored or
+heat.
 
-The cube is a body that moves by its own force. Pushed by the force of the step before (as the
-sampled couplings do) it would make energy; here it moves with the avatars, by the midpoint rule
-and the mean force over the step (:mod:`.implicit`), so that sum f_i xd_i h is stored or heat to
-rounding.
-
-Forces act from the avatars on the environment. Positions and velocities are those of the avatars
-at the end of the step; a user who is not there stands still.
+Forces act from the avatars on the environment; positions and velocities are those of the avatars
+at the end of the step.
 """
 
 import math
@@ -76,15 +72,10 @@ class FreeCube(NamedTuple):
     body: Body
 
 
-@visited.member(Wall)
-def _at_wall(s: Wall, there: Any, begins: Any, positions: Vectors) -> Wall:
+@visited.member(Wall, FreeCube)
+def _at(s: Any, there: Any, begins: Any, positions: Vectors) -> Any:
     visitors = each(_visited, (s.visitors, there, begins, positions), s.body.x)
-    return Wall(visitors, s.body, s.time_s)
-
-
-@visited.member(FreeCube)
-def _at_cube(s: FreeCube, there: Any, begins: Any, positions: Vectors) -> FreeCube:
-    return FreeCube(each(_visited, (s.visitors, there, begins, positions), s.body.x), s.body)
+    return s._replace(visitors=visitors)
 
 
 def _visited(s: Visitor, there: bool, begins: bool, position: Vector, centre: Vector) -> Visitor:
@@ -145,13 +136,9 @@ def _carried(
 ) -> tuple[Visitor, Vector]:
     if not s.there:
         return s, zero(position)
-    force, rate = columns(each(_force_and_rate, (answers,)))
+    force, rate, _ = columns(answers)
     contact, _ = advanced_contact(s.contact, force, rate, h)
     return Visitor(True, position, contact), force
-
-
-def _force_and_rate(answer: Answer) -> tuple[float, float]:
-    return answer.force, answer.rate
 
 
 @local_line.member(Wall)
@@ -201,7 +188,6 @@ def _cube_j(s: FreeCube, p: BodyLaw) -> float:
     return springs_j(s, p) + kinetic_j(s.body, p)
 
 
-@shown.member(Wall)
-@shown.member(FreeCube)
+@shown.member(Wall, FreeCube)
 def _moving(s: Any, like: Vector) -> tuple[Vector, Vector]:
     return s.body.x, s.body.xd

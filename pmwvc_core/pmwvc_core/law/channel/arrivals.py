@@ -13,7 +13,7 @@ strict   segments of displacement and energy, played out
 Whether a packet is accepted is not decided here: numbers, senders and sizes are the receiver's.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.counting import Counting, count, resting_counting
 from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
@@ -37,7 +37,7 @@ from pmwvc_core.law.channel.silence import (
     noted_packet,
     resting_silence,
 )
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, never, none_j, same
 from pmwvc_core.law.vectors import Vector, zero
 
 
@@ -92,17 +92,29 @@ class StrictStart(NamedTuple):
     period_s: float
 
 
+def _plays_on(s: Any, h: float, p: Any) -> tuple[Any, Vector]:
+    return s, zero(s.position)
+
+
+def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
+    return s, 0.0
+
+
 arrivals_of = Family("arrivals_of")  # (start, nothing) -> s: nothing is the vector of zeros
 arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
 wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
-answer_of = Family("answer_of")  # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
-sparing = Family("sparing")  # (s, h, p) -> (s, energy that the other end lacks [J])
-anew = Family("anew")  # (s) -> s: the peer placed its position by the newest packet
-missed = Family("missed")  # (s, lasted_s) -> s: time went by without steps
-waits = Family("waits")  # (s) -> nothing is at hand, so the other end is told
-lacks = Family("lacks")  # (s) -> energy is short
-received_j = Family("received_j")  # (s) -> energy brought by the sums of packets, without waves
-interrupted = Family("interrupted")  # (s, now_ns) -> this end brakes
+answer_of = Family(
+    "answer_of", _plays_on
+)  # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
+sparing = Family("sparing", _none_spared)  # (s, h, p) -> (s, energy that the other end lacks [J])
+anew = Family("anew", same)  # (s) -> s: the peer placed its position by the newest packet
+missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
+waits = Family("waits", never)  # (s) -> nothing is at hand, so the other end is told
+lacks = Family("lacks", never)  # (s) -> energy is short
+received_j = Family(
+    "received_j", none_j
+)  # (s) -> energy brought by the sums of packets, without waves
+interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
 @arrivals_of.member(PlainStart)
@@ -127,11 +139,9 @@ def start_of(strict: bool, timeout_s: float, period_s: float) -> PlainStart | St
 def _arrive(s: PlainArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) -> PlainArrivals:
     sum_j = packet.energy_j if packet.fresh else max(packet.energy_j, s.sum_j)
     gained_j = 0.0 if packet.fresh else sum_j - s.sum_j
-    silence, in_all_j = (
-        noted_packet(s.silence, packet.number, now_ns, False),
-        s.received_j + gained_j,
-    )
-    return PlainArrivals(silence, packet.wave, packet.position, True, sum_j, in_all_j)
+    silence = noted_packet(s.silence, packet.number, now_ns, False)
+    received_j = s.received_j + gained_j
+    return PlainArrivals(silence, packet.wave, packet.position, True, sum_j, received_j)
 
 
 @arrive.member(StrictArrivals)
@@ -151,33 +161,17 @@ def _arrive_strict(
 
 
 @wave_of.member(PlainArrivals)
+@answer_of.member(PlainArrivals)
 def _wave(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
     wave = s.wave if s.fresh or not p.once else zero(s.wave)
-    after = PlainArrivals(s.silence, s.wave, s.position, False, s.sum_j, s.received_j)
+    after = s._replace(fresh=False)
     return after, wave
 
 
 @wave_of.member(StrictArrivals)
 def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, Vector]:
     playout, wave = play(s.playout, h, p.playout)
-    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted), wave
-
-
-@answer_of.member(PlainArrivals)
-def _answer(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
-    return _wave(s, h, p)
-
-
-@answer_of.member(StrictArrivals)
-def _answer_strict(
-    s: StrictArrivals, h: float, p: ArrivalsParams
-) -> tuple[StrictArrivals, Vector]:
-    return s, zero(s.position)
-
-
-@sparing.member(PlainArrivals)
-def _sparing(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, float]:
-    return s, 0.0
+    return s._replace(playout=playout), wave
 
 
 @sparing.member(StrictArrivals)
@@ -185,33 +179,18 @@ def _sparing_strict(
     s: StrictArrivals, h: float, p: ArrivalsParams
 ) -> tuple[StrictArrivals, float]:
     playout, energy_j = spared(s.playout, h, s.wanted)
-    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted), energy_j
-
-
-@anew.member(PlainArrivals)
-def _anew(s: PlainArrivals) -> PlainArrivals:
-    return s
+    return s._replace(playout=playout), energy_j
 
 
 @anew.member(StrictArrivals)
 def _anew_strict(s: StrictArrivals) -> StrictArrivals:
-    return StrictArrivals(s.silence, begin(s.playout), s.counting, s.position, s.wanted)
-
-
-@missed.member(PlainArrivals)
-def _missed(s: PlainArrivals, lasted_s: float) -> PlainArrivals:
-    return s
+    return s._replace(playout=begin(s.playout))
 
 
 @missed.member(StrictArrivals)
 def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
     playout = pass_by(s.playout, lasted_s)
-    return StrictArrivals(s.silence, playout, s.counting, s.position, s.wanted)
-
-
-@waits.member(PlainArrivals)
-def _waits(s: PlainArrivals) -> bool:
-    return False
+    return s._replace(playout=playout)
 
 
 @waits.member(StrictArrivals)
@@ -219,19 +198,9 @@ def _waits_strict(s: StrictArrivals) -> bool:
     return pace_waits(s.playout.pace)
 
 
-@lacks.member(PlainArrivals)
-def _lacks(s: PlainArrivals) -> bool:
-    return False
-
-
 @lacks.member(StrictArrivals)
 def _lacks_strict(s: StrictArrivals) -> bool:
     return is_short(s.playout)
-
-
-@interrupted.member(PlainArrivals)
-def _interrupted(s: PlainArrivals, now_ns: int) -> bool:
-    return False
 
 
 @interrupted.member(StrictArrivals)
@@ -242,8 +211,3 @@ def _interrupted_strict(s: StrictArrivals, now_ns: int) -> bool:
 @received_j.member(PlainArrivals)
 def _received(s: PlainArrivals) -> float:
     return s.received_j
-
-
-@received_j.member(StrictArrivals)
-def _received_strict(s: StrictArrivals) -> float:
-    return 0.0

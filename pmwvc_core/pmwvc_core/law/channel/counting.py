@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a receiver of the strict channel believes of a packet.
 
-A packet contains all earlier ones, so the newest one is enough: the difference of two integrals
-and two energies is a segment for the playout, over the time of all packets in between. Loss joins
-segments, duplicates and stragglers add nothing, and packets may stand for any time. A segment's
-length is counted in packets, not by the sender's clock: a sender that wakes late has not sent
-another wave. Only where packets stood for different times its clock tells, within their bounds,
-how long lost ones were.
-
-What is counted follows the sums of the packets; the energy never goes back::
+Packets carry running sums, so the difference of two is a segment for the playout, whatever was
+lost, repeated or reordered in between. Its length is counted in packets; the sender's clock counts
+only where packets stood for different times::
 
     U <- U + dU     dU = packet's U - U,   |dU| <= longest legal wave * time
     J <- J + dJ     dJ = packet's J - J,   0 <= dJ <= what that wave carries
 
-A beginning (the first packet, another sender, an avatar placed anew) counts with the wave of its
-own packet alone, and what that needs of the energy paid.
+The first packet of a sender, or after the avatar was placed anew, counts with its own wave alone.
 
 Equations: docs/theory.md 17.24.
 """
@@ -23,7 +17,8 @@ Equations: docs/theory.md 17.24.
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened
+from pmwvc_core.law.wave.wave import wave_j
 
 LONGEST_PERIOD_S = 10.0
 
@@ -76,7 +71,7 @@ def count(
     paid_j = min(max(packet.energy_j - s.energy_j, 0.0), 0.5 * longest**2 * lasted_s)
     integral, energy_j = plus(s.integral, moved), s.energy_j + paid_j
     if packet.anew != s.anew:
-        own_j = min(squared(packet.wave) * (0.5 * period_s), paid_j)
+        own_j = min(wave_j(packet.wave, period_s), paid_j)
         own = Counted(True, scaled(packet.wave, period_s), own_j, period_s)
         return _noted(packet, integral, energy_j, period_s, period_s), own
     segment = Counted(False, moved, paid_j, lasted_s)

@@ -46,4 +46,4 @@ def take_answer(s: Frames, tick: int, p: FrameParams) -> tuple[Frames, bool]:
     """Tell once a frame that the answer is taken with this tick."""
     if tick < s.next_answer:
         return s, False
-    return Frames(s.next_frame, s.next_answer + p.rate_drop, s.rate_drop), True
+    return s._replace(next_answer=s.next_answer + p.rate_drop), True

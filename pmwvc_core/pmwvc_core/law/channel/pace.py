@@ -2,26 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The clock of a playout: how fast it plays the sender's time, and how far beyond what has come.
 
-Let e be the end of the newest segment and p the sender's time played. ``store_s`` is e - p: what
-is in store, or, below zero, -c, the time that is concealed by a predicted wave. Per step h::
+Let e be the end of the newest segment and p the sender's time played. ``store_s`` is e - p: time
+in store, or, below zero, -c, the time concealed by a predicted wave. Per step h::
 
     p <- p + rate ratio h           never beyond e + HOLD_S + FADE_S
     rate  = 1 + shift/CORRECT_S     within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
     ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
 
-So a wave without packets goes on for ``HOLD_S`` and then fades, since its time slows down; after
-``REPORTED_S`` without a segment the other end is told, and after ``OUTAGE_S`` this one brakes.
-
-The lag follows how late segments come. The first segment of a step, of length dt, shifts p by::
+A predicted wave lasts ``HOLD_S`` and then fades; after ``REPORTED_S`` without a segment the other
+end is told, after ``OUTAGE_S`` this end brakes. The lag follows the lateness of segments; the
+first one of a step, of length dt, shifts p by::
 
     shift <- shift - c dt/LATE_S    where it comes c too late
     shift <- shift + a dt/EARLY_S   where a was still in store
 
-which settles where one in five comes late. What comes within ``BURST_S`` after an outage, a
-standstill of this loop, or the beginning, says nothing of lateness; no more than a segment of it
-is kept in store, and later no more than ``LONGEST_S``. The rest is skipped.
-
-Nothing here depends on signals: one clock serves all axes.
+except within ``BURST_S`` after an outage, a standstill or the start. More than ``LONGEST_S`` in
+store (then: more than one segment) is skipped.
 
 Equations: docs/theory.md 17.18.
 """
@@ -86,7 +82,7 @@ def pace_pass_by(s: Pace, lasted_s: float) -> Pace:
     """Let time go by in which the loop did not run [s]: what is in store is skipped."""
     store_s = s.store_s - max(min(lasted_s, s.store_s), 0.0)
     burst_s = BURST_S if lasted_s > OUTAGE_S else s.burst_s
-    return Pace(store_s, s.silent_s, s.shift_s, s.ratio, burst_s, s.segment_s, s.first)
+    return s._replace(store_s=store_s, burst_s=burst_s)
 
 
 def pace_step(s: Pace, h: float) -> tuple[Pace, Played]:

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.vectors import Vector, each, minus, scaled, squared
+from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import DeadbandParams
 
 LAST_NUMBER = (1 << 32) - 1  # 1 follows
@@ -71,10 +72,7 @@ def resting_packing(axes: int) -> Packing:
 
 def pay(s: Packing, energy_j: float) -> Packing:
     """Let the next packet bring more energy than its wave needs."""
-    return Packing(
-        s.number, s.integral, s.energy_j + energy_j, s.held_s, s.sent_integral, s.wave, s.flags,
-        s.events,
-    )  # fmt: skip
+    return s._replace(energy_j=s.energy_j + energy_j)
 
 
 def flags_of(about: About, events: int) -> int:
@@ -87,14 +85,19 @@ def pack(
 ) -> tuple[Packing, Packet, bool]:
     """Add a sample; return its packet, and whether that is sent."""
     integral = each(_grown, (s.integral, sent.wave), period_s)
-    energy_j = s.energy_j + squared(sent.wave) * (0.5 * period_s)
+    energy_j = s.energy_j + wave_j(sent.wave, period_s)
     flags = flags_of(about, s.events)
     number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
     held_back = _is_held_back(s, sent.wave, period_s, flags, p)
     if held_back:
         before = s.sent_integral if held_s > 0.0 else s.integral
-        s = Packing(s.number, integral, energy_j, held_s + period_s, before, s.wave, s.flags,
-                    about.events)  # fmt: skip
+        s = s._replace(
+            integral=integral,
+            energy_j=energy_j,
+            held_s=held_s + period_s,
+            sent_integral=before,
+            events=about.events,
+        )
     else:
         if held_s > 0.0:
             period_s += held_s

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The playout of a wave on the strict channel: late packets concealed, no motion lost, and never
-more energy than arrived and was declared.
+"""The playout of a wave on the strict channel: late packets concealed, no displacement lost, never
+more energy than was received and lent.
 
 Segments come in: the integral dU of a wave over a duration dt of its sender, and the energy dJ
-that pays for it, whatever was lost, repeated or late in between. They are played in the time p of
-the sender (:mod:`.pace`), up to the end e of the newest one and, by the wave w^ of that one,
-beyond it. With U(p) the integral up to p, even within a segment, per step of length h::
+that pays for it. They are played in the sender's time p (:mod:`.pace`), up to the end e of the
+newest one and beyond it by that one's wave w^. With U(p) the integral up to p, per step h::
 
     due         = U(min(p, e)) - U(before),    guessed <- guessed + w^ (time beyond e)
     asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
@@ -15,22 +14,16 @@ beyond it. With U(p) the integral up to p, even within a segment, per step of le
                   where nothing is predicted or mended, E0 is what was lent before
     undelivered <- undelivered + asked - wave h     made up out of free energy alone
 
-A segment that comes late settles its part q = min(c, dt) of the c seconds concealed::
+A late segment settles its part q = min(c, dt) of the c seconds concealed::
 
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
-What was guessed for longer than the ends take to brake stays undelivered instead. What is
-undelivered is made up as fast as free energy lasts for all of it (:func:`.affordable.repayment`),
-from ``RETURN_S`` after the last wait on, until which the ends brake, and not at once: the longest
-wave that makes it up grows over ``rises_s``.
-
-The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So given + released <=
-received + E0 at every step, whatever is guessed, with one E0 (``store_j``) for the whole session;
-and U(min(p, e)) + guessed = integral given out + undelivered + mistaken: displacement may be late,
-it is never lost.
-
-A playout with something undelivered and no energy for it is *short*. The other direction then
-passes on what it can spare (``spared``); E0 is neither passed on nor used to make up.
+After an outage that made the ends brake, it stays undelivered instead. Repayment
+(:func:`.affordable.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
+over ``rises_s``. The reserve of a segment is |dU|^2/(2 dt). Invariants at every step: given +
+released <= received + E0 (``store_j``), and U(min(p, e)) + guessed = integral played + undelivered
++ mistaken. A playout without the energy for what is undelivered is *short*; the other direction
+then passes on what it can spare.
 
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.25.
 """
@@ -59,6 +52,7 @@ from pmwvc_core.law.vectors import (
     within,
     zero,
 )
+from pmwvc_core.law.wave.wave import wave_j
 
 MEND_S = 0.03  # time constant with which what was guessed wrong is made good
 SPREAD_S = 0.015  # the energy left for predictions lasts so long at least
@@ -132,7 +126,7 @@ def begin(s: Playout) -> Playout:
     """
     m = s.moved
     discarded_j = m.discarded_j + max(balance_j(m), 0.0)
-    moved = Moved(m.received_j, m.given_j, m.released_j, discarded_j, m.lent_j)
+    moved = m._replace(discarded_j=discarded_j)
     return resting_playout(zero(s.undelivered), moved)
 
 
@@ -171,7 +165,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
     the sender for which it stands, > 0 [s].
     """
     m, store, c, undelivered = s.moved, s.store, s.concealed, s.undelivered
-    moved = Moved(m.received_j + energy_j, m.given_j, m.released_j, m.discarded_j, m.lent_j)
+    moved = m._replace(received_j=m.received_j + energy_j)
     knots, late_s, braked = store.knots, -s.pace.store_s, pace_brakes(s.pace)
     begun = len(knots) > 1
     if begun:
@@ -181,7 +175,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
             left = minus(store.integral, before.integral)
             store = Store(forgotten(knots, gone), left, store.reserve_j - before.reserve_j)
     pace = pace_arrive(s.pace, duration_s)
-    store = Store(added(store.knots, integral, duration_s), store.integral, store.reserve_j)
+    store = store._replace(knots=added(store.knots, integral, duration_s))
     wave, guessed, mistaken = scaled(integral, 1.0 / duration_s), c.guessed, c.mistaken
     if begun and late_s > 0.0:
         settled = scaled(guessed, min(duration_s / late_s, 1.0))
@@ -220,7 +214,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     concealed = Concealed(c.wave, plus(c.guessed, guess), minus(c.mistaken, mended))
     predicts = clock.beyond_s > 0.0
     if predicts or not within(mended, SETTLED):
-        m = Moved(m.received_j, m.given_j, m.released_j, m.discarded_j, p.store_j)
+        m = m._replace(lent_j=p.store_j)
     s = Playout(pace, store, concealed, undelivered, since_s, m)
     return _given(s, asked, h, max(h, SPREAD_S) if predicts else h, p)
 
@@ -244,12 +238,12 @@ def _given(
         repaid, _ = affordable(wave, wish, most - squared(wave))
         undelivered = minus(undelivered, scaled(repaid, h))
         wave = plus(wave, repaid)
-    spent_j = 0.5 * h * squared(wave)
+    spent_j = wave_j(wave, h)
     lent_j, discarded_j = min(m.lent_j, max(spent_j - free, 0.0)), m.discarded_j
     if squared(undelivered) <= FEW**2:
         discarded_j += max(free - spent_j - MOST_J, 0.0)
     moved = Moved(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
-    return Playout(s.pace, s.store, s.concealed, undelivered, s.since_s, moved), wave
+    return s._replace(undelivered=undelivered, moved=moved), wave
 
 
 def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
@@ -257,8 +251,8 @@ def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]
     released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
     if released_j == 0.0:
         return s, released_j
-    moved = Moved(m.received_j, m.given_j, m.released_j + released_j, m.discarded_j, m.lent_j)
-    return Playout(s.pace, s.store, s.concealed, s.undelivered, s.since_s, moved), released_j
+    moved = m._replace(released_j=m.released_j + released_j)
+    return s._replace(moved=moved), released_j
 
 
 def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
@@ -273,10 +267,10 @@ def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:
     """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
     m = s.moved
-    given_j = m.given_j - squared(wave) * (0.5 * h)
-    moved = Moved(m.received_j, given_j, m.released_j, m.discarded_j, m.lent_j)
+    given_j = m.given_j - wave_j(wave, h)
+    moved = m._replace(given_j=given_j)
     undelivered = plus(s.undelivered, scaled(wave, h))
-    return Playout(s.pace, s.store, s.concealed, undelivered, s.since_s, moved)
+    return s._replace(undelivered=undelivered, moved=moved)
 
 
 def pass_by(s: Playout, lasted_s: float) -> Playout:
@@ -288,4 +282,4 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
     pace = pace_pass_by(s.pace, lasted_s)
     store = _played_to(s.store, pace.store_s)
     undelivered = plus(s.undelivered, minus(store.integral, s.store.integral))
-    return Playout(pace, store, s.concealed, undelivered, s.since_s, s.moved)
+    return s._replace(pace=pace, store=store, undelivered=undelivered)

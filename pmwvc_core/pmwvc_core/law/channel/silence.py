@@ -42,7 +42,7 @@ def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
         unreceived_ns = NEVER_NS
     elif unreceived_ns == NEVER_NS:
         unreceived_ns = now_ns
-    return Silence(now_ns, s.limit_ns, s.interval_s, s.lateness_s, unreceived_ns, number)
+    return s._replace(accepted_ns=now_ns, unreceived_ns=unreceived_ns, number=number)
 
 
 def followed(
@@ -53,7 +53,7 @@ def followed(
     interval_s = max(s.interval_s + SMOOTHED * (period_s - s.interval_s), period_s)
     usual_s = 3.0 * interval_s + LATENESSES * lateness_s
     limit_ns = round(max(timeout_s, usual_s) * 1e9)
-    return Silence(s.accepted_ns, limit_ns, interval_s, lateness_s, s.unreceived_ns, s.number)
+    return s._replace(limit_ns=limit_ns, interval_s=interval_s, lateness_s=lateness_s)
 
 
 def is_silent(s: Silence, now_ns: int) -> bool:

@@ -3,16 +3,11 @@
 """The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
 
 * Mass and damper are advanced exactly over a tick with both forces held (:mod:`.motion`).
-* Coulomb friction is one vector against the direction of motion, the same whatever the axes. Its
-  direction is that at the start of a tick; along one axis it is integrated exactly: where it stops
-  the device within a tick, the rest of the tick starts from the point of rest, and it stays there
-  unless the other forces overcome the friction. It only ever takes energy.
-* The stops at the ends of the workspace are perfectly inelastic: position at the stop, velocity
-  zero.
+* Coulomb friction acts against the direction of motion at the start of a tick. Along one axis it
+  is exact: the device stops within the tick and stays unless the other forces win.
+* The stops at the ends of the workspace are perfectly inelastic.
 * The encoder rounds to its nearest step; the velocity signal is the true one, or the difference of
-  the last two readings over a tick, which is half a tick late.
-
-Not here: force limits of the device (``limits``), ticks that a force loop misses (its caller).
+  the last two readings over a tick.
 """
 
 import math

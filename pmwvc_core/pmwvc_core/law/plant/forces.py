@@ -18,9 +18,17 @@ from pmwvc_core.law.vectors import Vector, each, scaled, zero
 from pmwvc_core.params import OperatorParams
 
 Array: TypeAlias = NDArray[np.float64]
+
+
+def _not_yet(s: Any, x: Vector, p: Any) -> tuple[Any, Vector]:
+    return s, zero(x)  # time does not pass
+
+
 # A hand begins with its first ``hand_force``.
 hand_force = Family("hand_force")  # (s, x, xd, p) -> (s, f_h [N] over the tick that starts now)
-hand_hold = Family("hand_hold")  # (s, x, p) -> (s, f_h [N]) while there is nothing to do yet
+hand_hold = Family(
+    "hand_hold", _not_yet
+)  # (s, x, p) -> (s, f_h [N]) while there is nothing to do yet
 
 
 class ConstantForce(NamedTuple):
@@ -137,11 +145,3 @@ def _recorded_before(
     s: RecordedForce, x: Vector, p: RecordedParams
 ) -> tuple[RecordedForce, Vector]:
     return _recorded(s, x, x, p) if p.early else (s, zero(x))
-
-
-@hand_hold.member(ConstantForce)
-@hand_hold.member(Sine)
-@hand_hold.member(Chirp)
-def nothing_yet(s: Any, x: Vector, p: Any) -> tuple[Any, Vector]:
-    """Return no force; time does not pass."""
-    return s, zero(x)

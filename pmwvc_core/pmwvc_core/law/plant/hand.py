@@ -9,19 +9,14 @@ The arm (mass m, position y) is drawn to its target x_t by stiffness k and dampi
     f_h = K (y - x) + B (yd - xd)
     m ydd = k (x_t - y) + d (xd_t - yd) + f_squeeze - f_h
 
-**Why this adds no energy.** The grip force is held over a tick T, like every force on the device.
-It is formed half a tick ahead, f_h = K e + (B + K T/2) w with e = y - x, w = yd - xd. The device
-(held force, no damping of its own) and the arm (implicit midpoint, below) move by the mean of
-their velocities times T, so e+ - e = T (w + w+)/2, and with beta = B + K T/2 the sum
+Passive as sampled: the grip force is held over a tick T and formed half a tick ahead, f_h = K e +
+(B + K T/2) w with e = y - x, w = yd - xd. With beta = B + K T/2 the sum
 
     S = kinetic energies + K e^2/2 - (beta T/4) w^2
 
-changes in a tick by -B T ((w + w+)/2)^2 and the work of the forces from outside: the spring is
-lossless, the damper dissipates. S is positive as long as beta T/2 is less than the reduced mass of
-arm and device, which is checked for a device of ``LIGHTEST_DEVICE`` and holds all the more for a
-heavier or damped one. (A spring held without looking ahead adds K (e+ - e)^2/2 in every tick.) The
-arm's own equation is integrated by the implicit midpoint rule: its spring stores exactly, so what
-comes in is the work of the moving target and of the squeezing force, ``effort_j``.
+changes in a tick by -B T ((w + w+)/2)^2 and the work from outside. S is positive while beta T/2 is
+less than the reduced mass of arm and device, checked for ``LIGHTEST_DEVICE``. The arm goes by the
+implicit midpoint rule; the work of target and squeezing force is ``effort_j``.
 """
 
 import math
@@ -30,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.plant.forces import Array, hand_force, hand_hold, nothing_yet, row, rows_of
+from pmwvc_core.law.plant.forces import Array, hand_force, row, rows_of
 from pmwvc_core.law.plant.task import Task, closing, offset
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
 from pmwvc_core.params import OperatorParams
@@ -205,7 +200,3 @@ def _recorded(
     y = plus(p.start, row(p.y, min(number, last), p.axes))
     yd = row(p.yd, number, p.axes) if number <= last else zero(x)
     return RecordedHand(s.ticks + 1), grip_force(minus(y, x), minus(yd, xd), p.grip)
-
-
-hand_hold.member(Hand)(nothing_yet)
-hand_hold.member(RecordedHand)(nothing_yet)

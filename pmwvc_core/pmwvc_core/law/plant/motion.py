@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Exact motion of a damped mass under a constant force.
 
-m x'' + b x' = F over a time t, with z = b t / m, has the solution::
+m x'' + b x' = F over a time t, with z = b t / m::
 
     xd(t) = e^-z xd + (t/m) phi1(z) F
     x(t)  = x + t phi1(z) xd + (t^2/m) phi2(z) F
     phi1(z) = (1 - e^-z)/z,  phi2(z) = (z - 1 + e^-z)/z^2
 
-which is what the matrix exponential of the zero-order-held system gives. The limits for z -> 0
-(no damping: 1 and 1/2) are taken smoothly. The heat of the damper, b times the integral of |xd|^2,
-is taken from the velocity itself, not from the balance of the other energies: by Gauss-Legendre
-with four nodes, as good as exact where b t/m is small. Not here: friction and stops, see
-``device``.
+with the limits 1 and 1/2 for z -> 0.
 
 Equations: docs/theory.md 1.7.
 """

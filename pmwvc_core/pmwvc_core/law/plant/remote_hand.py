@@ -2,22 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hand whose target comes from outside: a person with a pointer, a table, another program.
 
-Arm and grip are those of :mod:`.hand`. The newest target counts. The point x_t that the arm
-follows moves towards it with at most ``speed_m_s``, and is never further than
-``reach_n / stiffness`` from the arm::
+Arm and grip are those of :mod:`.hand`. The arm follows a point x_t that moves towards the newest
+target with at most ``speed_m_s``, at most ``reach_n / stiffness`` from the arm::
 
     f_h = g [K (y - x) + B (yd - xd)] - (1 - g) brake xd
     m ydd = a k (x_t - y) - d yd - g [K (y - x) + B (yd - xd)]
 
-A target that is not finite, none at all, or none for ``SILENT_S`` lets go: g and a fall to zero
-within ``FADE_S`` while x_t rests. Then the handle is free and braked. A target that comes after
-that takes hold: the arm begins at the handle, at rest, and g rises within ``TAKE_S``.
-
-**Why this adds no energy.** With x_t at rest a falling stiffness only loses energy. While g rises,
-arm and target move so that K g (y - x)^2/2 stays what it is. The sum S of :mod:`.hand` has the
-terms - g (B + K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here, of the forces held over a tick T. A
-change of g changes them; that is part of ``effort_j``: letting go of a handle at w = 0.1 m/s, 20
-microjoules. So the work on the device is at most ``effort_j`` and the sum of these terms.
+A target that is not finite, or none for ``SILENT_S``, lets go: g and a fall to zero within
+``FADE_S`` while x_t rests. The next target takes hold: the arm begins at the handle and g rises
+within ``TAKE_S``, with K g (y - x)^2/2 constant. The sum S of :mod:`.hand` has the terms - g (B +
+K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here; their change with g is part of ``effort_j``.
 """
 
 import math
@@ -112,14 +106,14 @@ def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
     """Take a target of this tick [m], before the hand moves; one that is not finite lets go."""
     usable = within(target, math.inf)
     holding = s.holding and usable
-    return RemoteHand(s.arm, NewestTarget(target, usable, -1), holding, s.grip, s.pull, s.effort_j)
+    return s._replace(newest=NewestTarget(target, usable, -1), holding=holding)
 
 
 @hand_hold.member(RemoteHand)
 def remote_hold(s: RemoteHand, x: Vector, p: RemoteParams) -> tuple[RemoteHand, Vector]:
     """Return no force while the user is not coupled; targets grow old."""
     newest = _aged(s.newest, p)
-    return RemoteHand(s.arm, newest, s.holding, s.grip, s.pull, s.effort_j), zero(x)
+    return s._replace(newest=newest), zero(x)
 
 
 def _aged(s: NewestTarget, p: RemoteParams) -> NewestTarget:
@@ -137,12 +131,12 @@ def remote_force(
     arm = s.arm
     if s.grip == 0.0 and s.pull == 0.0:
         arm = Reach(x, zero(x), x)
-        s = RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j)
+        s = s._replace(arm=arm, newest=newest)
         return s, scaled(xd, -p.brake)
     pull = scaled(grip_force(minus(arm.y, x), minus(arm.yd, xd), p.grip), s.grip)
     arm, work_j = _moved_arm(s, pull, p)
     f_h = minus(pull, scaled(xd, (1.0 - s.grip) * p.brake))
-    return RemoteHand(arm, newest, s.holding, s.grip, s.pull, s.effort_j + work_j), f_h
+    return s._replace(arm=arm, newest=newest, effort_j=s.effort_j + work_j), f_h
 
 
 def _changed_grip(

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.law.plant.forces import Array, hand_force, hand_hold, nothing_yet, row
+from pmwvc_core.law.plant.forces import Array, hand_force, hand_hold, row
 from pmwvc_core.law.plant.remote_hand import (
     RemoteHand,
     RemoteParams,
@@ -77,7 +77,7 @@ def _read(s: TableHand, p: TableParams) -> TableHand:
 def _table(s: TableHand, x: Vector, xd: Vector, p: TableParams) -> tuple[TableHand, Vector]:
     s = _read(s, p)
     hand, f_h = remote_force(s.hand, x, xd, p.hand)
-    return TableHand(hand, s.tick, s.next), f_h
+    return s._replace(hand=hand), f_h
 
 
 @hand_hold.member(TableHand)
@@ -86,7 +86,7 @@ def _table_before(s: TableHand, x: Vector, p: TableParams) -> tuple[TableHand, V
         return s, zero(x)
     s = _read(s, p)
     hand, f_h = remote_hold(s.hand, x, p.hand)
-    return TableHand(hand, s.tick, s.next), f_h
+    return s._replace(hand=hand), f_h
 
 
 @hand_force.member(TaskHand)
@@ -98,6 +98,3 @@ def _task(s: TaskHand, x: Vector, xd: Vector, p: PointerParams) -> tuple[TaskHan
         hand = remote_target(hand, plus(aim, offset(time_s, p.task)))
     hand, f_h = remote_force(hand, x, xd, p.hand)
     return TaskHand(hand, s.tick + 1), f_h
-
-
-hand_hold.member(TaskHand)(nothing_yet)

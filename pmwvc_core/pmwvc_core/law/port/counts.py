@@ -2,31 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position between the counts of an encoder, for one axis.
 
-A count that jumps once in a frame is a wave of sqrt(2b) q/T that nobody sent, and its energy would
-have to be paid for. So the position follows a velocity, and is kept within one count q of what was
-measured: it never drifts away. With e the position measured less the one expected::
+The position follows a velocity and stays within one count q of the measured one, so that a count
+does not jump into the wave. With e the position measured less the one expected::
 
     x^ <- x^ + xd^ h + a e                     within x +- q
 
-xd^ is the device's own velocity, and e counts only beyond half a count (a = ``OWN``). Where that
-velocity is no more than the last jump of the counts, xd^ <- xd^ + B e/h instead (an alpha-beta
-tracker, a = ``TRACKED``), never more than the counts allow: since the last of them the device has
-moved less than one. The force takes that velocity, too.
+Where the device measures its own velocity, xd^ is that, and e counts beyond half a count only (a =
+``OWN``). Where the velocity is the difference of counts, xd^ <- xd^ + B e/h (alpha-beta tracker, a
+= ``TRACKED``), at most one count since the last; it grows only with a count and in its direction.
 
-A count crosses an edge to one side and back. Meanwhile the device is beyond that edge, so a force
-that only falls from one count to the next takes more on the way out than it gives on the way back,
-but for the tick in which a count is late. So xd^ grows only with a count, in the direction of the
-count, and else only falls towards zero.
-
-The work counted is that over a position z beside the true one; ``moved`` is its change. Over x
-itself too little is counted: the force rises with the count that overshoots, and the next
-difference takes the overshoot back. Over x^ too much, where the device swings about an edge. Over
-that edge nothing is, since a swing about it comes back to where it was. So z is ``EDGE`` of the
-way from x^ to the edge crossed last, and x itself for ``SLOW_S`` after a jump of several counts:
-what is missing there is little beside b xd^2, and in a fast swing x^ is late.
-
-The count is the smallest step seen; below ``LEAST_M`` a position counts as exact and is left
-alone.
+The work is counted over a position z: ``EDGE`` of the way from x^ to the edge crossed last, and x
+itself for ``SLOW_S`` after a jump of several counts. ``moved`` is the change of z. The count is
+the smallest step seen; below ``LEAST_M`` the position counts as exact.
 
 Equations: docs/theory.md 17.6, 17.9, 17.21.
 """

@@ -2,43 +2,34 @@
 # SPDX-License-Identifier: Apache-2.0
 """Filter bank with a local model on the high-pass part of the outgoing wave (App. E).
 
-Fig. 3, with the names of its filters here::
+Fig. 3::
 
     u_m --> low_up ---> anti-aliasing filter, packets --> server
         '-> high_up --> u2 --> local model --> v2 --> high_down -,
     v_m <---------------- w <-- low_down <-- hold <-- server --(+)
 
-``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The server
-receives what the anti-aliasing filter leaves and the local model what HP leaves, but nothing keeps
-the two answers together below what came: for a passive server and a passive local model the wave
-that comes back is bounded by (|LP1| + |LP2| |HP|) |u_m|, which is above 1 for the filters of Table
-1.
+``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The returning
+wave is bounded only by (|LP1| + |LP2| |HP|) |u_m|, above 1 for the filters of Table 1.
 
-``complementary``: the same first-order pair splits and puts together, |H1|^2 + |H2|^2 = 1. With
-H = (H1, H2): H^T H = 1 up to the pair's own storage, so |u1|^2 + |u2|^2 = |u_m|^2 in the end and
-never more on the way, and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
-local model. Where both reflect fully, H1^2 + H2^2 = (s^2 + a^2)/(s + a)^2 vanishes at a: there the
-device meets a matched damper, whatever there is to feel.
+``complementary``: one first-order pair splits and recombines, |H1|^2 + |H2|^2 = 1. Then |u1|^2 +
+|u2|^2 <= |u_m|^2 and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
+local model.
 
-The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU, the
-gains of the high filters on the spot and of the model's port.
+The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU.
 
 Equations: docs/theory.md 8.4.
 """
 
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.port.local_model import (
-    LocalModel,
-    SpringDamper,
     local_answer,
     local_offer,
     local_stored_j,
     resting_local,
-    spring_damper,
 )
-from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
-from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared
+from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled
 from pmwvc_core.law.wave.cascade import (
     Cascade,
     Sections,
@@ -48,6 +39,7 @@ from pmwvc_core.law.wave.cascade import (
     resting_cascade,
     sections_of,
 )
+from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.design.bank_design import bank_filters
 
@@ -68,7 +60,7 @@ class Bank(NamedTuple):
     low_down: tuple[Cascade, ...]
     high_up: tuple[Cascade, ...]
     high_down: tuple[Cascade, ...]
-    local: LocalModel
+    local: Any
     energies: BankEnergies
 
 
@@ -79,19 +71,19 @@ class BankFilters(NamedTuple):
     low_down: Sections
     high_up: Sections
     high_down: Sections
-    local: SpringDamper
+    local: Any
     tick_s: float
 
 
-def bank_of(master: MasterParams) -> BankFilters:
-    """Return the parameters of the bank of a master."""
+def bank_of(master: MasterParams, local: Any) -> BankFilters:
+    """Return the parameters of the bank of a master around a local model."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
     return BankFilters(
         () if found.low_up is None else sections_of(found.low_up),
         () if found.low_down is None else sections_of(found.low_down),
         sections_of(found.high_up),
         sections_of(found.high_down),
-        spring_damper(master.local_model, master.tick_s),
+        local,
         master.tick_s,
     )
 
@@ -103,46 +95,46 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
         (resting_cascade(p.low_down),) * axes,
         (resting_cascade(p.high_up),) * axes,
         (resting_cascade(p.high_down),) * axes,
-        resting_local(axes),
+        resting_local(p.local, axes),
         BankEnergies(0.0, 0.0, 0.0, 0.0),
     )
 
 
-@part_down.member(Bank)
+@port_filters.part_down.member(Bank)
 def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
     e = s.energies
-    low_out = e.low_out + squared(v) * (0.5 * p.tick_s)
-    energies = BankEnergies(e.low_in, low_out, e.high_in, e.high_out)
+    low_out = e.low_out + wave_j(v, p.tick_s)
+    energies = e._replace(low_out=low_out)
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
-    return Bank(s.low_up, low_down, s.high_up, s.high_down, s.local, energies), w
+    return s._replace(low_down=low_down, energies=energies), w
 
 
-@part_offer.member(Bank)
+@port_filters.part_offer.member(Bank)
 def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector, float]:
     local, v0, gain = local_offer(s.local, x, p.local, impedance)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
     answer = plus(down, scaled(plus(v0, scaled(up, gain)), gain_of(p.high_down)))
-    s = Bank(s.low_up, s.low_down, s.high_up, s.high_down, local, s.energies)
+    s = s._replace(local=local)
     return s, answer, gain * (gain_of(p.high_up) * gain_of(p.high_down))
 
 
-@part_up.member(Bank)
+@port_filters.part_up.member(Bank)
 def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector]:
     high_up, u2 = columns(each(cascade, (s.high_up, u), p.high_up))
     local, v2 = local_answer(s.local, u2, p.local, impedance)
     high_down, _ = columns(each(cascade, (s.high_down, v2), p.high_down))
     low_up, low = columns(each(cascade, (s.low_up, u), p.low_up))
-    e, half_s = s.energies, 0.5 * p.tick_s
+    e, h = s.energies, p.tick_s
     energies = BankEnergies(
-        e.low_in + squared(low) * half_s,
+        e.low_in + wave_j(low, h),
         e.low_out,
-        e.high_in + squared(u2) * half_s,
-        e.high_out + squared(v2) * half_s,
+        e.high_in + wave_j(u2, h),
+        e.high_out + wave_j(v2, h),
     )
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
 
 
-@part_energies.member(Bank)
+@port_filters.part_energies.member(Bank)
 def _bank_energies(s: Bank, p: BankFilters) -> Vector:
     e, local = s.energies, s.local
     stored_j = local_stored_j(local, p.local)

@@ -6,7 +6,7 @@ A member is chosen by the type of its state. ``p`` are the parameters of the por
 (``arrivals``) belongs to the tick; the strict channel plays its waves out from there.
 """
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, same
 
 port_measure = Family("port_measure")  # (s, x, xd, p) -> s: motion at a frame start
 # (s, arrivals, frame_s, number, held_j, p) -> (s, arrivals, Sent); held_j: what the brake stores
@@ -18,4 +18,4 @@ port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the
 port_signals = Family("port_signals")  # (s) -> (u_m, u_m_lp, v_m)
 # (s, arrivals, p) -> energies since the start [J]: of u_m, sent, received, v_m, and the port's own
 port_energies = Family("port_energies")
-port_opened = Family("port_opened")  # (s) -> s: lists made here, where a session is compiled
+port_opened = Family("port_opened", same)  # (s) -> s: lists made here, where a session is compiled

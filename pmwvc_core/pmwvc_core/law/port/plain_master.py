@@ -4,19 +4,14 @@
 
 Every tick (App. B Fig. 1)::
 
-    v      the returning wave, expanded to the ticks of its frame by the hold
+    v      the returning wave, from the hold
     F_m = b xd - sqrt(2b) v_m,   u_m = sqrt(2b) xd - v_m
     u_m_lp, u_tx: the anti-aliasing filter, and every M-th of its outputs
 
-so that F_m xd = (u_m^2 - v_m^2)/2. Without anything in between v_m = v; port filters add an answer
-of their own (:mod:`.port_filters`). The safety limits may let another force F through. Then u_m is
-shortened until the port emits no more than it gets, with the parts' answer to the shorter wave::
-
-    |u_m|^2/2 <= |w + g u_m|^2/2 + F xd
-
-Only a limit on the change of force can make this impossible (an old force still pushing when the
-motion has turned); what it gave away then, ``deficit_j``, is kept back from later waves. A silent
-server is a wave v = 0, reached through the hold: F_m = b xd, a matched damper.
+so that F_m xd = (u_m^2 - v_m^2)/2; v_m = v without port filters (:mod:`.port_filters`). Where the
+safety limits let another force F through, u_m is shortened until |u_m|^2/2 <= |w + g u_m|^2/2 + F
+xd. What even u_m = 0 does not cover, ``deficit_j``, is withheld from later waves. A silent server
+is a wave v = 0: F_m = b xd.
 
 Equations: docs/theory.md 10.1.
 """
@@ -24,17 +19,7 @@ Equations: docs/theory.md 10.1.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_energies,
-    port_measure,
-    port_opened,
-    port_packet,
-    port_send,
-    port_signals,
-    port_tick,
-)
+from pmwvc_core.law.port import master
 from pmwvc_core.law.port.port_filters import (
     answered,
     filters_energies,
@@ -52,10 +37,10 @@ from pmwvc_core.law.position.feedback import (
     position_there,
     position_up,
 )
-from pmwvc_core.law.vectors import Vector, dot, minus, squared, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, zero
 from pmwvc_core.law.wave.anti_aliasing import filter_sample, filter_step
 from pmwvc_core.law.wave.hold import Hold, hold, load
-from pmwvc_core.law.wave.wave import wave_force, wave_u
+from pmwvc_core.law.wave.wave import wave_force, wave_j, wave_u
 
 
 class PlainEnergies(NamedTuple):
@@ -94,15 +79,13 @@ class PlainMasterParams(NamedTuple):
     position: Any
 
 
-@port_measure.member(PlainMaster)
+@master.port_measure.member(PlainMaster)
 def _measure(s: PlainMaster, x: Vector, xd: Vector, p: PlainMasterParams) -> PlainMaster:
     x, _ = known_motion(x, xd, s.x)
-    return PlainMaster(
-        s.hold, s.filter, s.filters, s.position, s.waves, x, s.xd, s.f_m, s.energies
-    )
+    return s._replace(x=x)
 
 
-@port_send.member(PlainMaster)
+@master.port_send.member(PlainMaster)
 def _send(
     s: PlainMaster, arrivals: Any, frame_s: float, number: int, held_j: float, p: PlainMasterParams
 ) -> tuple[PlainMaster, Any, Sent]:
@@ -110,35 +93,33 @@ def _send(
     e = s.energies
     after, wave = filter_sample(s.filter, p.filter)
     position, wave = position_send(s.position, wave, number, p.frame_s, p.position)
-    u_tx = e.u_tx + squared(wave) * (0.5 * p.frame_s)
-    energies = PlainEnergies(e.u_m, u_tx, e.v_rx, e.v_m, e.deficit_j)
-    s = PlainMaster(s.hold, after, s.filters, position, s.waves, s.x, s.xd, s.f_m, energies)
+    u_tx = e.u_tx + wave_j(wave, p.frame_s)
+    energies = e._replace(u_tx=u_tx)
+    s = s._replace(filter=after, position=position, energies=energies)
     return s, arrivals, Sent(wave, s.x, -1.0, ())
 
 
-@port_packet.member(PlainMaster)
+@master.port_packet.member(PlainMaster)
 def _packet(s: PlainMaster, arrivals: Any, packet: Packet, p: PlainMasterParams) -> PlainMaster:
     position = position_packet(s.position, packet, p.position)
-    return PlainMaster(
-        s.hold, s.filter, s.filters, position, s.waves, s.x, s.xd, s.f_m, s.energies
-    )
+    return s._replace(position=position)
 
 
-@port_answer.member(PlainMaster)
+@master.port_answer.member(PlainMaster)
 def _answer(
     s: PlainMaster, wave: Vector, silent: bool, frame_s: float, p: PlainMasterParams
 ) -> PlainMaster:
     """Take the newest wave; it stands for the frame that begins. A silence is a wave of zero."""
     e = s.energies
     wave = zero(wave) if silent else wave
-    v_rx = e.v_rx + squared(wave) * (0.5 * p.frame_s)
-    energies = PlainEnergies(e.u_m, e.u_tx, v_rx, e.v_m, e.deficit_j)
+    v_rx = e.v_rx + wave_j(wave, p.frame_s)
+    energies = e._replace(v_rx=v_rx)
     position = position_there(s.position, not silent)
     held = load(s.hold, wave)
-    return PlainMaster(held, s.filter, s.filters, position, s.waves, s.x, s.xd, s.f_m, energies)
+    return s._replace(hold=held, position=position, energies=energies)
 
 
-@port_tick.member(PlainMaster)
+@master.port_tick.member(PlainMaster)
 def _tick(
     s: PlainMaster, arrivals: Any, x: Vector, xd: Vector, p: PlainMasterParams
 ) -> tuple[PlainMaster, Any, Vector]:
@@ -151,11 +132,11 @@ def _tick(
     filters, for_force = force_velocity(filters, xd, p.filters, p.impedance)
     f_m = wave_force(p.impedance, for_force, v_m)
     waves = u_m, s.waves[1], v_m
-    s = PlainMaster(held, s.filter, filters, position, waves, x, xd, f_m, s.energies)
+    s = s._replace(hold=held, filters=filters, position=position, waves=waves, x=x, xd=xd, f_m=f_m)
     return s, arrivals, f_m
 
 
-@port_applied.member(PlainMaster)
+@master.port_applied.member(PlainMaster)
 def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     """Pay for the force that was applied [N], then let the wave pass on to the filter."""
     e, half_s, deficit_j = s.energies, 0.5 * p.tick_s, s.energies.deficit_j
@@ -165,36 +146,28 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
         missing = 2.0 * dot(minus(f, s.f_m), s.xd) - deficit_j / half_s
         u_m, v_m, deficit = wave_shortened(s.filters, u_m, v_m, missing)
         deficit_j = deficit * half_s
-    spent, came = squared(u_m) * half_s, squared(v_m) * half_s
+    spent, came = wave_j(u_m, p.tick_s), wave_j(v_m, p.tick_s)
     energies = PlainEnergies(e.u_m + spent, e.u_tx, e.v_rx, e.v_m + came, deficit_j)
     filters, on = filters_up(s.filters, u_m, p.filters)
     position = position_up(s.position, on, f, s.xd, p.position)
     after, y = filter_step(s.filter, on, p.filter)
-    return PlainMaster(s.hold, after, filters, position, (u_m, y, v_m), s.x, s.xd, s.f_m, energies)
+    return s._replace(
+        filter=after, filters=filters, position=position, waves=(u_m, y, v_m), energies=energies
+    )
 
 
-@port_signals.member(PlainMaster)
+@master.port_signals.member(PlainMaster)
 def _signals(s: PlainMaster) -> tuple[Vector, Vector, Vector]:
     return s.waves
 
 
-@port_energies.member(PlainMaster)
+@master.port_energies.member(PlainMaster)
 def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
     e = s.energies
     others = filters_energies(s.filters, p.filters) + position_energies(s.position)
     return (e.u_m, e.u_tx, e.v_rx, e.v_m) + others  # noqa: RUF005
 
 
-@port_opened.member(PlainMaster)
+@master.port_opened.member(PlainMaster)
 def _opened(s: PlainMaster) -> PlainMaster:
-    return PlainMaster(
-        s.hold,
-        s.filter,
-        s.filters,
-        position_opened(s.position),
-        s.waves,
-        s.x,
-        s.xd,
-        s.f_m,
-        s.energies,
-    )
+    return s._replace(position=position_opened(s.position))

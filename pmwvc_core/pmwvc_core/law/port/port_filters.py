@@ -9,39 +9,56 @@ with v0 + g u_m, |g| < 1, so that
 
 One that filters the velocity of the force alone has no part in the waves. Order within a tick:
 ``answered``, ``force_velocity``, then ``wave_shortened`` where the limits let another force
-through, and ``filters_up``. Members are chosen by their state; :class:`NoFilter` is the port
-without any.
+through, and ``filters_up``. Members are chosen by their state; by default nothing is between.
 """
 
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, no_accounts, passed
 from pmwvc_core.law.vectors import Vector, dot, plus, scaled, squared, zero
 from pmwvc_core.law.wave.wave import wave_u
 
+
+def _wave_shortened(
+    s: Any, u_m: Vector, v_m: Vector, missing: float
+) -> tuple[Vector, Vector, float]:
+    """Shorten u_m to |u|^2 <= |u_m|^2 + missing."""
+    natural = squared(u_m)
+    budget = natural + missing
+    if budget >= natural:
+        return u_m, v_m, 0.0
+    spent = max(budget, 0.0)
+    ratio = math.sqrt(spent / natural) if natural > 0.0 else 1.0
+    return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
+
+
+def _no_answer(s: Any, x: Vector, p: Any, impedance: Any) -> tuple[Any, Vector, float]:
+    return s, zero(x), 0.0
+
+
 # (s, v, x, xd, p, impedance) -> (s, v_m): the wave at the port, with the answer to its own u_m
-answered = Family("answered")
-force_velocity = Family("force_velocity")  # (s, xd, p, impedance) -> (s, velocity for the force)
+answered = Family("answered", passed)
+force_velocity = Family(
+    "force_velocity", passed
+)  # (s, xd, p, impedance) -> (s, velocity for the force)
 # (s, u_m, v_m, missing) -> (u_m, v_m, deficit): the longest wave that is paid for with so much
 # more than twice its own power [W], and what is not paid for then
-wave_shortened = Family("wave_shortened")
-filters_energies = Family("filters_energies")  # (s, p) -> those of its parts [J]
-filters_up = Family("filters_up")  # (s, u, p) -> (s, what of the outgoing wave goes on)
-
-
-part_down = Family("part_down")  # (s, v, p) -> (s, what it lets through of the wave)
+wave_shortened = Family("wave_shortened", _wave_shortened)
+filters_energies = Family("filters_energies", no_accounts)  # (s, p) -> those of its parts [J]
+filters_up = Family("filters_up", passed)  # (s, u, p) -> (s, what of the outgoing wave goes on)
+part_down = Family("part_down", passed)  # (s, v, p) -> (s, what it lets through of the wave)
 # (s, x, p, impedance) -> (s, v0, g): its answer v0 + g u to the wave of the tick
-part_offer = Family("part_offer")
-part_up = Family("part_up")  # (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
-part_energies = Family("part_energies")  # (s, p) -> sums and levels [J], as they are named
-part_velocity = Family("part_velocity")  # (s, xd, p, impedance) -> (s, velocity for the force)
-
-
-class NoFilter(NamedTuple):
-    """Nothing between device and port, or in the place of a filter."""
-
-    none: int
+part_offer = Family("part_offer", _no_answer)
+part_up = Family(
+    "part_up", passed
+)  # (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
+part_energies = Family(
+    "part_energies", no_accounts
+)  # (s, p) -> sums and levels [J], as they are named
+part_velocity = Family(
+    "part_velocity", passed
+)  # (s, xd, p, impedance) -> (s, velocity for the force)
 
 
 class Filtered(NamedTuple):
@@ -65,63 +82,6 @@ class FilteredParams(NamedTuple):
     impedance: Any
 
 
-@answered.member(NoFilter)
-def _answered(
-    s: NoFilter, v: Vector, x: Vector, xd: Vector, p: NoFilter, impedance: Any
-) -> tuple[NoFilter, Vector]:
-    return s, v
-
-
-@force_velocity.member(NoFilter)
-def _force_velocity(
-    s: NoFilter, xd: Vector, p: NoFilter, impedance: Any
-) -> tuple[NoFilter, Vector]:
-    return s, xd
-
-
-@wave_shortened.member(NoFilter)
-def _wave_shortened(
-    s: NoFilter, u_m: Vector, v_m: Vector, missing: float
-) -> tuple[Vector, Vector, float]:
-    """Shorten u_m to |u|^2 <= |u_m|^2 + missing."""
-    natural = squared(u_m)
-    budget = natural + missing
-    if budget >= natural:
-        return u_m, v_m, 0.0
-    spent = max(budget, 0.0)
-    ratio = math.sqrt(spent / natural) if natural > 0.0 else 1.0
-    return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
-
-
-@filters_up.member(NoFilter)
-def _up(s: NoFilter, u: Vector, p: NoFilter) -> tuple[NoFilter, Vector]:
-    return s, u
-
-
-@part_down.member(NoFilter)
-def _part_down(s: NoFilter, v: Vector, p: NoFilter) -> tuple[NoFilter, Vector]:
-    return s, v
-
-
-@part_offer.member(NoFilter)
-def _part_offer(
-    s: NoFilter, x: Vector, p: NoFilter, impedance: Any
-) -> tuple[NoFilter, Vector, float]:
-    return s, zero(x), 0.0
-
-
-@part_up.member(NoFilter)
-def _part_up(s: NoFilter, u: Vector, p: NoFilter, impedance: Any) -> tuple[NoFilter, Vector]:
-    return s, u
-
-
-@part_velocity.member(NoFilter)
-def _part_velocity(
-    s: NoFilter, xd: Vector, p: NoFilter, impedance: Any
-) -> tuple[NoFilter, Vector]:
-    return s, xd
-
-
 @answered.member(Filtered)
 def _filtered(
     s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, impedance: Any
@@ -141,7 +101,7 @@ def _filtered_velocity(
     s: Filtered, xd: Vector, p: FilteredParams, impedance: Any
 ) -> tuple[Filtered, Vector]:
     force, xd = part_velocity(s.force, xd, p.force, impedance)
-    return Filtered(s.near, s.far, force, s.held, s.gain), xd
+    return s._replace(force=force), xd
 
 
 @wave_shortened.member(Filtered)
@@ -167,17 +127,7 @@ def _filtered_shortened(
 def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, Vector]:
     near, u = part_up(s.near, u, p.near, p.impedance)
     far, u = part_up(s.far, u, p.far, p.impedance)
-    return Filtered(near, far, s.force, s.held, s.gain), u
-
-
-@part_energies.member(NoFilter)
-def _part_energies(s: NoFilter, p: NoFilter) -> Vector:
-    return ()
-
-
-@filters_energies.member(NoFilter)
-def _energies(s: NoFilter, p: NoFilter) -> Vector:
-    return ()
+    return s._replace(near=near, far=far), u
 
 
 @filters_energies.member(Filtered)

@@ -1,41 +1,31 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The master's end of the strict channel: displacement exact, energy as far as the hand gives it.
+"""The master's end of the strict channel: exact displacement, paid for by the hand.
 
-Per tick of length h, with F the force really applied and dx the motion really measured over it::
+Per tick of length h, with F the force applied and dx the motion measured over it::
 
-    v     of the playout, every tick
-    F_m = b xd - sqrt(2b) v_m                  asked of the device
-    u   = sqrt(2b) dx/h - v_m                  known when the tick is over;   U <- U + u h
-                                               (u_m is its estimate, sqrt(2b) xd - v_m)
-    node <- node + |v|^2 h/2 + F dx            what came in from both sides (dx: ``counts.moved``)
+    F_m = b xd - sqrt(2b) v_m                  v_m from the playout, every tick
+    u   = sqrt(2b) dx/h - v_m                  once the tick is over;   U <- U + u h
+    node <- node + |v|^2 h/2 + F dx            energy in from both sides (dx: ``counts.moved``)
 
 and per packet, for the mean wave w of its frame::
 
     paid  = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
-            (never what the brake stores: the hand can have it back)
+            (never what the brake stores)
     J <- J + paid,   node <- node - paid
 
-So the energy J sent never exceeds what channel and hand gave, whatever safety limits, velocity
-estimate, encoder, port filters or a late tick made of force and wave: they delay the payment, not
-the displacement U + V = sqrt(2b) x. Where a force that went on pushing out took the node itself
-below ``-LIMIT_J``, v waits until the hand has paid: the port is a damper. The packet carries w: no
-anti-aliasing filter, which passivity does not need here.
+So J never exceeds what channel and hand provided; limits, encoder, filters or late ticks delay the
+payment, not the displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the
+port is a damper. The packet carries w, without an anti-aliasing filter.
 
-Behind an encoder whose differences are the velocity, packets always lack some energy. Their
-deficit counts twice (``TWICE``), since to make the displacement up takes as much again, and the
-hand pays it by moving: F_m gets up to ``MORE`` of b xd on top, all of it from ``MUCH_J`` on.
-
-Where one of the playouts is short of energy, after outages or with a lag that has grown, the other
-one's surplus goes to it, and the hand pays likewise, through ``ASKED`` of b xd: packets take it to
-the playout of the server, which returns what it does not need. Motion that no force paid for, as
-that of a device that was silent, is undelivered there, too: up to all of b xd from ``MUCH`` on.
+The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a
+deficit (counted ``TWICE``) behind an encoder, ``ASKED`` while a playout is short, and all of b xd
+from ``MUCH`` of unpaid displacement on. The surplus of one playout goes to the other.
 
 Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """
 
 import math
-from typing import Any
 
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.law.channel.packet import Packet, Sent
@@ -49,27 +39,11 @@ from pmwvc_core.law.channel.playout import (
     take_back,
     waiting,
 )
-from pmwvc_core.law.port.counts import Counts, counts, may_count, resting_counts, rough_count
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_energies,
-    port_measure,
-    port_opened,
-    port_packet,
-    port_send,
-    port_signals,
-    port_tick,
-)
+from pmwvc_core.law.port import master
+from pmwvc_core.law.port.counts import counts, may_count, resting_counts, rough_count
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
 from pmwvc_core.law.port.sensing import known_motion
-from pmwvc_core.law.port.strict_state import (
-    Node,
-    StrictEnergies,
-    StrictMaster,
-    StrictMasterParams,
-    Under,
-)
+from pmwvc_core.law.port.strict_state import Node, StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
@@ -80,8 +54,8 @@ from pmwvc_core.law.position.feedback import (
     position_there,
     position_up,
 )
-from pmwvc_core.law.vectors import Vector, dot, each, length, plus, scaled, squared, zero
-from pmwvc_core.law.wave.wave import damper, wave_force, wave_u
+from pmwvc_core.law.vectors import Vector, columns, dot, each, length, plus, scaled, zero
+from pmwvc_core.law.wave.wave import damper, wave_force, wave_j, wave_u
 
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
@@ -96,10 +70,10 @@ SPARED_J = 1e-3  # left to the playout for catching up when the node takes what 
 
 
 def _with_playout(a: StrictArrivals, playout: Playout) -> StrictArrivals:
-    return StrictArrivals(a.silence, playout, a.counting, a.position, a.wanted)
+    return a._replace(playout=playout)
 
 
-@port_measure.member(StrictMaster)
+@master.port_measure.member(StrictMaster)
 def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> StrictMaster:
     """Account for the tick that ended with this motion; once."""
     x, xd = known_motion(x, xd, s.x)
@@ -107,42 +81,32 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
     if under.settled:
         if under.begun:
             return s
-        return StrictMaster(
-            node, s.filters, s.position, s.waves, x, xd, each(resting_counts, (x,)), s.integral,
-            under, s.unpaid, s.asks, e,
-        )  # fmt: skip
-    after = each(counts, (s.counts, x, xd), h)
-    tracked, xd = each(_state, (after,)), each(_velocity, (after,))
-    u = wave_u(p.impedance, scaled(each(_moved_wave, (after,)), 1.0 / h), s.waves[2])
+        return s._replace(
+            node=node, x=x, xd=xd, counts=each(resting_counts, (x,)), under=under, energies=e
+        )
+    tracked, steps = columns(each(counts, (s.counts, x, xd), h))
+    dx, moved, xd = columns(steps)
+    u = wave_u(p.impedance, scaled(dx, 1.0 / h), s.waves[2])
     filters, u = filters_up(s.filters, u, p.filters)
     position = position_up(s.position, u, under.f, xd, p.position)
-    worked = dot(under.f, each(_moved_force, (after,)))
-    node_j = node.node_j + squared(under.v) * (0.5 * h) + worked
-    due_j = node.due_j + squared(u) * (0.5 * h)
-    node = Node(node_j, node.deficit_j, node.withheld_j, due_j)
-    return StrictMaster(
-        node, filters, position, (s.waves[0], u, s.waves[2]), x, xd, tracked,
-        plus(s.integral, scaled(u, h)), Under(under.v, under.f, True, True), s.unpaid, s.asks, e,
-    )  # fmt: skip
+    node_j = node.node_j + wave_j(under.v, h) + dot(under.f, moved)
+    due_j = node.due_j + wave_j(u, h)
+    node = node._replace(node_j=node_j, due_j=due_j)
+    return s._replace(
+        node=node,
+        filters=filters,
+        position=position,
+        waves=(s.waves[0], u, s.waves[2]),
+        x=x,
+        xd=xd,
+        counts=tracked,
+        integral=plus(s.integral, scaled(u, h)),
+        under=under._replace(settled=True, begun=True),
+        energies=e,
+    )
 
 
-def _state(counted: Any) -> Counts:
-    return counted[0]
-
-
-def _velocity(counted: Any) -> float:
-    return counted[1].xd
-
-
-def _moved_wave(counted: Any) -> float:
-    return counted[1].dx
-
-
-def _moved_force(counted: Any) -> float:
-    return counted[1].moved
-
-
-@port_send.member(StrictMaster)
+@master.port_send.member(StrictMaster)
 def _send(
     s: StrictMaster, a: StrictArrivals, frame_s: float, number: int, held_j: float,
     p: StrictMasterParams,
@@ -150,7 +114,7 @@ def _send(
     """Send the mean wave of the frame [sqrt(W)], and pay for it."""
     playout, node, e, unpaid = a.playout, s.node, s.energies, s.unpaid
     wave = scaled(s.integral, 1.0 / frame_s)
-    needed, lent = squared(wave) * (0.5 * frame_s), position_lent(s.position, p.position)
+    needed, lent = wave_j(wave, frame_s), position_lent(s.position, p.position)
     node_j, withheld_j, counting = node.node_j, node.withheld_j, False
     for i in range(len(s.counts)):
         counting = counting or may_count(s.counts[i])
@@ -177,39 +141,36 @@ def _send(
         short = needed - paid
         deficit_j += short + (TWICE - 1.0) * max(short, 0.0)
         deficit_j = min(max(deficit_j, 0.0), MOST_DEFICIT_J) if withheld_j > 0.0 else 0.0
-    energies = StrictEnergies(e.u_m, e.u_tx + paid, e.v_m)
-    s = StrictMaster(
-        Node(node_j - paid, deficit_j, withheld_j, 0.0), s.filters, position, s.waves, s.x, s.xd,
-        s.counts, zero(s.integral), s.under, unpaid, s.asks, energies,
-    )  # fmt: skip
+    energies = e._replace(u_tx=e.u_tx + paid)
+    s = s._replace(
+        node=Node(node_j - paid, deficit_j, withheld_j, 0.0),
+        position=position,
+        integral=zero(s.integral),
+        unpaid=unpaid,
+        energies=energies,
+    )
     return s, _with_playout(a, playout), Sent(wave, s.x, energies.u_tx, ())
 
 
-@port_packet.member(StrictMaster)
+@master.port_packet.member(StrictMaster)
 def _packet(
     s: StrictMaster, a: StrictArrivals, packet: Packet, p: StrictMasterParams
 ) -> StrictMaster:
     """Note the avatar's position, and what the server lacks; the wave is the playout's."""
     unpaid = 0.0 if s.asks[0] and not packet.short else s.unpaid
     position = position_packet(s.position, packet, p.position)
-    return StrictMaster(
-        s.node, s.filters, position, s.waves, s.x, s.xd, s.counts, s.integral, s.under, unpaid,
-        (packet.short, is_short(a.playout)), s.energies,
-    )  # fmt: skip
+    return s._replace(position=position, unpaid=unpaid, asks=(packet.short, is_short(a.playout)))
 
 
-@port_answer.member(StrictMaster)
+@master.port_answer.member(StrictMaster)
 def _answer(
     s: StrictMaster, wave: Vector, silent: bool, frame_s: float, p: StrictMasterParams
 ) -> StrictMaster:
     position = position_there(s.position, not silent)
-    return StrictMaster(
-        s.node, s.filters, position, s.waves, s.x, s.xd, s.counts, s.integral, s.under, s.unpaid,
-        s.asks, s.energies,
-    )  # fmt: skip
+    return s._replace(position=position)
 
 
-@port_tick.member(StrictMaster)
+@master.port_tick.member(StrictMaster)
 def _tick(
     s: StrictMaster, a: StrictArrivals, x: Vector, xd: Vector, p: StrictMasterParams
 ) -> tuple[StrictMaster, StrictArrivals, Vector]:
@@ -220,7 +181,7 @@ def _tick(
     if node.node_j < 0.0:
         # What is free in the playout goes to the node; where it still owes too much, v waits.
         playout, released_j = release(playout, -node.node_j, 0.0)
-        node = Node(node.node_j + released_j, node.deficit_j, node.withheld_j, node.due_j)
+        node = node._replace(node_j=node.node_j + released_j)
         if node.node_j < -LIMIT_J - node.withheld_j:
             playout, v = take_back(playout, v, p.tick_s), zero(v)
     free_j = node.node_j - node.due_j
@@ -234,31 +195,33 @@ def _tick(
         more += min(max(s.unpaid * (1.0 / MUCH), ASKED), 1.0)
     if more > 0.0:
         f_m = plus(f_m, scaled(damper(b, xd), more))
-    s = StrictMaster(
-        node, filters, position, (u_m, s.waves[1], v_m), x, xd, s.counts, s.integral,
-        Under(v, s.under.f, False, s.under.begun), s.unpaid, s.asks, s.energies,
-    )  # fmt: skip
+    s = s._replace(
+        node=node,
+        filters=filters,
+        position=position,
+        waves=(u_m, s.waves[1], v_m),
+        x=x,
+        xd=xd,
+        under=s.under._replace(v=v, settled=False),
+    )
     return s, _with_playout(a, playout), f_m
 
 
-@port_applied.member(StrictMaster)
+@master.port_applied.member(StrictMaster)
 def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     """Note the force that was let through [N]; what it cost is known when the tick is over."""
-    e, half_s = s.energies, 0.5 * p.tick_s
-    u_m = e.u_m + squared(s.waves[0]) * half_s
-    energies = StrictEnergies(u_m, e.u_tx, e.v_m + squared(s.waves[2]) * half_s)
-    return StrictMaster(
-        s.node, s.filters, s.position, s.waves, s.x, s.xd, s.counts, s.integral,
-        Under(s.under.v, f, False, s.under.begun), s.unpaid, s.asks, energies,
-    )  # fmt: skip
+    e, (u_m, _, v_m) = s.energies, s.waves
+    u_j, v_j = e.u_m + wave_j(u_m, p.tick_s), e.v_m + wave_j(v_m, p.tick_s)
+    energies = e._replace(u_m=u_j, v_m=v_j)
+    return s._replace(under=s.under._replace(f=f, settled=False), energies=energies)
 
 
-@port_signals.member(StrictMaster)
+@master.port_signals.member(StrictMaster)
 def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
     return s.waves
 
 
-@port_energies.member(StrictMaster)
+@master.port_energies.member(StrictMaster)
 def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vector:
     e, m = s.energies, a.playout.moved
     own = (
@@ -269,9 +232,6 @@ def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vect
     return own + others
 
 
-@port_opened.member(StrictMaster)
+@master.port_opened.member(StrictMaster)
 def _opened(s: StrictMaster) -> StrictMaster:
-    return StrictMaster(
-        s.node, s.filters, position_opened(s.position), s.waves, s.x, s.xd, s.counts, s.integral,
-        s.under, s.unpaid, s.asks, s.energies,
-    )  # fmt: skip
+    return s._replace(position=position_opened(s.position))

@@ -2,37 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Velocity filter by feeding back the high-pass part of the outgoing wave (App. D).
 
-A share s (half, in App. D) of H_HP u_m comes back at once, so that the velocity, which is most of
-u_m at high frequency, and its noise do not reach the hand:
-
 exact (App. D Fig. 1)
-    v_m = w + s H_HP u_m with w the wave from the server. As u_m = sqrt(2b) xd - v_m this is a
-    loop; it is solved. F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Its part of the wave
-    is spent twice, here and at the low-pass filter behind it: what it gives out that filter pays
-    for where ``|H_LP| + s |H_HP| <= 1`` (:mod:`pmwvc_core.wave.design.branches`).
+    v_m = w + s H_HP u_m with w the wave from the server, solved together with u_m = sqrt(2b) xd -
+    v_m: F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Passive with the low-pass filter
+    behind it where ``|H_LP| + s |H_HP| <= 1`` (:mod:`pmwvc_core.wave.design.branches`).
 equivalent (App. D Fig. 2, Eq. 3 and 2)
-    F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m: of the velocity that is
-    fed back only the first term of u_m. The wave goes out as before, so more energy leaves on it
-    than the device has given: b (2 s H_HP xd) xd, which the account shows.
+    F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m. Generates b (2 s H_HP xd)
+    xd, which the account shows.
 complementary (ours)
-    v_m = H_1 w + s H_2 H_2 u_m, and H_1 u_m goes on, with |H_1|^2 + |H_2|^2 = 1. Passive by itself
-    at every tick for s <= 1, as [H_1 H_2] keeps energy; whatever stands behind it.
+    v_m = H_1 w + s H_2 H_2 u_m, and H_1 u_m goes on, with |H_1|^2 + |H_2|^2 = 1. Passive at every
+    tick for s <= 1.
 
-``kept_j`` is the energy that a filter has kept; below zero it has given it out. All states are
-zero at first. Which filters: :mod:`pmwvc_core.wave.design.velocity_filter_design`.
+s is the share that comes back (half in App. D); ``kept_j`` the energy that a filter has kept.
 
 Equations: docs/theory.md 7.1, 7.2, 7.3.
 """
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.port.port_filters import (
-    part_down,
-    part_energies,
-    part_offer,
-    part_up,
-    part_velocity,
-)
+from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared
 from pmwvc_core.law.wave.cascade import (
     Cascade,
@@ -107,19 +95,19 @@ def resting_complementary(axes: int, p: VelocityParams) -> Complementary:
     return Complementary(low, low, high, high, (0.0,) * axes, (0.0,) * axes, 0.0)
 
 
-@part_down.member(Exact)
+@port_filters.part_down.member(Exact)
 def _exact_down(s: Exact, v: Vector, p: VelocityParams) -> tuple[Exact, Vector]:
-    return Exact(s.high, v, s.kept_j), v
+    return s._replace(w=v), v
 
 
-@part_offer.member(Exact)
+@port_filters.part_offer.member(Exact)
 def _exact_offer(
     s: Exact, x: Vector, p: VelocityParams, impedance: Any
 ) -> tuple[Exact, Vector, float]:
     return s, scaled(each(rest_of, (s.high,), p.high), p.share), p.share * gain_of(p.high)
 
 
-@part_up.member(Exact)
+@port_filters.part_up.member(Exact)
 def _exact_up(s: Exact, u: Vector, p: VelocityParams, impedance: Any) -> tuple[Exact, Vector]:
     high, y = columns(each(cascade, (s.high, u), p.high))
     back = plus(s.w, scaled(y, p.share))
@@ -127,7 +115,7 @@ def _exact_up(s: Exact, u: Vector, p: VelocityParams, impedance: Any) -> tuple[E
     return Exact(high, s.w, kept_j), u
 
 
-@part_velocity.member(InForce)
+@port_filters.part_velocity.member(InForce)
 def _in_force(s: InForce, xd: Vector, p: VelocityParams, impedance: Any) -> tuple[InForce, Vector]:
     high, y = columns(each(cascade, (s.high, xd), p.high))
     less = scaled(y, 2.0 * p.share)
@@ -135,15 +123,15 @@ def _in_force(s: InForce, xd: Vector, p: VelocityParams, impedance: Any) -> tupl
     return InForce(high, kept_j), minus(xd, less)
 
 
-@part_down.member(Complementary)
+@port_filters.part_down.member(Complementary)
 def _complementary_down(
     s: Complementary, v: Vector, p: VelocityParams
 ) -> tuple[Complementary, Vector]:
     down, passed = columns(each(cascade, (s.down, v), p.low))
-    return Complementary(s.up, down, s.first, s.second, v, passed, s.kept_j), passed
+    return s._replace(down=down, w=v, passed=passed), passed
 
 
-@part_offer.member(Complementary)
+@port_filters.part_offer.member(Complementary)
 def _complementary_offer(
     s: Complementary, x: Vector, p: VelocityParams, impedance: Any
 ) -> tuple[Complementary, Vector, float]:
@@ -152,7 +140,7 @@ def _complementary_offer(
     return s, scaled(plus(scaled(first, gain), second), p.share), p.share * gain * gain
 
 
-@part_up.member(Complementary)
+@port_filters.part_up.member(Complementary)
 def _complementary_up(
     s: Complementary, u: Vector, p: VelocityParams, impedance: Any
 ) -> tuple[Complementary, Vector]:
@@ -162,19 +150,9 @@ def _complementary_up(
     back = plus(s.passed, scaled(y, p.share))
     kept = squared(u) - squared(on) + squared(s.w) - squared(back)
     kept_j = s.kept_j + kept * (0.5 * p.tick_s)
-    return Complementary(up, s.down, first, second, s.w, s.passed, kept_j), on
+    return s._replace(up=up, first=first, second=second, kept_j=kept_j), on
 
 
-@part_energies.member(Exact)
-def _exact_energies(s: Exact, p: VelocityParams) -> Vector:
-    return (s.kept_j,)
-
-
-@part_energies.member(InForce)
-def _in_force_energies(s: InForce, p: VelocityParams) -> Vector:
-    return (s.kept_j,)
-
-
-@part_energies.member(Complementary)
-def _complementary_energies(s: Complementary, p: VelocityParams) -> Vector:
+@port_filters.part_energies.member(Exact, InForce, Complementary)
+def _energies(s: Any, p: VelocityParams) -> Vector:
     return (s.kept_j,)

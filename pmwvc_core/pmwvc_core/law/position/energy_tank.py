@@ -1,32 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The energy that a master has taken in and not given out, as far as it is free to be spent.
+"""The energy that a master has taken in and not released, as far as it is free to be spent.
 
-Packets (with the energy their sender reports as sent so far, lost ones included) and the hand
-bring energy in; packets take it out. Energy that filter and hold may still give out is not free::
+Energy that filter and hold may still release is reserved::
 
     free = [packets received - |v|^2 T_c/2 of the ticks - T_c (M-1)/4 |v|^2]     hold, per packet
          + [|u|^2 T_c/2 of the ticks - packets sent - tau |y|^2/2]            filter, at each send
          + min(0, F xd of the device less the energy into the link)           filters, limits
          + storage declared - spent - discarded
 
-with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
-output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
-been sent. The first line never falls while packets come in time. Where a hold gives out energy
-that no packet brought, the tank pays; ``deficit_j`` counts the remainder, at most M T_c/2 |v|^2
-for each load of a packet received before, and later packets pay that first. A packet that the tank
-cannot pay for is shortened. So at every packet
+with v the wave of the hold, u the one from the device, y the filter's output, tau its group delay
+less (M-1)/2 T_c. ``deficit_j`` is what the hold released without a packet and the tank did not
+cover, at most M T_c/2 |v|^2 per late packet; later packets pay it first. A packet that the tank
+cannot pay for is shortened, so that at every packet
 
     storage + received + F xd - sent >= - deficit
 
-with any passive port filters, for any anti-aliasing filter. F xd comes from the waves: behind an
-encoder it counts energy that the hand did not give. What is *spent* is bounded by the work of the
-hand as well, force held times distance measured,
+F xd comes from the waves. What is *spent* is bounded by the measured work as well,
 
     spent <= storage + received + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
 
-in which an encoder errs to the safe side (docs/theory.md, section 13): a grip held between two of
-its counts leaves nothing to spend.
+in which an encoder errs to the safe side (docs/theory.md, section 13).
 
 Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 """
@@ -37,7 +31,8 @@ from typing import NamedTuple
 from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.position.error import PositionParams
-from pmwvc_core.law.vectors import Vector, dot, minus, scaled, squared
+from pmwvc_core.law.vectors import Vector, dot, minus, scaled
+from pmwvc_core.law.wave.wave import wave_j
 
 SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be a force step
 
@@ -110,28 +105,28 @@ def _saved(s: Level, energy_j: float, most_j: float) -> Level:
     """Put energy on the account; what is more than it may hold is gone."""
     saved_j = s.saved_j + energy_j
     held_j = min(saved_j, most_j)
-    return Level(held_j, s.spent_j, s.deficit_j, s.discarded_j + (saved_j - held_j))
+    return s._replace(saved_j=held_j, discarded_j=s.discarded_j + (saved_j - held_j))
 
 
 def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
     """Settle the frame that ends, then take the newest packet in."""
     level, passed, n = s.level, s.passed, s.latest
-    of_hold_j = passed.received_j - passed.played_j - 0.5 * p.hold_s * squared(n.v)
+    of_hold_j = passed.received_j - passed.played_j - wave_j(n.v, p.hold_s)
     change_j = of_hold_j - n.of_hold_j
     gained_j, lost_j = max(change_j, 0.0), max(-change_j, 0.0)
     repaid_j = min(level.deficit_j, gained_j)
     drawn_j = min(max(level.saved_j, 0.0), lost_j)
     deficit_j = level.deficit_j + (lost_j - drawn_j) - repaid_j
-    level = Level(level.saved_j, level.spent_j, deficit_j, level.discarded_j)
+    level = level._replace(deficit_j=deficit_j)
     level = _saved(level, gained_j - repaid_j - drawn_j, p.most_j)
     epoch, number, sum_j, received_j = n.epoch, n.number, n.sum_j, passed.received_j
     if packet.epoch != epoch or packet.number > number:
         if packet.epoch != epoch:
-            sum_j = packet.energy_j - squared(packet.wave) * (0.5 * packet.period_s)
+            sum_j = packet.energy_j - wave_j(packet.wave, packet.period_s)
         received_j += max(packet.energy_j - sum_j, 0.0)
         epoch, number, sum_j = packet.epoch, packet.number, packet.energy_j
-    passed = Passed(passed.played_j, passed.taken_j, passed.device_j, passed.work_j, received_j)
-    latest = Latest(n.x, n.moved, n.f, n.v, n.y, of_hold_j, n.of_u_j, epoch, number, sum_j)
+    passed = passed._replace(received_j=received_j)
+    latest = n._replace(of_hold_j=of_hold_j, epoch=epoch, number=number, sum_j=sum_j)
     return Tank(level, passed, latest)
 
 
@@ -144,26 +139,26 @@ def tank_down(
     That is the longest s w, s <= 1, with (|v + s w|^2 - |v|^2)/2 <= free/0.1 s. A change that
     makes the wave smaller brings energy.
     """
-    passed, n, half_s = s.passed, s.latest, 0.5 * p.tick_s
+    passed, n = s.passed, s.latest
     work_j = passed.work_j + dot(n.f, minus(x, n.x)) if n.moved else passed.work_j
-    played_j = passed.played_j + squared(v) * half_s
-    passed = Passed(played_j, passed.taken_j, passed.device_j, work_j, passed.received_j)
-    latest = Latest(x, True, n.f, v, n.y, n.of_hold_j, n.of_u_j, n.epoch, n.number, n.sum_j)
+    played_j = passed.played_j + wave_j(v, p.tick_s)
+    passed = passed._replace(played_j=played_j, work_j=work_j)
+    latest = n._replace(x=x, moved=True, v=v)
     s = Tank(s.level, passed, latest)
     if not spends:
         return s, wanted
     wanted, cost = affordable(v, wanted, tank_free_j(s) * (2.0 / SPREAD_S))
-    cost_j, level = cost * half_s, s.level
-    level = Level(level.saved_j, level.spent_j + cost_j, level.deficit_j, level.discarded_j)
+    cost_j, level = cost * (0.5 * p.tick_s), s.level
+    level = level._replace(spent_j=level.spent_j + cost_j)
     return Tank(_saved(level, -cost_j, p.most_j), passed, latest), wanted
 
 
 def tank_up(s: Tank, u: Vector, f: Vector, xd: Vector, h: float) -> Tank:
     """Note what came back in a tick [sqrt(W)], and the device's force and velocity."""
     passed, n = s.passed, s.latest
-    taken_j, device_j = passed.taken_j + squared(u) * (0.5 * h), passed.device_j + dot(f, xd) * h
-    passed = Passed(passed.played_j, taken_j, device_j, passed.work_j, passed.received_j)
-    latest = Latest(n.x, n.moved, f, n.v, n.y, n.of_hold_j, n.of_u_j, n.epoch, n.number, n.sum_j)
+    taken_j, device_j = passed.taken_j + wave_j(u, h), passed.device_j + dot(f, xd) * h
+    passed = passed._replace(taken_j=taken_j, device_j=device_j)
+    latest = n._replace(f=f)
     return Tank(s.level, passed, latest)
 
 
@@ -171,13 +166,13 @@ def tank_send(s: Tank, y: Vector, p: PositionParams) -> tuple[Tank, Vector]:
     """Return the filter's output y, or as much of it as can be paid for [sqrt(W)]."""
     n, level, filter_s = s.latest, s.level, max(p.filter_s, 0.0)
     taken_j = s.passed.taken_j
-    before_j = taken_j - n.of_u_j + 0.5 * filter_s * squared(n.y)
-    needed_j = squared(y) * (0.5 * p.frame_s)
+    before_j = taken_j - n.of_u_j + wave_j(n.y, filter_s)
+    needed_j = wave_j(y, p.frame_s)
     allowed_j = max(level.saved_j + before_j + _lacking_j(s), 0.0)
     sent = y
     if needed_j > allowed_j:
         sent = scaled(y, math.sqrt(min(allowed_j / needed_j, 1.0)))
         needed_j = allowed_j
-    level = _saved(level, before_j - 0.5 * filter_s * squared(y) - needed_j, p.most_j)
-    latest = Latest(n.x, n.moved, n.f, n.v, y, n.of_hold_j, taken_j, n.epoch, n.number, n.sum_j)
+    level = _saved(level, before_j - wave_j(y, filter_s) - needed_j, p.most_j)
+    latest = n._replace(y=y, of_u_j=taken_j)
     return Tank(level, s.passed, latest), sent

@@ -7,17 +7,15 @@ At either port xd = (u + v)/sqrt(2b), so with U, V the integrals of the waves
 
     sqrt(2b) (x_m - x_s - x_ref) = (U_m - U_s) - (V_s - V_m),
 
-the waves on their way to the server less those on their way back. Known are the wave in the
-filter (group delay tau, sampled at frame ends), those sent after the packet that the server has
-answered (its echo names it), the packet that is about to be played, and the wave in the hold::
+the waves on the uplink less those on the downlink. Known are the wave in the filter (group delay
+tau), those sent after the packet that the server answered (its echo), and those still to be
+played::
 
     lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - down
     down = w T + (M-1)/2 T_c v (first-order hold), or what the playout holds
 
-The residual is lost or distorted motion: lost packets, saturation, aliasing. ``x_ref`` makes the
-residual zero at the first packet of an avatar: its position then (before the face of the object,
-late) does not count. Both ends need equal impedances: with others the avatar moves on another
-scale. K_p is given, or follows the round trip tau that packets show: K_p = c sqrt(2b)/tau.
+The residual is lost or distorted motion. ``x_ref`` makes it zero at an avatar's first packet. Both
+ends need equal impedances. K_p is given, or follows the round trip tau: K_p = c sqrt(2b)/tau.
 
 Equations: docs/theory.md 9.1, 9.2, 9.3, 9.8.
 """
@@ -106,7 +104,7 @@ def error_opened(s: PositionError) -> PositionError:
     """Return what is known before the first packet, its list made here."""
     d = s.sending
     posted = [Posted(0, d.integral, 0.0)]
-    sending = Sending(d.integral, d.time_s, d.frame_s, d.since, d.y, posted)
+    sending = d._replace(posted=posted)
     return _with(s, sending)
 
 
@@ -126,7 +124,7 @@ def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
     """Note the wave of a tick that goes on to the server [sqrt(W)]."""
     d = s.sending
     since = plus(d.since, scaled(u, h))
-    sending = Sending(d.integral, d.time_s, d.frame_s, since, d.y, d.posted)
+    sending = d._replace(since=since)
     return _with(s, sending)
 
 
@@ -153,18 +151,16 @@ def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> Positio
         now_s = waiting_s + packet.period_s + p.hold_s
         ratio = packet.period_s / SMOOTHED_S if round_trip_s > 0.0 else 1.0
         round_trip_s += min(ratio, 1.0) * (now_s - round_trip_s)
-        d = Sending(d.integral, d.time_s, d.frame_s, d.since, d.y, d.posted[place:])
+        d = d._replace(posted=d.posted[place:])
     wave = scaled(packet.wave, packet.period_s)
     seen = Seen(packet.epoch, packet.number, packet.anew, packet.position, wave, answered,
                 place >= 0, True)  # fmt: skip
-    return PositionError(d, seen, s.v, s.reference, referenced, s.residual, s.left, round_trip_s,
-                         s.there)  # fmt: skip
+    return s._replace(sending=d, seen=seen, referenced=referenced, round_trip_s=round_trip_s)
 
 
 def error_there(s: PositionError, there: bool) -> PositionError:
     """Note whether the server is there."""
-    return PositionError(s.sending, s.seen, s.v, s.reference, s.referenced, s.residual, s.left,
-                         s.round_trip_s, there)  # fmt: skip
+    return s._replace(there=there)
 
 
 def error_tick(
@@ -195,8 +191,7 @@ def error_tick(
     elif referenced:
         error = minus(minus(x, avatar_x), reference)
     if seen.fresh:
-        seen = Seen(seen.epoch, seen.number, seen.anew, seen.x, seen.wave, seen.answered,
-                    seen.remembered, False)  # fmt: skip
+        seen = seen._replace(fresh=False)
     s = PositionError(s.sending, seen, v, reference, referenced, residual, left, s.round_trip_s,
                       s.there)  # fmt: skip
     return s, error
@@ -210,5 +205,4 @@ def asked(s: PositionError, error: Vector, p: PositionParams) -> Vector:
 
 
 def _with(s: PositionError, sending: Sending) -> PositionError:
-    return PositionError(sending, s.seen, s.v, s.reference, s.referenced, s.residual, s.left,
-                         s.round_trip_s, s.there)  # fmt: skip
+    return s._replace(sending=sending)

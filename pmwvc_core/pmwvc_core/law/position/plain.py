@@ -3,19 +3,16 @@
 """Position feedback on the returning wave of the plain channel.
 
 The wave changes by - K_p e (:mod:`.error`), with e = x_m - x_s - x_ref (``printed``,
-``budgeted``) or what of it the waves on their way do not explain (``integral``). ``printed`` pays
-for nothing: it can make energy. The others change v_m only as far as the energy tank of the master
-pays for it (:mod:`.energy_tank`), and shorten a packet that it does not.
-
-With K_p the link no longer is a spring: at rest v_m and e belong together only for e = 0, so that
-the rendered stiffness is the environment's. No passive link without stored energy can do that
-(K/M <= 4/tau^2, docs/theory.md, section 11): ``lent_j`` is what the paid forms hold at the start,
-and the port is passive with this storage.
+``budgeted``) or its residual (``integral``). ``printed`` pays for nothing and can generate energy;
+the others change v_m, and shorten packets, as the energy tank allows (:mod:`.energy_tank`). At
+rest the rendered stiffness is the environment's, which takes stored energy (K/M <= 4/tau^2 without
+it, docs/theory.md, section 11): ``lent_j`` at the start.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.position import feedback
 from pmwvc_core.law.position.energy_tank import (
     Tank,
     resting_tank,
@@ -37,16 +34,6 @@ from pmwvc_core.law.position.error import (
     error_tick,
     is_news,
     resting_error,
-)
-from pmwvc_core.law.position.feedback import (
-    position_down,
-    position_energies,
-    position_lent,
-    position_opened,
-    position_packet,
-    position_send,
-    position_there,
-    position_up,
 )
 from pmwvc_core.law.vectors import Vector, plus, scaled, squared
 
@@ -82,42 +69,32 @@ def _error(
     return error_tick(s, x, s.seen.x, v, plus(s.seen.wave, scaled(s.v, p.hold_s)), p)
 
 
-@position_packet.member(Published)
+@feedback.position_packet.member(Published)
 def _published_packet(s: Published, packet: Packet, p: PositionParams) -> Published:
-    return (
-        Published(error_packet(s.error, packet, p), s.spent_j) if is_news(s.error, packet) else s
-    )
+    if not is_news(s.error, packet):
+        return s
+    return s._replace(error=error_packet(s.error, packet, p))
 
 
-@position_packet.member(Budgeted)
+@feedback.position_packet.member(Budgeted)
 def _budgeted_packet(s: Budgeted, packet: Packet, p: PositionParams) -> Budgeted:
     error = error_packet(s.error, packet, p) if is_news(s.error, packet) else s.error
     return Budgeted(error, tank_packet(s.tank, packet, p))
 
 
-@position_there.member(Published)
-def _published_there(s: Published, there: bool) -> Published:
-    return Published(error_there(s.error, there), s.spent_j)
-
-
-@position_there.member(Budgeted)
-def _budgeted_there(s: Budgeted, there: bool) -> Budgeted:
-    return Budgeted(error_there(s.error, there), s.tank)
-
-
-@position_down.member(Published)
+@feedback.position_down.member(Published)
 def _published_down(
     s: Published, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[Published, Vector]:
     error, e = _error(s.error, v, x, p)
     if not error.there:
-        return Published(error, s.spent_j), v
+        return s._replace(error=error), v
     changed = plus(v, asked(error, e, p))
     more = squared(changed) - squared(v)
     return Published(error, s.spent_j + more * (0.5 * p.tick_s)), changed
 
 
-@position_down.member(Budgeted)
+@feedback.position_down.member(Budgeted)
 def _budgeted_down(
     s: Budgeted, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[Budgeted, Vector]:
@@ -126,24 +103,12 @@ def _budgeted_down(
     return Budgeted(error, tank), plus(v, change) if error.there else v
 
 
-@position_up.member(Published)
-def _published_up(s: Published, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Published:
-    return Published(error_taken(s.error, u, p.tick_s), s.spent_j)
-
-
-@position_up.member(Budgeted)
+@feedback.position_up.member(Budgeted)
 def _budgeted_up(s: Budgeted, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Budgeted:
     return Budgeted(error_taken(s.error, u, p.tick_s), tank_up(s.tank, u, f, xd, p.tick_s))
 
 
-@position_send.member(Published)
-def _published_send(
-    s: Published, wave: Vector, number: int, frame_s: float, p: PositionParams
-) -> tuple[Published, Vector]:
-    return Published(error_sent(s.error, wave, wave, number, frame_s), s.spent_j), wave
-
-
-@position_send.member(Budgeted)
+@feedback.position_send.member(Budgeted)
 def _budgeted_send(
     s: Budgeted, wave: Vector, number: int, frame_s: float, p: PositionParams
 ) -> tuple[Budgeted, Vector]:
@@ -151,32 +116,38 @@ def _budgeted_send(
     return Budgeted(error_sent(s.error, wave, sent, number, frame_s), tank), sent
 
 
-@position_lent.member(Published)
-def _published_lent(s: Published, p: PositionParams) -> float:
-    return 0.0
-
-
-@position_lent.member(Budgeted)
-def _budgeted_lent(s: Budgeted, p: PositionParams) -> float:
-    return 0.0
-
-
-@position_energies.member(Published)
+@feedback.position_energies.member(Published)
 def _published_energies(s: Published) -> Vector:
     return (s.spent_j,)
 
 
-@position_energies.member(Budgeted)
+@feedback.position_energies.member(Budgeted)
 def _budgeted_energies(s: Budgeted) -> Vector:
     level = s.tank.level
     return level.spent_j, tank_free_j(s.tank), level.discarded_j, level.deficit_j
 
 
-@position_opened.member(Published)
-def _published_opened(s: Published) -> Published:
-    return Published(error_opened(s.error), s.spent_j)
+@feedback.position_there.member(Published, Budgeted)
+def told_there(s: Any, there: bool) -> Any:
+    """Note whether the server is there."""
+    return s._replace(error=error_there(s.error, there))
 
 
-@position_opened.member(Budgeted)
-def _budgeted_opened(s: Budgeted) -> Budgeted:
-    return Budgeted(error_opened(s.error), s.tank)
+@feedback.position_up.member(Published)
+def wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Any:
+    """Note the wave that goes on; the node or nobody pays for it."""
+    return s._replace(error=error_taken(s.error, u, p.tick_s))
+
+
+@feedback.position_send.member(Published)
+def wave_sent(
+    s: Any, wave: Vector, number: int, frame_s: float, p: PositionParams
+) -> tuple[Any, Vector]:
+    """Note the wave that is sent, as it is."""
+    return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
+
+
+@feedback.position_opened.member(Published, Budgeted)
+def opened(s: Any) -> Any:
+    """Return the feedback before the first packet, its list made here."""
+    return s._replace(error=error_opened(s.error))

@@ -2,24 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position feedback on the strict channel: v_m - K_p e, paid out of the node.
 
-The node that pays for packets (:mod:`pmwvc_core.law.port.strict_master`) pays for this as well:
-what v_m brings less energy than the playout gave is missing from it. It begins with the energy
-declared as lent, E0, and is filled up to it again from whatever comes in beyond what packets need,
-before packets get it. A tick takes at most what is free, spread over ``SPREAD_S``: in one tick it
-would be a force step. Motion that playouts hold or have not delivered is part of e, so that after
-an outage device and avatar come together.
+The node (:mod:`pmwvc_core.law.port.strict_master`) begins with the energy lent, E0, and is
+refilled to it before packets get more than they need. A tick takes at most what is free, spread
+over ``SPREAD_S``. Between packets the avatar's position follows a line.
 
-A packet tells where the avatar is once a step; in between e follows a line from packet to packet,
-else it would have the steps of the server in it.
-
-In free motion e is the delay of the link, x_m - x_s = v T, which nothing should correct: to do so
-would add mass and damping. So e counts as far as the avatar feels a force F, in full from
-``FORCE_N`` on. F follows from the packets: the wave that the server sent in its steps and the way
-that the avatar went in them.
-
-A gain that adapts is larger by up to ``MOST`` where less is left of the loan. At the wall of
-stiffness K a larger gain makes slow presses give back more than they take (17.17), so what
-presses have taken comes back, up to the stiffness for which ``MOST`` is enough.
+In free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e counts as
+far as the avatar feels a force, in full from ``FORCE_N`` on. The force follows from the packets
+(the server's wave and the way of the avatar). A gain that adapts grows by up to ``MOST`` as less
+is left of the loan, so that slow presses return what they took (17.17).
 
 Equations: docs/theory.md 17.8, 17.16.
 """
@@ -28,31 +18,19 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.position import feedback
 from pmwvc_core.law.position.energy_tank import SPREAD_S
 from pmwvc_core.law.position.error import (
     PositionError,
     PositionParams,
     asked,
-    error_opened,
     error_packet,
-    error_sent,
-    error_taken,
-    error_there,
     error_tick,
     is_news,
     is_same_avatar,
     resting_error,
 )
-from pmwvc_core.law.position.feedback import (
-    position_down,
-    position_energies,
-    position_lent,
-    position_opened,
-    position_packet,
-    position_send,
-    position_there,
-    position_up,
-)
+from pmwvc_core.law.position.plain import opened, told_there, wave_sent, wave_taken
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
 from pmwvc_core.law.wave.wave import wave_u
 
@@ -86,7 +64,7 @@ def resting_on_strict(nothing: Vector) -> OnStrict:
     return OnStrict(resting_error(nothing), Line(nothing, 0.0, 0.0, 0.0, nothing), 0.0)
 
 
-@position_packet.member(OnStrict)
+@feedback.position_packet.member(OnStrict)
 def _packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
     if not is_news(s.error, packet):
         return s
@@ -105,12 +83,7 @@ def _packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
     return OnStrict(error_packet(s.error, packet, p), line, s.spent_j)
 
 
-@position_there.member(OnStrict)
-def _there(s: OnStrict, there: bool) -> OnStrict:
-    return OnStrict(error_there(s.error, there), s.line, s.spent_j)
-
-
-@position_down.member(OnStrict)
+@feedback.position_down.member(OnStrict)
 def _down(
     s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[OnStrict, Vector]:
@@ -131,28 +104,17 @@ def _down(
     return OnStrict(error, line, s.spent_j + cost * (0.5 * p.tick_s)), plus(v, wanted)
 
 
-@position_up.member(OnStrict)
-def _up(s: OnStrict, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> OnStrict:
-    return OnStrict(error_taken(s.error, u, p.tick_s), s.line, s.spent_j)
-
-
-@position_send.member(OnStrict)
-def _send(
-    s: OnStrict, wave: Vector, number: int, frame_s: float, p: PositionParams
-) -> tuple[OnStrict, Vector]:
-    return OnStrict(error_sent(s.error, wave, wave, number, frame_s), s.line, s.spent_j), wave
-
-
-@position_lent.member(OnStrict)
+@feedback.position_lent.member(OnStrict)
 def _lent(s: OnStrict, p: PositionParams) -> float:
     return p.lent_j
 
 
-@position_energies.member(OnStrict)
+@feedback.position_energies.member(OnStrict)
 def _energies(s: OnStrict) -> Vector:
     return (s.spent_j,)
 
 
-@position_opened.member(OnStrict)
-def _opened(s: OnStrict) -> OnStrict:
-    return OnStrict(error_opened(s.error), s.line, s.spent_j)
+feedback.position_there.member(OnStrict)(told_there)
+feedback.position_up.member(OnStrict)(wave_taken)
+feedback.position_send.member(OnStrict)(wave_sent)
+feedback.position_opened.member(OnStrict)(opened)

@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The brake at an avatar: it holds the contact while no waves of its user come.
 
-A silent port is a damper b, in front of which a grip of 1.5 N opens within milliseconds. A damper
-(N - 1) b beside the port holds it. The coupling then solves a port of impedance N b, whatever its
-law, and the waves of the user are those in front of the damper::
+A damper (N - 1) b beside the port. The coupling then solves a port of impedance N b, and the waves
+of the user are those in front of the damper::
 
     u' = u/sqrt(N),   v = (u' + v')/sqrt(N) - u
     (|u|^2 - |v|^2)/2 = (|u'|^2 - |v'|^2)/2 + (N - 1)/(2 N) |u' + v'|^2
 
-The last term is heat. So with any N >= 1, which may change at every step, the port returns no more
-than it would without: N is chosen for a friction of at most F_L (:mod:`.brake_force`) against the
-contact's force R that the wave leaves over::
+The last term is heat, for any N >= 1. N gives a friction of at most F_L (:mod:`.brake_force`)
+against the contact's force R that the wave leaves over::
 
     R = f_s - sqrt(2b) u,   N = |R|/(|R| - F_L), at most ``FIRMEST``; 1 where R . f_s <= 0
-
-A wave that pushes into the contact meets no brake.
 
 Equations: docs/theory.md 17.13.
 """
@@ -23,7 +19,7 @@ Equations: docs/theory.md 17.13.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, same
 from pmwvc_core.law.safety.brake_force import BrakeForce, brake_force, brake_limit, resting_brake
 from pmwvc_core.law.vectors import Vector, dot, each, length, minus, scaled, squared
 from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, damper, free_velocity, impedance
@@ -58,7 +54,7 @@ def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
 
 
 # (s) -> s: the user left; also of what a controller without waves keeps of an avatar
-released_brake = Family("released_brake")
+released_brake = Family("released_brake", same)
 
 
 @released_brake.member(AvatarBrake)
@@ -89,11 +85,11 @@ def braked(b: Any, u: Vector, ratio: float) -> tuple[Any, Vector]:
 
 
 def unbraked(
-    s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, half_s: float
+    s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, h: float
 ) -> tuple[AvatarBrake, Any, Vector]:
     """Return the impedance of the port itself and the wave in front of the damper [sqrt(W)], given
     the wave received and u' + v'.
     """
-    heat_j = s.heat_j + (1.0 - 1.0 / ratio) * half_s * squared(both)
+    heat_j = s.heat_j + (1.0 - 1.0 / ratio) * (0.5 * h) * squared(both)
     wave = minus(scaled(both, 1.0 / math.sqrt(ratio)), u)
     return AvatarBrake(s.largest, heat_j), firmer(b, 1.0 / ratio), wave

@@ -2,12 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The largest force of a brake that holds on while no waves come.
 
-It is ``RATIO`` times the force that the end rendered before, which is its mean over ``MEAN_S``: a
-hand or an object that presses a little harder than then is held, and nothing is held that moved
-freely. It grows over ``RISE_S``, or a wait of one packet would stop a moving object dead, stays
-while the end waits, and fades over ``return_s`` once waves are back. A wait that begins before it
-has faded takes it up from there; what is rendered meanwhile counts for nothing, or every wait
-would raise it.
+It is ``RATIO`` times the mean force over ``MEAN_S`` before the wait. It grows over ``RISE_S``,
+stays while the end waits, and fades over ``return_s`` once waves are back; a wait meanwhile takes
+it up from there.
 
 Equations: docs/theory.md 17.15.
 """

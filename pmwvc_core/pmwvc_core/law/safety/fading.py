@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ratios of a force that the safety limits let through: soft start, damping, release.
 
-The ratio of the whole force rises from zero over ``soft_start_s`` and falls over ``LET_GO_S`` on
-release. While only damping is rendered, the ratio of what does not oppose the motion fades over
-``FADE_S``. When a state of damping ends, the force goes on from what had not faded yet: a pause
-just over the timeout costs no grip, and one longer than ``FADE_S`` begins at zero. After a silence
-of the same server it rises within ``RETURN_S`` (with a brake it is whole at once).
+The whole force rises over ``soft_start_s`` and falls over ``LET_GO_S`` on release. While only
+damping is rendered, what does not oppose the motion fades over ``FADE_S``; afterwards the force
+goes on from what had not faded. After a silence of the same server it rises within ``RETURN_S``
+(with a brake it is whole at once).
 
 Equations: docs/theory.md 10.2.
 """

@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The brake at the device: it holds the hand where it was while no waves come.
 
-Without waves only b xd opposes a hand, which closes in by millimetres to centimetres; to push it
-out again afterwards takes more energy than it gave. An elastic-plastic spring z beside the damper
-gives what is missing of a force F_L (:mod:`.brake_force`)::
+An elastic-plastic spring z beside the damper b, which gives what is missing of a force F_L
+(:mod:`.brake_force`)::
 
     z <- z + dx,   F = k z,   k = b/STALL_S
     z shortened to |k z| <= F_L, |f + k z| <= max(F_L, |f|)      f: asked for without it
 
-It begins without force where the wait began, and z is only ever shortened, so with F held over a
-tick, sum F dx + k |dx|^2/2 >= k |z|^2/2: what the sampling makes is less than the damper b takes
-while k T <= 2 b, for loops that stall for up to 2 ``STALL_S``. It gives back what the hand put in,
-never more.
+z begins at zero and is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling
+generates is less than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
 
 Equations: docs/theory.md 17.12.
 """
@@ -21,16 +18,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.safety.brake_force import BrakeForce, brake_force, brake_limit, resting_brake
-from pmwvc_core.law.vectors import (
-    Vector,
-    minus,
-    plus,
-    scaled,
-    shortened,
-    squared,
-    within,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 
 STALL_S = 0.0125
 RETURN_S = 0.2
@@ -82,4 +70,4 @@ def brake_push(s: HandBrake, f: Vector, k: float) -> tuple[HandBrake, Vector]:
     """Return the brake's force beside a force that the controller asks for [N]."""
     limit = brake_limit(s.largest)
     given, _ = affordable(f, scaled(s.z, k), max(limit * limit - squared(f), 0.0))
-    return HandBrake(s.largest, s.x, scaled(given, 1.0 / k)), given
+    return s._replace(z=scaled(given, 1.0 / k)), given

@@ -4,46 +4,29 @@
 
 What reaches the device, for whatever a controller asks, including values that are not numbers:
 
-* the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
-  longer than ``max_force`` (a vector keeps its direction);
-* whenever there is something to feel again (first answer, another server, any other recovery) it
-  grows from zero over ``soft_start_s``, or after a silence from what had not faded
-  (:mod:`.fading`);
+* the force starts at zero, changes by at most ``max_slew * tick_s`` in a tick and is never longer
+  than ``max_force`` (a vector keeps its direction);
+* after a start, another server or any recovery it grows from zero over ``soft_start_s``, after a
+  silence from what had not faded (:mod:`.fading`);
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
-  the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
-  remains; what pushes fades (at once above the speed). After ``release_s`` of silence the damping
-  itself, and the brake, are let go;
+  the device is faster than ``damper_velocity``, only the part that opposes the motion remains;
+  what pushes fades (at once above the speed). After ``release_s`` damping and brake are let go;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
-* **device silent**: while the device senses nothing there is no force at all (it is unknown how it
-  moves); after ``LOST_S`` that is a fault, which ends with the next sample;
+* **device silent**: no force while the device senses nothing; after ``LOST_S`` a fault, which ends
+  with the next sample;
 * a value that is not a finite number counts as a force of zero;
 * **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
 
-Everything that is a limit on the force is also a limit on its way to zero: letting go is fast, but
-never a step. On the strict channel a brake holds the hand while no waves come
-(:mod:`.hand_brake`); the server is silent only once nothing is at hand any more.
+The slew limit holds on the way to zero as well. On the strict channel a brake holds the hand while
+no waves come (:mod:`.hand_brake`).
 
 Equations: docs/theory.md 10.2.
 """
 
 from typing import NamedTuple
 
+from pmwvc_core.law.safety import causes
 from pmwvc_core.law.safety.brake_force import brake_limit
-from pmwvc_core.law.safety.causes import (
-    DEVICE_LOST,
-    DEVICE_SILENT,
-    LATE,
-    NONE,
-    NOT_FINITE,
-    OUTSIDE,
-    RELEASED,
-    RUNAWAY,
-    SILENT,
-    SOFT_START,
-    TOO_FAST,
-    UNRECEIVED,
-    WAITING,
-)
 from pmwvc_core.law.safety.fading import RESTING_FADING, Fading, Through, damping, faded
 from pmwvc_core.law.safety.hand_brake import (
     HandBrake,
@@ -144,30 +127,28 @@ def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
     """Return the limits before the first tick."""
     return Limits(
         nothing, RESTING_FADING, Device(False, 0.0, False), resting_hand_brake(nothing),
-        Interventions(0, False, False), WAITING, p.timeout_s,
+        Interventions(0, False, False), causes.WAITING, p.timeout_s,
     )  # fmt: skip
 
 
 def expect(s: Limits, silence_s: float, p: LimitsParams) -> Limits:
     """Note how long packets may fail to come before the server counts as silent [s]."""
-    return Limits(
-        s.f, s.fading, s.device, s.brake, s.interventions, s.cause, max(p.timeout_s, silence_s)
-    )
+    return s._replace(silence_s=max(p.timeout_s, silence_s))
 
 
 def rearm(s: Limits) -> Limits:
     """Leave a fault; the force starts from zero again."""
-    device = Device(s.device.sensed, s.device.missing_s, False)
-    return Limits(s.f, s.fading, device, s.brake, s.interventions, s.cause, s.silence_s)
+    device = s.device._replace(faulty=False)
+    return s._replace(device=device)
 
 
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
     old = s.fading
-    fading = Fading(0.0, old.push, old.ready, old.damped, False, False)
+    fading = old._replace(gain=0.0, returns=False, quiet=False)
     brake = resting_hand_brake(zero(s.f))
-    brake = HandBrake(brake.largest, s.brake.x, brake.z)
-    return Limits(s.f, fading, s.device, brake, s.interventions, WAITING, s.silence_s)
+    brake = brake._replace(x=s.brake.x)
+    return s._replace(fading=fading, brake=brake, cause=causes.WAITING)
 
 
 def held_j(s: Limits, p: LimitsParams) -> float:
@@ -206,29 +187,29 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
     unreceived = x.unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
     interventions = _counted(s.interventions, disturbed, limited and force and not damped)
-    cause = NONE
+    cause = causes.NONE
     if faulty:
-        cause = RUNAWAY
+        cause = causes.RUNAWAY
     elif lost:
-        cause = DEVICE_LOST
+        cause = causes.DEVICE_LOST
     elif gone:
-        cause = DEVICE_SILENT
+        cause = causes.DEVICE_SILENT
     elif not active:
-        cause = WAITING
+        cause = causes.WAITING
     elif not good:
-        cause = NOT_FINITE
+        cause = causes.NOT_FINITE
     elif silent:
-        cause = RELEASED if released else SILENT
+        cause = causes.RELEASED if released else causes.SILENT
     elif outside:
-        cause = OUTSIDE
+        cause = causes.OUTSIDE
     elif fast:
-        cause = TOO_FAST
+        cause = causes.TOO_FAST
     elif unreceived:
-        cause = UNRECEIVED
+        cause = causes.UNRECEIVED
     elif fading.gain < 1.0:
-        cause = SOFT_START
+        cause = causes.SOFT_START
     elif holds and brake_limit(brake.largest) > 0.0:
-        cause = LATE
+        cause = causes.LATE
     device = Device(sensed, missing_s, faulty)
     return Limits(applied, fading, device, brake, interventions, cause, s.silence_s), applied
 

@@ -2,22 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
 
-A contact knows the deflection of its springs and the position at which they are at rest, relative
-to the object, so the avatar stands at ``x_s = x_o + position`` with ``position = rest +
-deflection``. The deflection is the state (never the difference of two positions, which would lose
-digits far from the origin). Forces act from the avatar on the object.
+The avatar stands at ``x_s = x_o + position`` with ``position = rest + deflection``; the deflection
+is the state. Forces act from the avatar on the object.
 
-Two-sided (App. B, Eq. 3): spring and damper push and pull along every axis, f = K e + B e'; at
-rest where the avatar stood when it joined. A grip pushes along axis 0 only (:mod:`.grip`). Across
-it the avatar holds on: an anchor is set where contact begins. During a step it holds if the avatar
-was inside at its start; it is let go at the end of the step in which the avatar comes out, and the
-energy of its spring is dropped (it heats). Gripped things do not slip.
+Two-sided (App. B, Eq. 3): f = K e + B e' along every axis; at rest where the avatar joined. A grip
+pushes along axis 0 only (:mod:`.grip`); across it an anchor is set where contact begins and let go
+at the end of the step in which the avatar comes out, where its spring energy is dropped.
 
-Stiffness and damping may change while the contact is made: the deflection then becomes
-sqrt(K_old/K_new) times what it was, so that the spring stores what it stored; the avatar stays
-where it is, and its spring is at rest elsewhere (a stiffness that rises as it is adds energy, a
-position that jumps is felt). Of a grip, the face counts as shifted; outside the contact it goes
-back, never past the avatar, so without force and energy.
+When stiffness and damping change in contact, the deflection becomes sqrt(K_old/K_new) times what
+it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
+shifted, and returns outside the contact, never past the avatar.
 
 Equations: docs/theory.md 4.1, 4.3, 4.10.
 """
@@ -101,7 +95,7 @@ def stored(s: Spring, law: ContactLaw) -> float:
 
 def attached(c: Contact, offset: Vector) -> Contact:
     """Begin at avatar minus object [m], without force: a grip at least the gap outside."""
-    return Contact(c.law, c.grips, each(_attached, (c.springs, offset), c.law))
+    return c._replace(springs=each(_attached, (c.springs, offset), c.law))
 
 
 def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
@@ -113,12 +107,12 @@ def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
 
 def detached(c: Contact) -> tuple[Contact, float]:
     """End the contact; return the energy of the springs, which is dropped [J]."""
-    return Contact(c.law, c.grips, each(_detached, (c.springs,), c.law)), contact_energy(c)
+    return c._replace(springs=each(_detached, (c.springs,), c.law)), contact_energy(c)
 
 
 def _detached(s: Spring, law: ContactLaw) -> Spring:
     if s.one_sided:
-        return Spring(law.inward * min(depth(s, law), 0.0), s.rest, True, s.shifted)
+        return s._replace(deflection=law.inward * min(depth(s, law), 0.0), one_sided=True)
     return Spring(0.0, s.rest + s.deflection, False, False)
 
 
@@ -127,7 +121,7 @@ def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Conta
     spring any more.
     """
     old = c.law
-    law = ContactLaw(stiffness, damping, old.inward, old.face, old.gap)
+    law = old._replace(stiffness=stiffness, damping=damping)
     lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
     return Contact(law, c.grips, each(_changed, (c.springs,), old, law)), lost_j
 
@@ -248,12 +242,12 @@ def _way(rate: float, h: float) -> float:
 def slid(c: Contact, displacement: Vector) -> tuple[Contact, float]:
     """Move the avatar relative to the object [m]; return the energy dropped where it came out."""
     springs = each(_moved, (c.springs, displacement), touching(c), c.law)
-    return _loosened(Contact(c.law, c.grips, springs))
+    return _loosened(c._replace(springs=springs))
 
 
 def _moved(s: Spring, way: float, held: bool, law: ContactLaw) -> Spring:
     if s.one_sided:
-        return _returned(Spring(s.deflection + way, s.rest, True, s.shifted), law)
+        return _returned(s._replace(deflection=s.deflection + way, one_sided=True), law)
     if held:
         return Spring(s.deflection + way, s.rest, False, False)
     return Spring(s.deflection, s.rest + way, False, False)
@@ -266,7 +260,7 @@ def _loosened(c: Contact) -> tuple[Contact, float]:
     dropped_j = 0.0
     for i in range(1, len(c.springs)):
         dropped_j += stored(c.springs[i], c.law)
-    return Contact(c.law, c.grips, each(_loose, (c.springs,))), dropped_j
+    return c._replace(springs=each(_loose, (c.springs,))), dropped_j
 
 
 def _loose(s: Spring) -> Spring:

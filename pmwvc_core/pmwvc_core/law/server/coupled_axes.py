@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contacts behind a wave port whose impedance B couples the axes.
 
-The laws are those of :mod:`.contacts`; what changes is the loop, xd = free - Y f with Y = B^-1.
-Along every axis but that of a face they are linear, f = l + G xd with G diagonal, so with the
-force f_0 of a face along axis 0, whose unit vector is e_0::
+The laws are those of :mod:`.contacts` in the loop xd = free - Y f with Y = B^-1. Along every axis
+but that of a face they are linear, f = l + G xd with G diagonal, so with the force f_0 of a face
+along axis 0, whose unit vector is e_0::
 
     f = A (l + G free) + A e_0 f_0,                            A = (1 + G Y)^-1
     xd_0 = (free_0 - Y_0 A (l + G free)) - f_0/b',             1/b' = Y_0 A e_0
 
-which leaves the law along axis 0 behind a number b' > 0 (a Schur complement), solved as ever. The
-force falls with the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, with s_0 the slope of
-the law along axis 0: a symmetric matrix.
+which leaves the law along axis 0 behind a number b' > 0 (a Schur complement). The force falls with
+the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, s_0 the slope of the law along axis 0.
 
 Equations: docs/theory.md 6.4, 6.5.
 """
@@ -30,12 +29,11 @@ from pmwvc_core.law.server.contacts import (
     touching,
     unwrapped_axis,
 )
-from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, times
-from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, Rows, applied
+from pmwvc_core.law.vectors import Vector, dot, each, plus, scaled, times
+from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, Rows, applied, loaded
 
 # (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance
 solved_contact = Family("solved_contact")
-loaded = Family("loaded")  # (impedance, free, f) -> velocity [m/s] of an avatar under a force
 
 
 class CoupledAnswer(NamedTuple):
@@ -128,11 +126,11 @@ def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> Co
     loose = each(_loose, (c.springs,), law.stiffness, held)
     rest = across(loose, gains, free, b)
     if not c.springs[0].one_sided:
-        rate = minus(free, applied(b.inverse, rest.held))
+        rate = loaded(b, free, rest.held)
         return CoupledAnswer(rest.held, rate, rest.slope)
     along = spring_answer(c.springs[0], free[0] - rest.less, rest.b, h, held, law)
     force = plus(rest.held, scaled(rest.lean, along.force))
-    rate = minus(free, applied(b.inverse, force))
+    rate = loaded(b, free, force)
     rate = each(_rate, (rate, b.numbers), along.rate)
     slope = each(_leaning, (rest.slope, rest.lean), rest.lean, along.slope)
     return CoupledAnswer(force, rate, slope)
@@ -166,17 +164,3 @@ def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight:
 
 def _sliding(s: Spring, xd_o: float, law: ContactLaw, held: bool) -> float:
     return _loose(s, law.stiffness, held) - _gain(s, law.damping, held) * xd_o
-
-
-@loaded.member(Impedance)
-def _loaded(b: Impedance, free: Vector, f: Vector) -> Vector:
-    return each(_loaded_axis, (free, f), b.b)
-
-
-def _loaded_axis(free: float, f: float, b: float) -> float:
-    return free - f / b
-
-
-@loaded.member(MatrixImpedance)
-def _coupled_loaded(b: MatrixImpedance, free: Vector, f: Vector) -> Vector:
-    return minus(free, applied(b.inverse, f))

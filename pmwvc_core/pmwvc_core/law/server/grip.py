@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one-sided contact along one axis: an avatar pushes the face of its own side and never pulls.
 
-With the depth ``p`` of the avatar in the face (negative outside) and the inward direction n =
--side::
+With the depth ``p`` in the face (negative outside) and the inward direction n = -side::
 
     N = max(0, K p + B p')  while p > 0, else 0        force on the object: f = n N
 
-Over a whole step from p0 to p1 = p0 + h w the mean force that neither makes nor loses energy is
-the difference quotient of the potential phi(p) = K max(p, 0)^2 / 2, and the damper acts on the
-part of the way inside::
+The mean force of a step from p0 to p1 = p0 + h w is the difference quotient of the potential
+phi(p) = K max(p, 0)^2 / 2, and the damper acts on the part of the way inside::
 
     N = max(0, [phi(p1) - phi(p0)] / (p1 - p0) + B [max(p1, 0) - max(p0, 0)] / h)
 
-N never falls with w, so together with w = c - N/b it has exactly one solution, piece by piece a
-quadratic. Where N is held at zero the spring only relaxes: its energy is lost, none is made.
-
-Here p, c and w count inwards, and forces are N; where the avatar is, is not known here.
+N never falls with w, so with w = c - N/b it has exactly one solution, piece by piece a quadratic.
+Here p, c and w count inwards.
 
 Equations: docs/theory.md 4.3.
 """
@@ -46,7 +42,7 @@ def pushed(p0: float, c: float, k: float, damping: float, b: float, h: float) ->
     else:
         return Push(0.0, c, 0.0)
     if push.normal > 0.0:
-        return Push(push.normal, push.rate, push.slope / (1.0 + push.slope / b))
+        return push._replace(slope=push.slope / (1.0 + push.slope / b))
     return Push(0.0, c, 0.0)
 
 

@@ -7,16 +7,11 @@ With the mean velocity v of the object over the step and w_i = xd_si - v::
     f_i    = contact law (w_i),         w_i = sqrt(2/b_i) u_i - f_i/b_i - v
     sum f_i = m_o (v1 - v0)/h + b_o v,   v = (v0 + v1)/2
     x_o += h v,  x_si += h xd_si
-
-so that, whatever the waves, stiffnesses and step::
-
     d(kinetic) + d(potential) + heat = h sum (|u_i|^2 - |v_i|^2)/2
 
-Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root and its slope
-is at least 2 m_o/h + b_o. Two-sided contacts are linear: one Newton step is the closed form.
-One-sided contacts are solved exactly for a given v (:mod:`.grip`) and the root is found by
-Newton's method kept inside a bracket that halves when it must, axis by axis. Where a wave
-impedance couples the axes, see :mod:`.coupled_axes`.
+Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root, found by
+Newton's method within a bracket, axis by axis (one step where all contacts are two-sided). Where a
+wave impedance couples the axes: :mod:`.implicit_coupled`.
 
 Equations: docs/theory.md 4.4, 4.5.
 """
@@ -35,8 +30,8 @@ from pmwvc_core.law.server.contacts import (
     spring_meets,
     touching,
 )
-from pmwvc_core.law.vectors import columns, each
-from pmwvc_core.law.wave.wave import free_velocity
+from pmwvc_core.law.vectors import columns, each, total
+from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
 
 ROUNDING = 8.0 * 2.0**-52
 NEWTON = 20  # steps before halving alone is trusted
@@ -69,8 +64,7 @@ def implicit(
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
     moved, heats = columns(each(_advanced, (avatars, columns(answers)), law.period_s))
-    for i in range(len(heats)):
-        lost_j += heats[i]
+    lost_j = total(lost_j, heats)
     every = True
     for i in range(len(settled)):
         every = every and settled[i]
@@ -136,19 +130,7 @@ def _answer(row: Row, velocity: float, h: float) -> Answer:
 def _advanced(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
-    force, rate = each(_force, (answers,)), each(_rate, (answers,))
-    xd = each(_velocity, (free_velocity(a.impedance, a.u), force), a.impedance.b)
+    force, rate, _ = columns(answers)
+    xd = wave_velocity(a.impedance, a.u, force)
     contact, heat_j = advanced_contact(a.contact, force, rate, h)
-    return Avatar(a.present, a.impedance, a.u, xd, force, contact, a.kept), heat_j
-
-
-def _force(answer: Answer) -> float:
-    return answer.force
-
-
-def _rate(answer: Answer) -> float:
-    return answer.rate
-
-
-def _velocity(drive: float, force: float, b: float) -> float:
-    return drive - force / b
+    return a._replace(xd=xd, f=force, contact=contact), heat_j

@@ -3,15 +3,10 @@
 """The implicit step (:mod:`.implicit`) where a wave impedance couples the axes: one vector
 equation for the object.
 
-With r(v) the force that is missing at a mean velocity v of the object, dr/dv is symmetric and at
-least 2 m_o/h + b_o (the contacts' slopes are symmetric and not negative): r is the gradient of a
-convex function, so it has one root. Newton's step c is damped by a line search on r itself: along
-v - t c the derivative g(t) = -c . r(v - t c) of that function never falls with t, and g(0) < 0. So
-any t with g(t) <= 0 goes downhill; t is bisected between such a t and one beyond, until |g| has
-halved. With two-sided contacts alone the first step is the closed form.
-
-It ends at rounding. Where the matrices are so ill-conditioned that rounding is larger, a residual
-of 1e-9 of the forces is taken once Newton's step no longer halves it.
+With r(v) the force that is missing at a mean velocity v, dr/dv is symmetric and at least 2 m_o/h +
+b_o, so r has one root. Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which
+never falls with t, until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the
+forces once Newton's step no longer halves it.
 
 Equations: docs/theory.md 6.6.
 """
@@ -22,7 +17,7 @@ from typing import NamedTuple
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import advanced_contact
-from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, inverse, loaded
+from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, inverse
 from pmwvc_core.law.server.implicit import ROUNDING
 from pmwvc_core.law.vectors import (
     Vector,
@@ -33,9 +28,10 @@ from pmwvc_core.law.vectors import (
     plus,
     scaled,
     squared,
+    total,
     zero,
 )
-from pmwvc_core.law.wave.wave import MatrixImpedance, applied, free_velocity
+from pmwvc_core.law.wave.wave import MatrixImpedance, applied, free_velocity, loaded
 
 TAKEN = 1e-9
 STEPS = 60  # of Newton's method
@@ -68,8 +64,7 @@ def implicit_coupled(
     found = _root(avatars, body, law)
     after, lost_j = drifted(body, found.velocity, law)
     moved, heats = columns(each(_advanced, (avatars, found.answers), law.period_s))
-    for i in range(len(heats)):
-        lost_j += heats[i]
+    lost_j = total(lost_j, heats)
     return moved, after, lost_j, found.close
 
 
@@ -78,7 +73,7 @@ def _advanced(a: Avatar, answer: CoupledAnswer, h: float) -> tuple[Avatar, float
         return a, 0.0
     xd = loaded(a.impedance, free_velocity(a.impedance, a.u), answer.force)
     contact, heat_j = advanced_contact(a.contact, answer.force, answer.rate, h)
-    return Avatar(a.present, a.impedance, a.u, xd, answer.force, contact, a.kept), heat_j
+    return a._replace(xd=xd, f=answer.force, contact=contact), heat_j
 
 
 def _root(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Looked:

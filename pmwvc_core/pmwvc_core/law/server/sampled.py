@@ -2,28 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Couplings that use the contact force at an instant and hold it over the step.
 
-The object goes on exactly under the held forces. (With semi-implicit or forward Euler for the
-object the published stability regions do not come out.) These couplings balance energy only as the
-step goes to zero; the heat counts B |xd_s - xd_o|^2 at the instants, so what is missing in the
-balance is what the computation itself makes. With the weights (old, new) [s] of old and new
+The object moves exactly under the held forces. Energy balances only as the step goes to zero; the
+heat counts B |xd_s - xd_o|^2 at the instants. With the weights (old, new) [s] of old and new
 velocity in an avatar's displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
 
-one-step delay (App. B, Eq. 4): the wave is decoded with the force of the step before
+one-step delay (App. B, Eq. 4): decoded with the force of the step before
     xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
     f_s(n)  = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)]
-    where the object has come from n-1 to n under f_s(n-1). Passive at the wave port of a wall if
-    and only if K h + 2 B <= b (backward Euler): with F = (K h z/(z-1) + B) xd_s the reflection is
-    (1 + F/(b z) - 2 F/b)/(1 + F/(b z)), whose length at z = -1 is 1 just at that bound. With the
-    trapezoid it is active for every K > 0.
+    Passive at a wall if and only if K h + 2 B <= b (backward Euler); active for every K > 0 with
+    the trapezoid.
 unwrapped (App. C, Eq. 4): the loop is solved per user, against the object as sampled
     xd_s = [sqrt(2 b) u_s - K (x' - x_o) + B xd_o] / (b + B + g K),     x_s = x' + g xd_s
-    with x' the position without the new velocity and g its weight in the position. At a wall the
-    port is passive for g = h and h/2, and for g = 0 while B >= K h/2.
-one frame late (App. B, Eq. 14; the sign of f_s/b is corrected: as published the port would feed
-the force back into itself)
+    Passive at a wall for g = h and h/2, and for g = 0 while B >= K h/2.
+one frame late (App. B, Eq. 14, the sign of f_s/b corrected; Fig. 2)
     f_s(n)    = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)],   x_s(n+1) = x_s(n) + h xd_s(n)
     xd_s(n+1) = sqrt(2/b) u_s(n) - f_s(n)/b
-    then the object moves on under f_s(n). This is the scheme behind App. B, Fig. 2.
 
 Equations: docs/theory.md 4.6, 4.7, 4.8.
 """
@@ -33,9 +26,9 @@ from typing import NamedTuple
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, pushed_body
 from pmwvc_core.law.server.contacts import contact_force, contact_heat, slid
-from pmwvc_core.law.server.coupled_axes import loaded, solved_contact
-from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
-from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
+from pmwvc_core.law.server.coupled_axes import solved_contact
+from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, total, zero
+from pmwvc_core.law.wave.wave import free_velocity, loaded, wave_velocity
 
 
 class OneStepDelay(NamedTuple):
@@ -79,8 +72,7 @@ def object_pushed(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Push
             force = plus(force, avatars[i].f)
     body, moved, lost_j = pushed_body(body, force, law)
     avatars, dropped = columns(each(_left_behind, (avatars,), scaled(moved, -1.0)))
-    for i in range(len(dropped)):
-        lost_j += dropped[i]
+    lost_j = total(lost_j, dropped)
     return avatars, body, lost_j
 
 
@@ -88,7 +80,7 @@ def _left_behind(a: Avatar, way: Vector) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
     contact, dropped_j = slid(a.contact, way)
-    return Avatar(a.present, a.impedance, a.u, a.xd, a.f, contact, a.kept), dropped_j
+    return a._replace(contact=contact), dropped_j
 
 
 @couple.member(OneStepDelay)
@@ -96,8 +88,7 @@ def one_step_delay(p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law
     """Decode with the last force."""
     avatars, body, lost_j = object_pushed(avatars, body, law)
     moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return moved, body, lost_j, True
 
 
@@ -109,7 +100,7 @@ def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar
     rate = minus(xd, xd_o)
     lost_j += h * contact_heat(contact, rate)
     f = contact_force(contact, rate)
-    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+    return a._replace(xd=xd, f=f, contact=contact), lost_j
 
 
 @couple.member(Unwrapped)
@@ -117,8 +108,7 @@ def unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLa
     """Solve each avatar with its contact."""
     avatars, body, lost_j = object_pushed(avatars, body, law)
     moved, lost = columns(each(_unwrapped, (avatars,), p, body.xd, law.period_s))
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return moved, body, lost_j, True
 
 
@@ -131,7 +121,7 @@ def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar,
     xd = loaded(a.impedance, free, f)
     contact, dropped_j = slid(contact, scaled(xd, p.new_s))
     lost_j += dropped_j + h * contact_heat(contact, minus(xd, xd_o))
-    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+    return a._replace(xd=xd, f=f, contact=contact), lost_j
 
 
 @couple.member(OneFrameLate)
@@ -139,8 +129,7 @@ def one_frame_late(p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law
     """Decode now, move in the next step."""
     moved, lost = columns(each(_late, (avatars,), body.xd, law.period_s))
     moved, body, lost_j = object_pushed(moved, body, law)
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return moved, body, lost_j, True
 
 
@@ -152,4 +141,4 @@ def _late(a: Avatar, xd_o: Vector, h: float) -> tuple[Avatar, float]:
     contact, lost_j = slid(a.contact, scaled(a.xd, h))
     lost_j += h * contact_heat(a.contact, rate)
     xd = wave_velocity(a.impedance, a.u, f)
-    return Avatar(a.present, a.impedance, a.u, xd, f, contact, a.kept), lost_j
+    return a._replace(xd=xd, f=f, contact=contact), lost_j

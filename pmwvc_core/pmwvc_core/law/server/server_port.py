@@ -1,20 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The users around one object: joining, leaving, and one step of the environment from waves to
-waves.
+waves. Joining stores no energy; leaving drops what the springs hold.
 
-Joining stores no energy: the contact begins without force. Leaving drops what its springs hold. An
-avatar that joined at the face, with its device inside the object, slides to it once there is room,
-by a change of the mapping between the two of at most ``SLIDE_M_S``::
+An avatar that joined at the face, with its device inside the object, slides to it once there is
+room, at most ``SLIDE_M_S``::
 
     offset <- offset + w h,   x_s <- x_s + w h,   where the avatar is outside before and after
 
-A contact stores nothing there (phi(p) = 0 for p <= 0); waves, forces and xd_s of the step stay
-what they are. So no energy comes or goes, and the device receives nothing of it.
-
-Decoding belongs to the coupling (it is the algebraic loop). Encoding is v_s = u_s - sqrt(2/b) f_s
-for all of them, so that at a port whose xd_s was decoded with the same f_s, power balances: f_s
-xd_s = (|u_s|^2 - |v_s|^2)/2.
+which neither stores nor releases energy (phi(p) = 0 for p <= 0). Decoding belongs to the coupling;
+encoding is v_s = u_s - sqrt(2/b) f_s, so that f_s xd_s = (|u_s|^2 - |v_s|^2)/2.
 
 Equations: docs/theory.md 17.20.
 """
@@ -42,10 +37,10 @@ from pmwvc_core.law.vectors import (
     plus,
     scaled,
     shortened,
-    squared,
+    total,
     zero,
 )
-from pmwvc_core.law.wave.wave import wave_v
+from pmwvc_core.law.wave.wave import wave_j, wave_v
 
 SLIDE_M_S = 0.1
 
@@ -89,6 +84,11 @@ class EnvironmentParams(NamedTuple):
     brakes: bool
 
 
+def summed(s: Sums, wave: Vector, v_s: Vector, h: float) -> Sums:
+    """Add the energies of a step's waves [J]."""
+    return s._replace(u_j=s.u_j + wave_j(wave, h), v_j=s.v_j + wave_j(v_s, h))
+
+
 # (p, s, came) -> s: one step with what each user brings, :class:`.server_step.Came`
 environment_step = Family("environment_step")
 
@@ -114,7 +114,7 @@ def left(s: UserPort) -> tuple[UserPort, float]:
     contact, dropped_j = detached(a.contact)
     avatar = Avatar(False, a.impedance, nothing, nothing, nothing, contact, nothing)
     brake = released_brake(s.brake)
-    port = UserPort(avatar, brake, s.offset, s.x_s, nothing, s.sums, s.extra)
+    port = s._replace(avatar=avatar, brake=brake, v_s=nothing)
     return port, dropped_j
 
 
@@ -122,7 +122,7 @@ def passed_through(s: UserPort, energy_j: float) -> UserPort:
     """Count energy that came and goes back beside the waves [J]."""
     e = s.sums
     sums = Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j)
-    return UserPort(s.avatar, s.brake, s.offset, s.x_s, s.v_s, sums, s.extra)
+    return s._replace(sums=sums)
 
 
 def changed_port(
@@ -131,24 +131,23 @@ def changed_port(
     """Take contact and impedance over; the springs store what they stored. Return what is lost."""
     a = s.avatar
     contact, lost_j = changed_contact(a.contact, stiffness, damping)
-    avatar = Avatar(a.present, impedance, a.u, a.xd, a.f, contact, a.kept)
-    port = UserPort(avatar, s.brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
+    avatar = a._replace(impedance=impedance, contact=contact)
+    port = s._replace(avatar=avatar)
     return port, lost_j
 
 
 @environment_step.member(EnvironmentParams)
 def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    half_s = 0.5 * p.body.period_s
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
-    avatars, body, lost_j, settled = couple(p.coupling, each(_avatar, (taken,)), s.body, p.body)
-    ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, half_s))
-    for i in range(len(dropped)):
-        lost_j += dropped[i]
+    avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
+    ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
+    lost_j = total(lost_j, dropped)
     unsettled = s.unsettled if settled else s.unsettled + 1
     return Environment(ports, body, s.dissipated_j + lost_j, unsettled)
 
 
-def _avatar(s: UserPort) -> Avatar:
+def avatar_of(s: UserPort) -> Avatar:
+    """Return the avatar of a port."""
     return s.avatar
 
 
@@ -162,13 +161,13 @@ def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, 
         brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
         if ratio > 1.0:
             impedance, u = braked(impedance, u, ratio)
-    avatar = Avatar(a.present, impedance, u, a.xd, a.f, a.contact, a.kept)
-    port = UserPort(avatar, brake, s.offset, s.x_s, s.v_s, s.sums, s.extra)
+    avatar = a._replace(impedance=impedance, u=u)
+    port = s._replace(avatar=avatar, brake=brake)
     return port, ratio
 
 
 def _give(
-    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, half_s: float
+    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, h: float
 ) -> tuple[UserPort, float]:
     """Give the wave that the step returned to the user, through the brake."""
     if not a.present:
@@ -176,13 +175,12 @@ def _give(
     offset, contact, dropped_j, brake, wave = s.offset, a.contact, 0.0, s.brake, came.wave
     impedance, v_s = a.impedance, wave_v(a.impedance, a.u, a.f)
     if ratio > 1.0:
-        brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, half_s)
+        brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, h)
     if not is_zero(offset):
-        way = shortened(scaled(offset, -1.0), 2.0 * half_s * SLIDE_M_S)
+        way = shortened(scaled(offset, -1.0), h * SLIDE_M_S)
         moved = cleared(contact, way)
         contact, dropped_j = slid(contact, moved)
         offset = plus(offset, moved)
-    avatar = Avatar(a.present, impedance, wave, a.xd, a.f, contact, a.kept)
-    e, x_s = s.sums, plus(body.x, offset_of(contact))
-    sums = Sums(e.u_j + half_s * squared(wave), e.v_j + half_s * squared(v_s), e.account_j)
+    avatar = a._replace(impedance=impedance, u=wave, contact=contact)
+    x_s, sums = plus(body.x, offset_of(contact)), summed(s.sums, wave, v_s, h)
     return UserPort(avatar, brake, offset, x_s, v_s, sums, s.extra), dropped_j

@@ -3,19 +3,15 @@
 """The anti-aliasing filter of the outgoing wave, with the drop from tick rate to packet rate
 (App. A, B).
 
-The filter takes the outgoing wave of every tick, and a packet is what it gives at a frame start::
+A packet carries the output at a frame start::
 
     none                the wave of the last tick
     first_order         y+ = p y + (1 - p) u: the output after a tick already holds that tick
     butterworth         second-order sections (:mod:`.cascade`)
     integrate_and_dump  the mean over the frame, the integral of M ticks divided by their duration
 
-(mean)^2 M <= sum of squares (Cauchy-Schwarz), so with the mean no more energy has been sent at any
-frame end than has come in, whatever the signal. A frame that lost ticks is still divided by M,
-which keeps both the integral and the bound; a longer one by its own number.
-
-Coefficients come from :mod:`pmwvc_core.wave.design.filter_design`; what the rate drop makes of
-them is judged in :mod:`pmwvc_core.wave.design.aliasing`.
+(mean)^2 M <= sum of squares, so the mean never sends more energy than came in. A frame that lost
+ticks is still divided by M, a longer one by its own number.
 
 Equations: docs/theory.md 2.1, 2.5.
 """

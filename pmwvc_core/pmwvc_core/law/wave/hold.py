@@ -8,11 +8,8 @@
                                              packet; v_{-1} = 0
     v_m = v_i                                zero order (M = 1 here), and after M ticks
 
-A start other than zero would be energy that was never sent. A packet that comes early starts its
-ramp at the value reached, so the output never jumps. That is passive: with E = T_c (M-1)/4 v_m^2
-stored at the instant of a packet, a frame of any number of ticks up to M gives out no more than
-the packet brings and E loses. After M ticks the output stays until the next packet: this spends
-energy that did not arrive; whoever owns the link watches the frames.
+An early packet starts its ramp at the value reached. With E = T_c (M-1)/4 v_m^2 stored, a frame of
+up to M ticks releases no more than the packet brings and E loses; after M ticks it does.
 
 Equations: docs/theory.md 3.1, 3.4.
 """
@@ -42,7 +39,7 @@ def hold(s: Hold, ticks: int) -> tuple[Hold, Vector]:
     value = s.target
     if done < ticks:
         value = each(_between, (s.start, s.target), done / ticks)
-    return Hold(s.start, s.target, value, done), value
+    return s._replace(value=value, done=done), value
 
 
 def _between(start: float, target: float, ratio: float) -> float:

@@ -15,10 +15,10 @@ Equations: docs/theory.md 1.1, 1.2, 1.3, 1.4, 1.5.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.vectors import Vector, dot, each, minus, scaled
+from pmwvc_core.law.vectors import Vector, dot, each, minus, scaled, squared
 
 
 class Impedance(NamedTuple):
@@ -54,41 +54,10 @@ def applied(matrix: Rows, a: Vector) -> Vector:
     return each(dot, (matrix,), a)
 
 
-wave_u = Family("wave_u")  # (impedance, xd, v) -> u [sqrt(W)] that leaves the master
-wave_force = Family("wave_force")  # (impedance, xd, v) -> F [N] against the hand
-wave_v = Family("wave_v")  # (impedance, u, f) -> v [sqrt(W)] that leaves the server
-wave_velocity = Family("wave_velocity")  # (impedance, u, f) -> xd [m/s] of the avatar
-free_velocity = Family("free_velocity")  # (impedance, u) -> xd [m/s] of one that touches nothing
 damper = Family("damper")  # (impedance, xd) -> b xd [N]
-
-
-@wave_u.member(Impedance)
-def _u(p: Impedance, xd: Vector, v: Vector) -> Vector:
-    return minus(scaled(xd, p.root_2b), v)
-
-
-@wave_force.member(Impedance)
-def _force(p: Impedance, xd: Vector, v: Vector) -> Vector:
-    return minus(scaled(xd, p.b), scaled(v, p.root_2b))
-
-
-@wave_v.member(Impedance)
-def _v(p: Impedance, u: Vector, f: Vector) -> Vector:
-    return minus(u, scaled(f, p.root_2_over_b))
-
-
-@wave_velocity.member(Impedance)
-def _velocity(p: Impedance, u: Vector, f: Vector) -> Vector:
-    return each(_axis_velocity, (u, f), p)
-
-
-def _axis_velocity(u: float, f: float, p: Impedance) -> float:
-    return p.root_2_over_b * u - f / p.b
-
-
-@free_velocity.member(Impedance)
-def _free(p: Impedance, u: Vector) -> Vector:
-    return scaled(u, p.root_2_over_b)
+rooted = Family("rooted")  # (impedance, a) -> sqrt(2b) a
+free_velocity = Family("free_velocity")  # (impedance, u) -> xd [m/s] of one that touches nothing
+loaded = Family("loaded")  # (impedance, free, f) -> xd [m/s] of one that bears a force, free - f/b
 
 
 @damper.member(Impedance)
@@ -96,24 +65,34 @@ def _damper(p: Impedance, xd: Vector) -> Vector:
     return scaled(xd, p.b)
 
 
-@wave_u.member(MatrixImpedance)
-def _matrix_u(p: MatrixImpedance, xd: Vector, v: Vector) -> Vector:
-    return minus(applied(p.root_2b, xd), v)
+@rooted.member(Impedance)
+def _rooted(p: Impedance, a: Vector) -> Vector:
+    return scaled(a, p.root_2b)
 
 
-@wave_force.member(MatrixImpedance)
-def _matrix_force(p: MatrixImpedance, xd: Vector, v: Vector) -> Vector:
-    return minus(applied(p.b, xd), applied(p.root_2b, v))
+@free_velocity.member(Impedance)
+def _free(p: Impedance, u: Vector) -> Vector:
+    return scaled(u, p.root_2_over_b)
 
 
-@wave_v.member(MatrixImpedance)
-def _matrix_v(p: MatrixImpedance, u: Vector, f: Vector) -> Vector:
-    return minus(u, applied(p.root_2_over_b, f))
+@loaded.member(Impedance)
+def _loaded(p: Impedance, free: Vector, f: Vector) -> Vector:
+    return each(loaded_axis, (free, f), p.b)
 
 
-@wave_velocity.member(MatrixImpedance)
-def _matrix_velocity(p: MatrixImpedance, u: Vector, f: Vector) -> Vector:
-    return minus(applied(p.root_2_over_b, u), applied(p.inverse, f))
+def loaded_axis(free: float, f: float, b: float) -> float:
+    """Return free - f/b along an axis [m/s]."""
+    return free - f / b
+
+
+@damper.member(MatrixImpedance)
+def _matrix_damper(p: MatrixImpedance, xd: Vector) -> Vector:
+    return applied(p.b, xd)
+
+
+@rooted.member(MatrixImpedance)
+def _matrix_rooted(p: MatrixImpedance, a: Vector) -> Vector:
+    return applied(p.root_2b, a)
 
 
 @free_velocity.member(MatrixImpedance)
@@ -121,6 +100,31 @@ def _matrix_free(p: MatrixImpedance, u: Vector) -> Vector:
     return applied(p.root_2_over_b, u)
 
 
-@damper.member(MatrixImpedance)
-def _matrix_damper(p: MatrixImpedance, xd: Vector) -> Vector:
-    return applied(p.b, xd)
+@loaded.member(MatrixImpedance)
+def _matrix_loaded(p: MatrixImpedance, free: Vector, f: Vector) -> Vector:
+    return minus(free, applied(p.inverse, f))
+
+
+def wave_u(b: Any, xd: Vector, v: Vector) -> Vector:
+    """Return the wave that leaves the master, sqrt(2b) xd - v [sqrt(W)]."""
+    return minus(rooted(b, xd), v)
+
+
+def wave_force(b: Any, xd: Vector, v: Vector) -> Vector:
+    """Return the force against the hand, b xd - sqrt(2b) v [N]."""
+    return minus(damper(b, xd), rooted(b, v))
+
+
+def wave_v(b: Any, u: Vector, f: Vector) -> Vector:
+    """Return the wave that leaves the server, u - sqrt(2/b) F [sqrt(W)]."""
+    return minus(u, free_velocity(b, f))
+
+
+def wave_velocity(b: Any, u: Vector, f: Vector) -> Vector:
+    """Return the velocity of the avatar, sqrt(2/b) u - F/b [m/s]."""
+    return loaded(b, free_velocity(b, u), f)
+
+
+def wave_j(wave: Vector, time_s: float) -> float:
+    """Return the energy that a wave carries in a time, |w|^2 T/2 [J]."""
+    return 0.5 * time_s * squared(wave)

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server's end of all controllers without waves.
 
-A step: the object has come here exactly under the last forces held; then every avatar meets it,
-each by itself. ``sums.u_j`` is what flowed to the avatar, ``sums.v_j`` what came back, both from
-f_s xd_s of the step.
-
-Two ways to move an avatar: along the device (``direct``, ``tdpa``; what goes back is the force),
-or by a spring and a damper from a set point, solved together with the contact
-(``virtual_coupling``, ``pspm``; what goes back is the avatar's position, in the device's frame).
+The object moves exactly under the last forces held; then every avatar meets it, each by itself.
+``sums.u_j`` is the flow to the avatar, ``sums.v_j`` the flow back, both from f_s xd_s. An avatar
+goes along with the device (``direct``, ``tdpa``; the force goes back), or hangs on spring and
+damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's frame).
 """
 
 from typing import Any, NamedTuple
@@ -31,8 +28,15 @@ from pmwvc_core.law.server.energies import (
     potential_j,
 )
 from pmwvc_core.law.server.sampled import object_pushed
-from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
+from pmwvc_core.law.server.server_port import (
+    Environment,
+    Sums,
+    UserPort,
+    avatar_of,
+    environment_step,
+)
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
+from pmwvc_core.law.wave.wave import loaded_axis
 from pmwvc_core.law.without_waves.device_end import controller_energies
 
 
@@ -70,16 +74,11 @@ meet = Family("meet")
 
 @environment_step.member(AvatarEndParams)
 def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    avatars, body, lost_j = object_pushed(each(_avatar, (s.ports,)), s.body, p.body)
+    avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
-    for i in range(len(lost)):
-        lost_j += lost[i]
+    lost_j = total(lost_j, lost)
     return Environment(ports, body, s.dissipated_j + lost_j, s.unsettled)
-
-
-def _avatar(s: UserPort) -> Avatar:
-    return s.avatar
 
 
 def _meet(
@@ -89,7 +88,7 @@ def _meet(
         return s, 0.0
     report = Reported(plus(came.position, s.offset), came.wave, came.received_j)
     met = meet(law, s.brake, report, s.x_s, a.xd, a.contact, body, h)
-    avatar = Avatar(a.present, a.impedance, a.u, met.xd, met.f, met.contact, a.kept)
+    avatar = a._replace(xd=met.xd, f=met.f, contact=met.contact)
     x_s = plus(body.x, offset_of(met.contact))
     answer = minus(x_s, s.offset) if sprung else met.f
     flow_j = h * dot(met.f, met.xd)
@@ -141,14 +140,10 @@ def pulled(
     impedance = stiffness * h + damping
     free = each(_free, (stretch, velocity), stiffness, damping, impedance)
     f = contact_unwrapped(contact, free, body.xd, impedance, h)
-    xd = each(_loaded, (free, f), impedance)
+    xd = each(loaded_axis, (free, f), impedance)
     contact, lost_j = slid(contact, scaled(xd, h))
     return Pulled(xd, f, contact, lost_j)
 
 
 def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:
     return (k * stretch + b * velocity) / impedance
-
-
-def _loaded(free: float, f: float, impedance: float) -> float:
-    return free - f / impedance

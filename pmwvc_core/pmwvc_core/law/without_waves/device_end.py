@@ -11,18 +11,8 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import received_j
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.family import Family
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_energies,
-    port_measure,
-    port_opened,
-    port_packet,
-    port_send,
-    port_signals,
-    port_tick,
-)
+from pmwvc_core.law.family import Family, no_accounts, same
+from pmwvc_core.law.port import master
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.vectors import Vector, dot, zero
 
@@ -50,14 +40,26 @@ class DeviceEndParams(NamedTuple):
     law: Any
 
 
-device_moved = Family("device_moved")  # (law, before, now, p) -> law: moved since the last tick
-device_sends = Family("device_sends")  # (law, p) -> (law, running sum of energy; below zero: none)
-device_receives = Family("device_receives")  # (law, packet, received_j, p) -> law: once a frame
+def _no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
+    return law, -1.0
+
+
+device_moved = Family(
+    "device_moved", same
+)  # (law, before, now, p) -> law: moved since the last tick
+device_sends = Family(
+    "device_sends", _no_energy
+)  # (law, p) -> (law, running sum of energy; below zero: none)
+device_receives = Family(
+    "device_receives", same
+)  # (law, packet, received_j, p) -> law: once a frame
 # (law, wave, silent, motion, p) -> law: what the newest packet carries, or let go
 device_answer = Family("device_answer")
 device_force = Family("device_force")  # (law, motion, p) -> (law, force wanted [N])
-controller_energies = Family("controller_energies")  # (state at either end) -> accounts [J]
-device_applied = Family("device_applied")  # (law, f, p) -> law: the force let through [N]
+controller_energies = Family(
+    "controller_energies", no_accounts
+)  # (state at either end) -> accounts [J]
+device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
 
 
 def resting_end(law: Any, axes: int) -> DeviceEnd:
@@ -66,66 +68,46 @@ def resting_end(law: Any, axes: int) -> DeviceEnd:
     return DeviceEnd(DeviceMotion(nothing, nothing), law, 0.0, 0.0)
 
 
-def same_moved(law: Any, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams) -> Any:
-    """Take no note of the motion."""
-    return law
-
-
-def sends_no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
-    """Send no sum of energy."""
-    return law, -1.0
-
-
-def same_received(law: Any, packet: Packet, received_j: float, p: DeviceEndParams) -> Any:
-    """Take no note of a packet."""
-    return law
-
-
-def same_applied(law: Any, f: Vector, p: DeviceEndParams) -> Any:
-    """Take no note of the force."""
-    return law
-
-
-@port_measure.member(DeviceEnd)
+@master.port_measure.member(DeviceEnd)
 def _measure(s: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> DeviceEnd:
     x, xd = known_motion(x, xd, s.motion.x)
     now = DeviceMotion(x, xd)
-    return DeviceEnd(now, device_moved(s.law, s.motion, now, p), s.given_j, s.taken_j)
+    return s._replace(motion=now, law=device_moved(s.law, s.motion, now, p))
 
 
-@port_send.member(DeviceEnd)
+@master.port_send.member(DeviceEnd)
 def _send(
     s: DeviceEnd, arrivals: Any, frame_s: float, number: int, held_j: float, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Sent]:
     law, energy_j = device_sends(s.law, p)
     sent = Sent(s.motion.xd, s.motion.x, energy_j, ())
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j), arrivals, sent
+    return s._replace(law=law), arrivals, sent
 
 
-@port_packet.member(DeviceEnd)
+@master.port_packet.member(DeviceEnd)
 def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> DeviceEnd:
     law = device_receives(s.law, packet, received_j(arrivals), p)
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j)
+    return s._replace(law=law)
 
 
-@port_answer.member(DeviceEnd)
+@master.port_answer.member(DeviceEnd)
 def _answer(
     s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
 ) -> DeviceEnd:
     law = device_answer(s.law, wave, silent, s.motion, p)
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j)
+    return s._replace(law=law)
 
 
-@port_tick.member(DeviceEnd)
+@master.port_tick.member(DeviceEnd)
 def _tick(
     s: DeviceEnd, arrivals: Any, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Vector]:
     s = _measure(s, x, xd, p)
     law, f = device_force(s.law, s.motion, p)
-    return DeviceEnd(s.motion, law, s.given_j, s.taken_j), arrivals, f
+    return s._replace(law=law), arrivals, f
 
 
-@port_applied.member(DeviceEnd)
+@master.port_applied.member(DeviceEnd)
 def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
     energy_j = p.tick_s * dot(f, s.motion.xd)
     law = device_applied(s.law, f, p)
@@ -133,18 +115,13 @@ def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
     return DeviceEnd(s.motion, law, given_j, taken_j)
 
 
-@port_signals.member(DeviceEnd)
+@master.port_signals.member(DeviceEnd)
 def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
     nothing = zero(s.motion.x)
     return nothing, nothing, nothing
 
 
-@port_energies.member(DeviceEnd)
+@master.port_energies.member(DeviceEnd)
 def _energies(s: DeviceEnd, arrivals: Any, p: DeviceEndParams) -> Vector:
     of_port: Vector = (s.given_j, s.given_j, s.taken_j, s.taken_j)
     return of_port + controller_energies(s.law)
-
-
-@port_opened.member(DeviceEnd)
-def _opened(s: DeviceEnd) -> DeviceEnd:
-    return s

@@ -9,28 +9,15 @@ when it last reported; ``xd_s`` is the velocity as reported::
     f_s(n) = K [x_m + offset - x_o(n)] + B [xd_m - xd_o(n)],    F_m = f_s as last received
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from pmwvc_core.law.safety.avatar_brake import released_brake
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
 from pmwvc_core.law.vectors import Vector, minus, plus, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    controller_energies,
-    device_answer,
-    device_applied,
-    device_force,
-    device_moved,
-    device_receives,
-    device_sends,
-    same_applied,
-    same_moved,
-    same_received,
-    sends_no_energy,
-)
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 
 
 class Held(NamedTuple):
@@ -45,43 +32,19 @@ class Direct(NamedTuple):
     none: int
 
 
-class NothingKept(NamedTuple):
-    """What a law keeps of an avatar that keeps nothing."""
-
-    none: int
-
-
-device_moved.member(Held)(same_moved)
-device_sends.member(Held)(sends_no_energy)
-device_receives.member(Held)(same_received)
-device_applied.member(Held)(same_applied)
-
-
-@controller_energies.member(Held)
-@controller_energies.member(NothingKept)
-def no_accounts(s: Any) -> Vector:
-    """Keep no accounts."""
-    return ()
-
-
-@device_answer.member(Held)
+@device_end.device_answer.member(Held)
 def _answer(s: Held, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams) -> Held:
     return Held(zero(wave) if silent else wave)
 
 
-@device_force.member(Held)
+@device_end.device_force.member(Held)
 def _force(s: Held, motion: DeviceMotion, p: DeviceEndParams) -> tuple[Held, Vector]:
     return s, s.force
 
 
-@released_brake.member(NothingKept)
-def _released(s: NothingKept) -> NothingKept:
-    return s
-
-
 @meet.member(Direct)
 def _meet(
-    p: Direct, kept: NothingKept, report: Reported, x_s: Vector, xd_s: Vector, contact: Contact,
+    p: Direct, kept: Nothing, report: Reported, x_s: Vector, xd_s: Vector, contact: Contact,
     body: Body, h: float,
 ) -> Met:  # fmt: skip
     """Put the avatar where the device is and form the force."""

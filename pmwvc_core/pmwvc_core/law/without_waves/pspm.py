@@ -7,29 +7,18 @@ follow each other as far as energy allows.
 
     F_m = B xd_m + K (x_m - q_m),    f_s = K (q_s - x_s) - B xd_s
 
-q_m goes towards the avatar and q_s towards the device, as last received; how far, see ``aimed``.
-B damps to ground, and what it turns to heat pays for the next moves. Neither end ever gives out
-more than it had, took in and received: passive with any delay, loss and order of packets, for B >
-K T_c/2 at the device (its spring is held over a tick; at the server force and motion are solved
-together). The price is B, felt at both ends.
-
-With x where an end is and q its set point, the spring K |x - q|^2/2 gains, when q moves to q',
+q follows the other end as received (``aimed``). With x where an end is, moving q to q' costs
 
     dE = K/2 (|x - q'|^2 - |x - q|^2)
 
-This comes out of a tank; q' is the point nearest to the wanted one on the straight way there that
-the tank can pay for. The tank is filled by what the damper of this end turns to heat, and by what
-the peer sends; above a cap the rest goes to the peer.
-
-Lee and Huang bound the damper's heat from below by positions, b (x_max - x_min)^2/dt. Here the
-work done at the port in a tick is known: what has been put in and is not in the spring went to the
-damper. For one tick and b = B - K dt/2 that is their bound, but for the acceleration within the
-tick; it stays right where safety changes the force. Work, tank and spring add up::
+out of a tank; q' is the nearest point on the way that the tank can pay for. The tank gets what the
+damper turns to heat, and what the peer sends; above a cap the rest goes to the peer. The heat is
+the work put in less the gain of the spring::
 
     work put in + received = spring + (tank - initial) + sent + dropped
 
-A tank below zero (a force that safety changed, a spring too stiff for its tick) moves the set
-point only where that pays the tank back.
+Passive with any delay, loss and order of packets for B > K T_c/2 at the device. A tank below zero
+moves the set point only where that pays the tank back.
 """
 
 import math
@@ -40,18 +29,9 @@ from pmwvc_core.law.safety.avatar_brake import released_brake
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, offset_of
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    controller_energies,
-    device_answer,
-    device_applied,
-    device_force,
-    device_moved,
-    device_receives,
-    device_sends,
-)
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 
 
 class Pspm(NamedTuple):
@@ -95,7 +75,7 @@ def resting_pspm(axes: int, initial_j: float) -> PspmDevice:
 def taken_in(s: ModulatedSpring, received_j: float) -> ModulatedSpring:
     """Take in what the peer has sent so far."""
     tank_j = s.tank_j + (received_j - s.received_j)
-    return ModulatedSpring(s.q, s.placed, tank_j, s.spring_j, s.sent_j, received_j, s.dropped_j)
+    return s._replace(tank_j=tank_j, received_j=received_j)
 
 
 def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> ModulatedSpring:
@@ -104,7 +84,7 @@ def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> 
     """
     spring_j = 0.5 * p.stiffness * squared(minus(x, q))
     tank_j = s.tank_j + work_j - (spring_j - s.spring_j)
-    return ModulatedSpring(q, s.placed, tank_j, spring_j, s.sent_j, s.received_j, s.dropped_j)
+    return s._replace(q=q, tank_j=tank_j, spring_j=spring_j)
 
 
 def aimed(s: ModulatedSpring, wanted: Vector, x: Vector, p: Pspm) -> ModulatedSpring:
@@ -124,10 +104,7 @@ def aimed(s: ModulatedSpring, wanted: Vector, x: Vector, p: Pspm) -> ModulatedSp
 def divided(s: ModulatedSpring, p: Pspm) -> ModulatedSpring:
     """Send the peer what is above the cap."""
     excess_j = max(s.tank_j - p.cap_j, 0.0)
-    return ModulatedSpring(
-        s.q, s.placed, s.tank_j - excess_j, s.spring_j, s.sent_j + excess_j, s.received_j,
-        s.dropped_j,
-    )  # fmt: skip
+    return s._replace(tank_j=s.tank_j - excess_j, sent_j=s.sent_j + excess_j)
 
 
 def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
@@ -136,27 +113,27 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
     return ModulatedSpring(x, True, s.tank_j, 0.0, s.sent_j, s.received_j, dropped_j)
 
 
-@device_moved.member(PspmDevice)
+@device_end.device_moved.member(PspmDevice)
 def _moved(
     s: PspmDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
 ) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
     q, work_j = s.spring.q if s.coupled else now.x, dot(s.force, minus(now.x, before.x))
-    return PspmDevice(set_to(s.spring, q, now.x, work_j, p.law), s.force, s.coupled)
+    return s._replace(spring=set_to(s.spring, q, now.x, work_j, p.law))
 
 
-@device_sends.member(PspmDevice)
+@device_end.device_sends.member(PspmDevice)
 def _send(s: PspmDevice, p: DeviceEndParams) -> tuple[PspmDevice, float]:
     spring = divided(s.spring, p.law)
-    return PspmDevice(spring, s.force, s.coupled), spring.sent_j
+    return s._replace(spring=spring), spring.sent_j
 
 
-@device_receives.member(PspmDevice)
+@device_end.device_receives.member(PspmDevice)
 def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> PspmDevice:
-    return PspmDevice(taken_in(s.spring, received_j), s.force, s.coupled)
+    return s._replace(spring=taken_in(s.spring, received_j))
 
 
-@device_answer.member(PspmDevice)
+@device_end.device_answer.member(PspmDevice)
 def _answer(
     s: PspmDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> PspmDevice:
@@ -165,7 +142,7 @@ def _answer(
     return PspmDevice(aimed(s.spring, wave, motion.x, p.law), s.force, True)
 
 
-@device_force.member(PspmDevice)
+@device_end.device_force.member(PspmDevice)
 def _force(s: PspmDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
     if not s.coupled:
         return s, zero(motion.x)
@@ -176,17 +153,17 @@ def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
     return law.damping * xd + law.stiffness * (x - q)
 
 
-@device_applied.member(PspmDevice)
+@device_end.device_applied.member(PspmDevice)
 def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
-    return PspmDevice(s.spring, f, s.coupled)
+    return s._replace(force=f)
 
 
-@controller_energies.member(ModulatedSpring)
+@device_end.controller_energies.member(ModulatedSpring)
 def _of_spring(s: ModulatedSpring) -> Vector:
     return (s.tank_j, s.spring_j)
 
 
-@controller_energies.member(PspmDevice)
+@device_end.controller_energies.member(PspmDevice)
 def _of_device(s: PspmDevice) -> Vector:
     return _of_spring(s.spring)
 
@@ -194,7 +171,7 @@ def _of_device(s: PspmDevice) -> Vector:
 @released_brake.member(ModulatedSpring)
 def _released(s: ModulatedSpring) -> ModulatedSpring:
     """Have the set point placed when the user joins again."""
-    return ModulatedSpring(s.q, False, s.tank_j, s.spring_j, s.sent_j, s.received_j, s.dropped_j)
+    return s._replace(placed=False)
 
 
 @meet.member(Pspm)

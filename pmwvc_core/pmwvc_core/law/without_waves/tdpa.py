@@ -3,50 +3,31 @@
 """Time-domain passivity observer and controller for a two-port with delay (Hannaford and Ryu 2002;
 Ryu, Artigas and Preusche 2010).
 
-The device sends its velocity, the server its contact force. Both ends count what flows into and
-out of the link at their port, P = f . velocity against the link,
+The device sends its velocity, the server its contact force. Both ends count the flow at their
+port, P = f . velocity against the link, and send E_in::
 
     E_in += max(P, 0) h,    E_out += max(-P, 0) h
-
-and send E_in. An end may give out what the other is known to have put in:
-
     allowance = E_in of the other, as received, - E_out + what its controller has dissipated
 
-Where the next step would overdraw it by dE, the controller dissipates dE: at the device by a
-damper (impedance type), at the avatar by giving way (admittance type),
+Where the next step would overdraw it by dE, the controller dissipates dE, by a damper at the
+device and by giving way at the avatar::
 
     F += a xd,   a = min(dE/(h |xd|^2), damping_max),        xd_s -= (dE/(h |f|^2)) f
 
-At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}): the force is
-held while the velocity changes, and with an encoder the velocity at the tick belongs to the way
-before. The damper is chosen from the velocity at the tick and can fall short (at rest, at its
-limit, by what the velocity changes); what is missing stays in the observer and is dissipated
-later. The damper fades over ``fade_s`` instead of switching off at each tick, which limits its
-chatter. Giving way makes avatar and device drift apart; the drift is made up by a share per step,
-under the same observer (after Coelho et al. 2019). ``xd_s`` is the velocity with which the avatar
-goes on until the next step, under the force f_s held, so f_s xd_s h is the work that leaves the
-link.
+At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}); what the damper
+falls short of stays in the observer. It fades over ``fade_s``. The drift of the avatar is made up
+by a share per step under the same observer (after Coelho et al. 2019).
 """
 
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.safety.avatar_brake import released_brake
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    controller_energies,
-    device_answer,
-    device_applied,
-    device_force,
-    device_moved,
-    device_receives,
-    device_sends,
-)
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -100,7 +81,7 @@ def resting_tdpa(axes: int) -> TdpaDevice:
 def informed(s: Observer, received_j: float) -> Observer:
     """Take in what the other end has put in so far."""
     allowance_j = s.allowance_j + (received_j - s.received_j)
-    return Observer(s.in_j, s.out_j, s.dissipated_j, allowance_j, received_j)
+    return s._replace(allowance_j=allowance_j, received_j=received_j)
 
 
 def overdraft_j(s: Observer, energy_j: float) -> float:
@@ -119,7 +100,7 @@ def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float
     )  # fmt: skip
 
 
-@device_moved.member(TdpaDevice)
+@device_end.device_moved.member(TdpaDevice)
 def _moved(
     s: TdpaDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
 ) -> TdpaDevice:
@@ -132,25 +113,25 @@ def _moved(
     return TdpaDevice(observer, s.force, s.damping, zero(s.held), 0.0)
 
 
-@device_sends.member(TdpaDevice)
+@device_end.device_sends.member(TdpaDevice)
 def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
     return s, s.observer.in_j
 
 
-@device_receives.member(TdpaDevice)
+@device_end.device_receives.member(TdpaDevice)
 def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
     observer = informed(s.observer, received_j)
-    return TdpaDevice(observer, s.force, s.damping, s.held, s.braked)
+    return s._replace(observer=observer)
 
 
-@device_answer.member(TdpaDevice)
+@device_end.device_answer.member(TdpaDevice)
 def _answer(
     s: TdpaDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> TdpaDevice:
-    return TdpaDevice(s.observer, zero(wave) if silent else wave, s.damping, s.held, s.braked)
+    return s._replace(force=zero(wave) if silent else wave)
 
 
-@device_force.member(TdpaDevice)
+@device_end.device_force.member(TdpaDevice)
 def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
     """Return the force received and that of both dampers [N]."""
     square, needed = squared(motion.xd), 0.0
@@ -159,27 +140,22 @@ def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[Tdp
         needed = min(excess_j / (p.tick_s * square), p.law.damping_max)
     damping = max(needed, s.damping * p.law.kept)
     f = plus(s.force, scaled(motion.xd, p.law.damping + damping))
-    return TdpaDevice(s.observer, s.force, damping, s.held, s.braked), f
+    return s._replace(damping=damping), f
 
 
-@device_applied.member(TdpaDevice)
+@device_end.device_applied.member(TdpaDevice)
 def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
-    return TdpaDevice(s.observer, s.force, s.damping, f, s.damping)
+    return s._replace(held=f, braked=s.damping)
 
 
-@controller_energies.member(Observer)
+@device_end.controller_energies.member(Observer)
 def _of_observer(s: Observer) -> Vector:
     return (s.dissipated_j, s.allowance_j)
 
 
-@controller_energies.member(TdpaDevice)
+@device_end.controller_energies.member(TdpaDevice)
 def _of_device(s: TdpaDevice) -> Vector:
     return _of_observer(s.observer)
-
-
-@released_brake.member(Observer)
-def _released(s: Observer) -> Observer:
-    return s
 
 
 @meet.member(Tdpa)

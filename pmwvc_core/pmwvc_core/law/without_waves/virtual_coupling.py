@@ -3,39 +3,26 @@
 """Virtual coupling: spring and damper between device and avatar, at 1 kHz on the device's side
 (Colgate, Stanley and Brown 1995; Adams and Hannaford 1999).
 
-Each end renders the same spring and damper against the last received state of the other::
+::
 
     F_m = K_c (x_m - p) + B_c (xd_m - p')          p: avatar, in the device's frame, as received
     f_s = K_c (x_m - p) + B_c (xd_m - p')          x_m: device, as received
 
-The avatar has no mass: f_s is also what its contact bears. p' is the avatar's mean velocity
-between the last two packets. Passive without delay where the device's damping b exceeds
-K_c T_c/2 + B_c; with delays T_1 + T_2 around the loop K_c (T_1 + T_2)/2 <= B_c + b is asked for.
-Neither rule excludes generated energy: no account bounds it.
+p' is the avatar's mean velocity between the last two packets. Passive without delay where the
+device's damping b exceeds K_c T_c/2 + B_c; with delays T_1 + T_2 around the loop K_c (T_1 + T_2)/2
+<= B_c + b is required. Neither rule excludes generated energy.
 """
 
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.vectors import Vector, each, minus, scaled, zero
+from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import (
-    DeviceEndParams,
-    DeviceMotion,
-    controller_energies,
-    device_answer,
-    device_applied,
-    device_force,
-    device_moved,
-    device_receives,
-    device_sends,
-    same_applied,
-    same_moved,
-    sends_no_energy,
-)
-from pmwvc_core.law.without_waves.direct import NothingKept, no_accounts
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
 
 
 class VirtualCoupling(NamedTuple):
@@ -60,13 +47,7 @@ def resting_coupling(axes: int) -> AvatarSeen:
     return AvatarSeen((0.0,) * axes, (0.0,) * axes, 0, 0, False)
 
 
-device_moved.member(AvatarSeen)(same_moved)
-device_sends.member(AvatarSeen)(sends_no_energy)
-device_applied.member(AvatarSeen)(same_applied)
-controller_energies.member(AvatarSeen)(no_accounts)
-
-
-@device_receives.member(AvatarSeen)
+@device_end.device_receives.member(AvatarSeen)
 def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndParams) -> AvatarSeen:
     """Take the avatar's velocity from the way it went since the packet before."""
     pd, numbers = s.pd, packet.number - s.number
@@ -78,14 +59,14 @@ def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndPara
     return AvatarSeen(s.p, pd, packet.number, packet.sent_ns, s.coupled)
 
 
-@device_answer.member(AvatarSeen)
+@device_end.device_answer.member(AvatarSeen)
 def _answer(
     s: AvatarSeen, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
 ) -> AvatarSeen:
-    return AvatarSeen(s.p if silent else wave, s.pd, s.number, s.sent_ns, not silent)
+    return s._replace(p=s.p if silent else wave, coupled=not silent)
 
 
-@device_force.member(AvatarSeen)
+@device_end.device_force.member(AvatarSeen)
 def _force(s: AvatarSeen, motion: DeviceMotion, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
     if not s.coupled:
         return s, zero(motion.x)
@@ -98,7 +79,7 @@ def _spring(x: float, xd: float, p: float, pd: float, law: VirtualCoupling) -> f
 
 @meet.member(VirtualCoupling)
 def _meet(
-    p: VirtualCoupling, kept: NothingKept, report: Reported, x_s: Vector, xd_s: Vector,
+    p: VirtualCoupling, kept: Nothing, report: Reported, x_s: Vector, xd_s: Vector,
     contact: Contact, body: Body, h: float,
 ) -> Met:  # fmt: skip
     """Pull the avatar towards the device."""

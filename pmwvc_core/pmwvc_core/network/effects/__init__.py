@@ -1,33 +1,160 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Link effects by name: what a link does to its packets."""
+"""Link effects by name: the library, and entry points of the group ``pmwvc.link_effects``.
 
-from pmwvc_core.network.effects.library import (
-    EFFECTS,
-    active,
-    amounts,
-    check,
-    conflicts,
-    is_random,
-    longest_s,
-    mean_s,
-    numbers_of,
-    unbounded,
-)
+Parameters of their own switch the effects of the library on. Those of other packages are named in
+``link.effects``, each with its numbers: ``bursts:rate=0.02:stay=0.5 fading:depth=0.1``.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+from itertools import product
+
+from pmwvc_core.errors import ParameterError, PmwvcError
+from pmwvc_core.network.effects import chance, handover, jitter, loss, queues, timing
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
+from pmwvc_core.network.timeline import timeline_of
+from pmwvc_core.params import LinkParams
+from pmwvc_core.plugins import Records
 
-__all__ = [
-    "EFFECTS",
-    "Effect",
-    "LinkEffect",
-    "Uniform",
-    "active",
-    "amounts",
-    "check",
-    "conflicts",
-    "is_random",
-    "longest_s",
-    "mean_s",
-    "numbers_of",
-    "unbounded",
-]
+__all__ = ["EFFECTS", "Effect", "LinkEffect", "Uniform"]
+EFFECTS: Records[LinkEffect] = Records(
+    LinkEffect,
+    (
+        loss.RECORD,
+        loss.GILBERT,
+        loss.MARKOV,
+        handover.RECORD,
+        chance.DUPLICATION,
+        chance.CORRUPTION,
+        chance.REORDERING,
+        queues.RATE_LIMIT,
+        timing.DELAY,
+        timing.SCHEDULE,
+        *jitter.DRAWN,
+        jitter.TRACE,
+        queues.SLOTS,
+        timing.ORDER,
+    ),
+    group="pmwvc.link_effects",
+    parameter="effects",
+    what="a link effect",
+)
+LAST = timing.ORDER  # of those that decide when a packet comes out
+
+
+def numbers_of(text: str) -> dict[str, dict[str, float]]:
+    """Return the numbers of each plug-in in ``link.effects`` by name; else ParameterError."""
+    found: dict[str, dict[str, float]] = {}
+    for word in text.split():
+        name, *pairs = word.split(":")
+        try:
+            values = {key: float(value) for key, value in (pair.split("=") for pair in pairs)}
+        except ValueError:
+            raise ParameterError(
+                f"effects = {text!r}: {word!r} must be a name with its numbers, "
+                "name:number=value:..."
+            ) from None
+        if name in found:
+            raise ParameterError(f"effects = {text!r}: {name} is given twice")
+        found[name] = values
+    return found
+
+
+@lru_cache(maxsize=256)
+def plugins_of(text: str) -> tuple[LinkEffect, ...]:
+    """Return the effects of other packages that ``link.effects`` names; ParameterError where one
+    is not installed or no effect, or its numbers are not those it has.
+    """
+    found = []
+    for name, values in numbers_of(text).items():
+        if name not in EFFECTS.installed():
+            raise ParameterError(
+                f"effects = {text!r}: {name} is not installed; there are: "
+                f"{', '.join(EFFECTS.installed()) or 'none'}. A plug-in is a package with an "
+                f"entry point in the group {EFFECTS.plugins.group!r}"
+            )
+        record = EFFECTS.of(name)
+        if values.keys() != record.numbers.keys():
+            raise ParameterError(
+                f"effects = {text!r}: {name} takes {', '.join(record.numbers) or 'no numbers'}"
+            )
+        for key, spec in record.numbers.items():
+            if wrong := spec.problem(values[key]):
+                raise ParameterError(f"effects = {text!r}: {name}: {key} = {wrong}")
+        found.append(record)
+    return tuple(found)
+
+
+def active(params: LinkParams) -> tuple[LinkEffect, ...]:
+    """Return the effects that settings switch on, in their order."""
+    own = [record for record in EFFECTS.library.values() if record.active(params)]
+    own.remove(LAST)
+    return (*own, *plugins_of(params.effects), LAST)
+
+
+def is_random(params: LinkParams) -> bool:
+    """Tell whether the seed decides what a link does."""
+    return any(record.random for record in active(params))
+
+
+def longest_s(params: LinkParams) -> float:
+    """Return the delay that tuning rules count [s]; NaN where an effect's part is not known."""
+    spreads = [record.spread_s(params) for record in active(params)]
+    return params.delay_s + sum(math.nan if each is None else each for each in spreads)
+
+
+def unbounded(params: LinkParams) -> list[str]:
+    """Return the effects of which it is not known how much longer the delay becomes."""
+    return [record.name for record in active(params) if record.spread_s(params) is None]
+
+
+def mean_s(params: LinkParams) -> float:
+    """Return the mean delay [s], without the effects whose part is not known."""
+    return sum(record.mean_s(params) for record in active(params))
+
+
+def amounts(params: LinkParams) -> dict[str, str]:
+    """Return the effects beside the constant delay by name, in words with their amounts.
+
+    A plug-in that gives no amount is named.
+    """
+    texts = {record.name: record.amount(params) for record in active(params)}
+    for record in plugins_of(params.effects):
+        texts[record.name] = texts[record.name] or f"link effect {record.name}"
+    return {name: text for name, text in texts.items() if text}
+
+
+def conflicts(params: LinkParams) -> Iterator[str]:
+    """Yield what is wrong between settings that are each right."""
+    try:
+        records = active(params)
+    except ParameterError as error:
+        yield str(error)
+        return
+    texts = (record.conflict(params) for record in records)
+    yield from filter(None, (*texts, _step_problem(params)))
+
+
+def check(params: LinkParams) -> None:
+    """Raise a PmwvcError for a file or parameter that cannot be used, naming it."""
+    for record in active(params):
+        record.check(params)
+    for text in conflicts(params):
+        raise ParameterError(text)
+
+
+def _step_problem(params: LinkParams) -> str:
+    """Return what is wrong with an entry of the timeline, either way; empty where nothing is."""
+    try:
+        entries = timeline_of(params.schedule).entries if params.schedule else ()
+    except ParameterError:
+        return ""  # told by the timeline itself
+    for entry, direction in product(entries, (0, 1)):
+        try:
+            check(replace(entry.applied(params, direction), schedule=""))
+        except PmwvcError as error:
+            return f"schedule: entry at {entry.start_s:g} s: {error}"
+    return ""

@@ -2,49 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Packets copied, corrupted or sent at once, each by chance."""
 
-from pmwvc_core.network.effects.record import Effect, linux_effect
+from pmwvc_core.network.effects.record import Effect, linux_effect, made_of
 from pmwvc_core.network.in_flight import Fate
 
 
-class Duplication(Effect):
+def copies(effect: Effect, fate: Fate) -> int:
     """Copy packets with one probability."""
-
-    def copies(self, fate: Fate) -> int:
-        """Return 1 where a packet is copied, else 0."""
-        rho = self.params.duplicate_correlation
-        return int(self.chain.draw(self.uniform(fate), rho) < self.params.duplicate)
+    p = effect.params
+    return int(effect.correlated(fate, p.duplicate_correlation) < p.duplicate)
 
 
-DUPLICATION = linux_effect(
-    name="duplication",
-    words="Packets arrive twice, each with the same probability.",
-    make=Duplication,
-    parameters=("duplicate", "duplicate_correlation"),
-    active=lambda params: params.duplicate > 0.0,
-    slot=1,
-    amount=lambda params: f"duplication of {params.duplicate:.3g} of the packets",
-)
-
-
-class Corruption(Effect):
+def corrupts(effect: Effect, fate: Fate) -> float | None:
     """Corrupt packets and copies with one probability: one bit is flipped."""
-
-    def corrupts(self, fate: Fate) -> float | None:
-        """Return where in the packet, in [0, 1); None where it stays as it is."""
-        rho = self.params.corrupt_correlation
-        u = self.chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
-        return self.uniform(fate, 1) if u < self.params.corrupt else None
-
-
-CORRUPTION = linux_effect(
-    name="corruption",
-    words="One bit of a packet is flipped, with the same probability in each.",
-    make=Corruption,
-    parameters=("corrupt", "corrupt_correlation"),
-    active=lambda params: params.corrupt > 0.0,
-    amount=lambda params: f"corruption of {params.corrupt:.3g} of the packets",
-    label=lambda params: f"corrupt {float(params.corrupt * 100.0):.4g} %",
-)
+    p = effect.params
+    flips = effect.correlated(fate, p.corrupt_correlation) < p.corrupt
+    return effect.uniform(fate, 1) if flips else None
 
 
 class Reordering(Effect):
@@ -54,20 +26,33 @@ class Reordering(Effect):
 
     def at_once(self, fate: Fate) -> bool:
         """Tell whether a packet or copy goes without delay."""
-        rho = self.params.reorder_correlation
-        u = self.chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
-        if self._since < self.params.reorder_gap - 1 or u >= self.params.reorder:
-            self._since += 1
-            return False
-        self._since = 0
-        return True
+        p = self.params
+        u = self.correlated(fate, p.reorder_correlation)
+        at_once = self._since >= p.reorder_gap - 1 and u < p.reorder
+        self._since = 0 if at_once else self._since + 1
+        return at_once
 
 
+DUPLICATION = linux_effect(
+    name="duplication",
+    words="Packets arrive twice, each with the same probability.",
+    make=made_of(copies=copies),
+    active=lambda params: params.duplicate > 0.0,
+    slot=1,
+    amount=lambda params: f"duplication of {params.duplicate:.3g} of the packets",
+)
+CORRUPTION = linux_effect(
+    name="corruption",
+    words="One bit of a packet is flipped, with the same probability in each.",
+    make=made_of(corrupts=corrupts),
+    active=lambda params: params.corrupt > 0.0,
+    amount=lambda params: f"corruption of {params.corrupt:.3g} of the packets",
+    label=lambda params: f"corrupt {float(params.corrupt * 100.0):.4g} %",
+)
 REORDERING = linux_effect(
     name="reordering",
     words="Some packets are sent at once and overtake others.",
     make=Reordering,
-    parameters=("reorder", "reorder_gap", "reorder_correlation"),
     active=lambda params: params.reorder > 0.0,
     spreads=True,
     amount=lambda params: f"reordering of {params.reorder:.3g} of the packets",

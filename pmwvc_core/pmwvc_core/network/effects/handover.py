@@ -6,7 +6,7 @@ What happens at the k-th hand-over is drawn by k, whatever the packets do.
 """
 
 from pmwvc_core.network.effects.record import Effect, LinkEffect, not_above
-from pmwvc_core.network.in_flight import Cause, Fate, FateKind
+from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.params import LinkParams
 
 STEP, OUTAGE, LENGTH, LOSS = range(4)  # indices of the random numbers; the last is a packet's
@@ -20,9 +20,9 @@ class Handover(Effect):
         params, elapsed_s = self.params, (fate.time_in_ns - self.begin_ns) * 1e-9
         count = int(elapsed_s / params.handover_s)
         since_s = elapsed_s - count * params.handover_s
-        if count and self._number(count, OUTAGE) < params.handover_outage:
+        if count and self.of_event(count, OUTAGE) < params.handover_outage:
             low_s, high_s = params.handover_outage_min_s, params.handover_outage_max_s
-            if since_s < low_s + (high_s - low_s) * self._number(count, LENGTH):
+            if since_s < low_s + (high_s - low_s) * self.of_event(count, LENGTH):
                 return Cause.OUTAGE
         to_next_s = params.handover_s - since_s
         near = (count > 0 and since_s < params.handover_loss_s) or (
@@ -35,11 +35,7 @@ class Handover(Effect):
         count = int((fate.time_in_ns - self.begin_ns) * 1e-9 / self.params.handover_s)
         if not count:
             return 0.0
-        return self.params.handover_step_s * (2.0 * self._number(count, STEP) - 1.0)
-
-    def _number(self, count: int, index: int) -> float:
-        """Return a random number of a hand-over, in [0, 1)."""
-        return self.uniform(Fate(count, 0, 0, FateKind.DELIVERED, Cause.NONE, 0), index)
+        return self.params.handover_step_s * (2.0 * self.of_event(count, STEP) - 1.0)
 
 
 def lost_ratio(params: LinkParams) -> float:
@@ -55,15 +51,6 @@ RECORD = LinkEffect(
     words="At hand-overs the delay steps and packets are lost.",
     linear="delay",
     make=Handover,
-    parameters=(
-        "handover_s",
-        "handover_step_s",
-        "handover_outage",
-        "handover_outage_min_s",
-        "handover_outage_max_s",
-        "handover_loss",
-        "handover_loss_s",
-    ),
     active=lambda params: params.handover_s > 0.0,
     spreads=True,
     spread_s=lambda params: float(params.handover_step_s),
@@ -72,6 +59,5 @@ RECORD = LinkEffect(
         f"{lost_ratio(params):.2g} of the packets lost)"
     ),
     label=lambda params: f"hand-over every {float(params.handover_s):.4g} s",
-    off=0.0,
     conflict=lambda params: not_above(params, "handover_outage_min_s", "handover_outage_max_s"),
 )

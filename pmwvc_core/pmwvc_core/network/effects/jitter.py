@@ -7,26 +7,17 @@ from typing import Any
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
 from pmwvc_core.network.distributions import DISTRIBUTIONS, Distribution, drawn, file_conflict
-from pmwvc_core.network.effects.record import Effect, LinkEffect
+from pmwvc_core.network.effects.record import Effect, LinkEffect, made_of
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
 SLOT = 2  # among the numbers that every packet draws
 
 
-class DrawnJitter(Effect):
-    """Add a quantile of the distribution that ``jitter`` names."""
-
-    def configure(self, params: LinkParams) -> None:
-        """Take the quantile function of the distribution."""
-        super().configure(params)
-        self._rho = params.jitter_correlation
-        self._quantile = DISTRIBUTIONS[params.jitter].quantile(params)
-
-    def delay_s(self, fate: Fate) -> float:
-        """Return the quantile of the packet's random number [s]."""
-        u = self.chain.draw(self.uniform(fate), self._rho, goes_on=not fate.copy)
-        return float(self._quantile(u))
+def _jitter_s(effect: Effect, fate: Fate) -> float:
+    """Add a quantile, by the packet's random number, of the distribution that ``jitter`` names."""
+    p = effect.params
+    return float(DISTRIBUTIONS[p.jitter].at(p, effect.correlated(fate, p.jitter_correlation)))
 
 
 class RecordedJitter(Effect):
@@ -103,7 +94,6 @@ def _record(name: str, words: str, **own: Any) -> LinkEffect:
         linear="delay",
         spreads=True,
         label=lambda params: f"{params.jitter} jitter",
-        off="none",
         **own,
     )
 
@@ -112,8 +102,7 @@ def _drawn(name: str, distribution: Distribution) -> LinkEffect:
     return _record(
         name,
         f"The delay is {distribution.words}.",
-        make=DrawnJitter,
-        parameters=("jitter", "jitter_s", "jitter_shape", "jitter_correlation"),
+        make=made_of(delay_s=_jitter_s),
         active=lambda params: params.jitter == name and drawn(params) is not None,
         slot=SLOT,
         linux=True,
@@ -130,7 +119,6 @@ TRACE = _record(
     "trace",
     "The delay follows a recording.",
     make=RecordedJitter,
-    parameters=("jitter", "trace_file", "trace_scale", "trace_column"),
     active=lambda params: params.jitter == "trace",
     random=False,
     spread_s=lambda params: trace.longest_s if (trace := _recorded(params)) else None,

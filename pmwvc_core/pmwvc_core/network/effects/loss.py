@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loss of packets: of each by itself, by two states (Gilbert-Elliott), or by four."""
 
-from pmwvc_core.network.effects.record import Effect, linux_effect
+from pmwvc_core.network.effects.record import Effect, linux_effect, made_of
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
 RECEIVED, WITHIN_BURST, IN_BURST, ISOLATED = 1, 2, 3, 4  # states; lost in the last two
 
 
-class Loss(Effect):
+def loses(effect: Effect, fate: Fate) -> bool:
     """Lose packets with one probability."""
-
-    def loses(self, fate: Fate) -> bool:
-        """Tell whether a packet is lost."""
-        rho = self.params.loss_correlation
-        return self.chain.draw(self.uniform(fate), rho) < self.params.loss
+    return effect.correlated(fate, effect.params.loss_correlation) < effect.params.loss
 
 
 class GilbertElliott(Effect):
@@ -90,8 +86,7 @@ def _markov_conflict(params: LinkParams) -> str:
 RECORD = linux_effect(
     name="loss",
     words="Packets are lost, each with the same probability.",
-    make=Loss,
-    parameters=("loss", "loss_correlation"),
+    make=made_of(loses=loses),
     active=lambda params: params.loss > 0.0,
     slot=0,
     amount=lambda params: f"loss of {params.loss:.3g} of the packets",
@@ -101,7 +96,6 @@ GILBERT = linux_effect(
     name="gilbert_elliott",
     words="Packets are lost in bursts, by two states.",
     make=GilbertElliott,
-    parameters=("ge_p", "ge_r", "ge_bad", "ge_good"),
     active=lambda params: params.ge_p > 0.0 or params.ge_good > 0.0,
     amount=lambda params: f"loss of {gilbert_loss(params):.3g} of the packets, in bursts",
     label=lambda params: f"bursts of loss {gilbert_loss(params) * 100.0:.4g} %",
@@ -110,7 +104,6 @@ MARKOV = linux_effect(
     name="four_states",
     words="Packets are lost in bursts and singly, by four states.",
     make=FourStates,
-    parameters=("markov_p13", "markov_p14", "markov_p31", "markov_p32", "markov_p23"),
     active=lambda params: params.markov_p13 > 0.0 or params.markov_p14 > 0.0,
     amount=lambda params: f"loss of {markov_loss(params):.3g} of the packets, by four states",
     label=lambda params: f"loss {markov_loss(params) * 100.0:.4g} % (four states)",

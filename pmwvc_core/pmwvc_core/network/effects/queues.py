@@ -11,7 +11,7 @@ import bisect
 from collections import deque
 
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, linux_effect, not_above
-from pmwvc_core.network.in_flight import Cause, Fate, FateKind
+from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
 
@@ -90,19 +90,11 @@ RATE_LIMIT = LinkEffect(
     words="Packets wait for a line of limited rate.",
     make=SerialLine,
     linux=True,
-    parameters=(
-        "rate_limit_bps",
-        "rate_overhead_bytes",
-        "rate_cell_bytes",
-        "rate_cell_overhead_bytes",
-        "queue_packets",
-        "queue_bytes",
-    ),
+    switch=("rate_limit_bps", 0),
     active=lambda params: params.rate_limit_bps > 0.0,
     random=False,
     amount=lambda params: f"rate limit of {params.rate_limit_bps:g} bit/s",
     label=lambda params: f"{float(params.rate_limit_bps / 1e3):.4g} kbit/s",
-    off=0,
 )
 
 
@@ -145,8 +137,7 @@ class Slots(Effect):
         low_s, high_s = self.params.slot_min_s, self.params.slot_max_s
         while not ends or last_ns < time_ns:
             self._number += 1
-            each = Fate(self._number, 0, 0, FateKind.DELIVERED, Cause.NONE, 0)
-            step_s = low_s + (high_s - low_s) * self.uniform(each)
+            step_s = low_s + (high_s - low_s) * self.of_event(self._number)
             last_ns += max(round(step_s * 1e9), LEAST_NS)
             ends.append(last_ns)
         if ends[0] < time_ns - KEPT_NS:
@@ -166,7 +157,6 @@ SLOTS = linux_effect(
     name="slots",
     words="Packets come out only in slots, several at once.",
     make=Slots,
-    parameters=("slot_max_s", "slot_min_s", "slot_packets", "slot_bytes"),
     active=lambda params: params.slot_max_s > 0.0,
     spreads=True,
     spread_s=lambda params: float(params.slot_max_s),

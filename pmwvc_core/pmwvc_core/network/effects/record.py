@@ -37,6 +37,14 @@ class Effect:
         self.chain = Correlated()  # of its numbers, where it has a correlation
         self.configure(params)
 
+    def correlated(self, fate: Fate, rho: float) -> float:
+        """Return a random number of a packet or copy that depends on the packet before."""
+        return self.chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
+
+    def of_event(self, count: int, index: int = 0) -> float:
+        """Return a random number of what happens to the link itself for the count-th time."""
+        return self.uniform(Fate(count), index)
+
     def configure(self, params: LinkParams) -> None:
         """Change the settings from now on; what an effect remembers of packets stays."""
         self.params = params
@@ -73,9 +81,9 @@ class Effect:
 EffectMaker = Callable[[LinkParams, Uniform], Effect]
 
 
-def no_time(params: LinkParams) -> float:
-    """Return zero [s]."""
-    return 0.0
+def made_of(**hooks: Callable[..., Any]) -> type[Effect]:
+    """Return an effect with these hooks: functions of the effect and of what a hook is given."""
+    return type("LibraryEffect", (Effect,), hooks)
 
 
 def not_above(params: LinkParams, least: str, most: str) -> str:
@@ -93,7 +101,8 @@ class LinkEffect(Record):
     """
 
     make: EffectMaker  # for the settings and random numbers of a link
-    parameters: tuple[str, ...] = ("effects",)  # of link.* that it reads; the first switches it on
+    # the parameter of link.* that switches it on, and the value that switches it off
+    switch: tuple[str, Any] = ("effects", "")
     # whether settings switch it on; plug-ins are switched on by link.effects
     active: Callable[[LinkParams], bool] = lambda params: True
     # those that link.effects must give a plug-in, by name, with their ranges
@@ -106,11 +115,12 @@ class LinkEffect(Record):
     spreads: bool = False  # whether the delay differs from packet to packet
     # by how much tuning rules have to count the delay longer [s]; None: not known
     spread_s: Callable[[LinkParams], float | None] = lambda params: None
-    mean_s: Callable[[LinkParams], float] = no_time  # what it adds to the delay on the mean [s]
+    mean_s: Callable[[LinkParams], float] = lambda params: (
+        0.0
+    )  # what it adds to the delay on the mean [s]
     # it and its amount, for sentences and for the drawing of the loop; empty: not mentioned
     amount: Callable[[LinkParams], str] = lambda params: ""
     label: Callable[[LinkParams], str] = lambda params: ""
-    off: Any = ""  # value of the first parameter that switches it off
     # what is wrong between settings that are each right; empty where nothing is
     conflict: Callable[[LinkParams], str] = lambda params: ""
     # raises where settings cannot be used, a file for example
@@ -118,4 +128,4 @@ class LinkEffect(Record):
 
 
 # An effect of tc-netem, which the linear model leaves out and which adds no delay.
-linux_effect = partial(LinkEffect, linear="delay", linux=True, spread_s=no_time, off=0.0)
+linux_effect = partial(LinkEffect, linear="delay", linux=True, spread_s=lambda params: 0.0)

@@ -7,26 +7,21 @@ A timeline's other settings are taken by :mod:`pmwvc_core.network.link`.
 
 from pmwvc_core.errors import refusal
 from pmwvc_core.network.effects.queues import Drain
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, linux_effect
+from pmwvc_core.network.effects.record import (
+    Effect,
+    LinkEffect,
+    Uniform,
+    linux_effect,
+    made_of,
+)
 from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 
-
-class Delay(Effect):
-    """Add ``delay_s``."""
-
-    def delay_s(self, fate: Fate) -> float:
-        """Return the constant delay [s]."""
-        return float(self.params.delay_s)
-
-
 DELAY = linux_effect(
     name="delay",
     words="Every packet takes the same time.",
-    make=Delay,
-    parameters=("delay_s",),
-    active=lambda params: True,
+    make=made_of(delay_s=lambda effect, fate: float(effect.params.delay_s)),
     random=False,
     label=lambda params: f"{float(params.delay_s * 1e3):.4g} ms",
     mean_s=lambda params: float(params.delay_s),
@@ -58,12 +53,10 @@ SCHEDULE = LinkEffect(
     words="Settings change on a timeline.",
     linear="delay",
     make=Scheduled,
-    parameters=("schedule",),
     active=lambda params: bool(params.schedule.strip()),
     spreads=True,
     amount=lambda params: f"a timeline ({params.schedule})",
     label=lambda params: "timeline",
-    off="",
     conflict=lambda params: refusal(timeline_of, params.schedule),
     check=lambda params: timeline_of(params.schedule),
 )
@@ -95,8 +88,5 @@ ORDER = linux_effect(
     words="A later packet waits for an earlier one.",
     linear="order",
     make=Order,
-    parameters=("keep_order",),
-    active=lambda params: True,
     random=False,
-    off=False,
 )

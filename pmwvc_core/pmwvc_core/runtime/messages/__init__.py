@@ -10,7 +10,7 @@ does.
 
 from pmwvc_core.runtime.messages.links import diagnostic, link_state, packet_fates, reception, wave
 from pmwvc_core.runtime.messages.misfits import misfit
-from pmwvc_core.runtime.messages.traces import TraceBlock, master_trace, server_trace
+from pmwvc_core.runtime.messages.traces import master_trace, server_trace
 from pmwvc_core.runtime.messages.types import (
     NS_PER_S,
     MessageTypes,
@@ -23,7 +23,6 @@ from pmwvc_core.runtime.messages.types import (
 __all__ = [
     "NS_PER_S",
     "MessageTypes",
-    "TraceBlock",
     "diagnostic",
     "link_state",
     "live_types",

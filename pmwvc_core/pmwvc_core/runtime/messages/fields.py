@@ -11,6 +11,7 @@ from typing import Protocol
 Numbers = Sequence[float]
 # The signals of a trace, read and written by name.
 PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")  # of a tick
+PER_TICK = {"lateness": "f", "compute": "f", "looked": "I"}  # typecodes
 OF_OBJECT = ("x_o", "xd_o", "target")  # of a step
 
 

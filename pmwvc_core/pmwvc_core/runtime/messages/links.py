@@ -33,6 +33,7 @@ def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1
             name: types.sequence(axes(getattr(packet, name), dof), "d")
             for name in ("wave", "integral", "position")
         },
+        extra=types.sequence(packet.extra, "d"),
     )
 
 

@@ -18,23 +18,26 @@ from pmwvc_core.transport.packet import FLAG_SHORT, WavePacket, refused, size_by
 from pmwvc_core.transport.verdict import Verdict
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
-MOST_AXES = 6
+CDR = ENCAPSULATION[:2]
+MOST_AXES, MOST_EXTRA = 6, 12
+_LENGTH, _DOF_AT = struct.Struct("<I"), 44
 _SPARE = 24  # bytes that the middleware adds to a message with empty sequences
 _FIXED = size_bytes(0)
 _PER_AXIS = size_bytes(1) - _FIXED
 
 
 @cache
-def _layout(dof: int) -> struct.Struct:
+def _layout(dof: int, extra: int) -> struct.Struct:
     """Return the layout: the encapsulation and the fields of ``Wave.msg``."""
     value = f"I4x{dof}d"
-    return struct.Struct(f"<4siIqQI4xd{value}{value}d{value}I4xqqH2xIQQ")
+    behind = f"I4x{extra}dI4x" if extra else "II"
+    return struct.Struct(f"<4siIqQI4xd{value}{value}d{value}{behind}qqH2xIQQ")
 
 
 def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
     """Return a packet as a message without checksum and tag; a float stands for each axis."""
     sec, nanosec = divmod(stamp_ns, NS_PER_S)
-    return _layout(dof).pack(
+    return _layout(dof, len(packet.extra)).pack(
         ENCAPSULATION,
         sec,
         nanosec,
@@ -49,6 +52,8 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
         scalar(packet.energy),
         dof,
         *axes(packet.position, dof),
+        len(packet.extra),
+        *packet.extra,
         packet.echo_seq,
         packet.echo_sent_ns,
         packet.echo_hold_ns,
@@ -63,12 +68,20 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     """Return a message as a packet; one that cannot be one as a packet that is refused.
     ``came_ns`` is this end's clock at its reception.
     """
-    dof, rest = divmod(len(data) - _FIXED, _PER_AXIS)
-    if rest or not 1 <= dof <= MOST_AXES or data[:2] != ENCAPSULATION[:2]:
+    (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= _FIXED else (0,)
+    extra, rest = divmod(len(data) - _FIXED - dof * _PER_AXIS, 8)
+    extra -= extra > 0  # its length fills a gap that is there without any
+    if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
         return refused(_other_lengths(data))
-    found = _layout(dof).unpack(data)
+    layout = _layout(dof, extra)
+    if layout.size != len(data):
+        return refused(_other_lengths(data))
+    found = layout.unpack(data)
     integral, energy, position = 9 + dof, 9 + 2 * dof, 11 + 2 * dof
+    beside = position + dof + 1
     if not found[7] == found[integral - 1] == found[position - 1] == dof:
+        return refused(_other_lengths(data))
+    if found[beside - 1] != extra:
         return refused(_other_lengths(data))
     return WavePacket(
         epoch=found[4],
@@ -79,6 +92,7 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
         integral=_value(found[integral : integral + dof]),
         energy=found[energy],
         position=_value(found[position : position + dof]),
+        extra=found[beside : beside + extra],
         echo_seq=found[-7],
         echo_sent_ns=found[-6],
         echo_hold_ns=found[-5],
@@ -94,7 +108,7 @@ def _other_lengths(data: bytes) -> Verdict:
     body = data[len(ENCAPSULATION) :]
     at = 40  # behind period
     try:
-        for behind in (0, 8, 0):  # behind wave, integral (energy), position
+        for behind in (0, 8, 0, 0):  # behind wave, integral (energy), position, extra
             (length,) = struct.unpack_from("<I", body, at)
             at += 4 + (-(at + 4) % 8 + 8 * length if length else 0)
             at += -at % 8 + behind if behind else 0

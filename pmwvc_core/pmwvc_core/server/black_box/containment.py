@@ -17,7 +17,6 @@ import numpy as np
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.server.black_box.faults import BadAnswer
 from pmwvc_core.server.black_box.interface import BlackBox, Shown, Sloped, Storing
-from pmwvc_core.state import Stateful
 
 LARGEST_N = 1e6  # more is no force
 R = TypeVar("R")
@@ -39,14 +38,11 @@ class Reply(NamedTuple):
     shown: tuple[Array, Array] | None  # position and velocity of an object (..., dof)
 
 
-class Asked(Stateful):
+class Asked:
     """An environment and the calls that are still to be passed on to it.
 
     ``notify`` is called by the port's thread, ``exchange`` perhaps by another one.
     """
-
-    BLOCKS = "environment"
-    MEMORY = "_pending"
 
     def __init__(self, environment: BlackBox) -> None:
         self.environment = environment

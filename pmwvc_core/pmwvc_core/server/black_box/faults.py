@@ -4,7 +4,6 @@
 
 from pmwvc_core.errors import reason
 from pmwvc_core.numeric import Flags
-from pmwvc_core.state import Stateful
 
 
 class Unanswered(Exception):
@@ -23,7 +22,7 @@ class Unsettled(Exception):
         return f"did not settle {super().__str__()}".rstrip()
 
 
-class Faults(Stateful):
+class Faults:
     """Count of faulty steps, and the text of the last fault.
 
     Parameters
@@ -31,8 +30,6 @@ class Faults(Stateful):
     parameter, value
         What was asked: ``server.environment``, or ``server.coupling``.
     """
-
-    MEMORY = "steps text replaced"
 
     def __init__(self, parameter: str, value: str) -> None:
         self._name = f"{parameter} = {value!r}"

@@ -9,7 +9,7 @@ still; its force is ignored.
 """
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
@@ -24,6 +24,7 @@ class EnvironmentSetup:
     sides: tuple[int, ...]  # -1: left of the object, pushes towards +x; +1: right
     server: ServerParams
     contacts: tuple[ContactParams, ...]
+    own: Any = None  # what the factory's attribute ``params`` declares
 
     @property
     def users(self) -> int:

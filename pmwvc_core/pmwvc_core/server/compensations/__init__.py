@@ -1,18 +1,60 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Compensations of the energy of late decoding by name (App. C section 5): the
-library, and entry points of the group ``pmwvc.compensations``.
+"""Compensations of the energy of late decoding by name (App. C section 5): the library, and entry
+points of the group ``pmwvc.compensations``. Their laws are in
+:mod:`pmwvc_core.law.black_box.compensations`.
 """
 
+from pmwvc_core.controllers.accounts import DEFICIT, OF_LEDGER
+from pmwvc_core.law.black_box.compensations import AsPublished, Corrected, JointLedger, Untreated
+from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Records
-from pmwvc_core.server.compensations import corrected, ledger, printed
-from pmwvc_core.server.compensations.record import UNTREATED, Compensation, Treatment, Wave
+from pmwvc_core.server.compensations.record import Compensation
 
-__all__ = ["COMPENSATIONS", "Compensation", "Treatment", "Wave"]
+__all__ = ["COMPENSATIONS", "Compensation"]
 
+
+def _no_allowance(params: ServerParams) -> bool:
+    return bool(min(params.allowance_w, params.allowance_j) == 0)
+
+
+def _allowance_j(params: ServerParams) -> float:
+    return float(params.allowance_j) if params.allowance_w > 0.0 else 0.0
+
+
+UNTREATED = Compensation(
+    name="none",
+    words="The energy of late decoding is not treated.",
+    linear="none",
+    rest=lambda users: Untreated(0),
+)
+PRINTED = Compensation(
+    name="printed",
+    words="The compensation as published: it makes returning waves longer and generates energy.",
+    linear="none",
+    rest=lambda users: AsPublished((0.0,) * users),
+)
+CORRECTED = Compensation(
+    name="corrected",
+    words="Returning waves are shortened by what late decoding added.",
+    linear="none",
+    rest=lambda users: Corrected(0.0),
+    limits=True,
+    accounts=(DEFICIT,),
+)
+LEDGER = Compensation(
+    name="ledger",
+    words="All users together get back no more energy than they gave, and a declared allowance.",
+    linear="none",
+    rest=lambda users: JointLedger(0.0, 0.0, 0.0),
+    limits=True,
+    passive=_no_allowance,
+    allowance_j=_allowance_j,
+    accounts=OF_LEDGER,
+)
 COMPENSATIONS: Records[Compensation] = Records(
     Compensation,
-    (UNTREATED, printed.RECORD, corrected.RECORD, ledger.RECORD),
+    (UNTREATED, PRINTED, CORRECTED, LEDGER),
     group="pmwvc.compensations",
     parameter="server.compensation",
     what="a compensation",

@@ -4,35 +4,16 @@
 asks for by name.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Value
+from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import Record
-from pmwvc_core.server.black_box.faults import Faults
-from pmwvc_core.server.couplings.sampled import weights
-from pmwvc_core.server.cube import Body
-from pmwvc_core.server.user_ports import UserPort
 
 OBJECT_MOTIONS = ("held", "held_before", "midpoint")
-
-
-class LoopSolver(Protocol):
-    """One step of avatars and object."""
-
-    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
-        """From ``u_s`` set ``xd_s`` and ``f_s``, move all; return the energy dissipated [J]."""
-        ...
-
-
-@runtime_checkable
-class Faulting(Protocol):
-    """May be there: steps whose equation was not solved to rounding."""
-
-    faults: Faults
 
 
 def by_integrator(params: ServerParams) -> tuple[float, float]:
@@ -57,15 +38,15 @@ def never(params: ServerParams) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Coupling(Record):
-    """A coupling: what makes its solver, and its properties.
+    """A coupling: what makes its law, and its properties.
 
     Attributes
     ----------
-    make
-        Makes the solver of a step; None for a black box, and where a controller has its own.
-    black_box
-        Whether the environment is known by its forces only
-        (:mod:`pmwvc_core.server.black_box`).
+    law
+        Makes, from what old and new velocity weigh by ``server.integrator`` [s], the NamedTuple
+        by whose type the family :data:`pmwvc_core.law.server.avatar.couple` chooses the law of a
+        step; None for a black box (the environment is known by its forces only,
+        :mod:`pmwvc_core.server.black_box`), and where a controller has its own.
     parameters
         Fields of ``server.*`` that decide what it does, as reports show them.
     moves
@@ -87,8 +68,7 @@ class Coupling(Record):
         such bound is known or needed.
     """
 
-    make: Callable[[ServerParams], LoopSolver] | None = None
-    black_box: bool = False
+    law: Callable[[float, float], Any] | None = None
     parameters: tuple[str, ...] = ()
     moves: Callable[[ServerParams], tuple[float, float]] | None = by_integrator
     balanced: bool = False
@@ -105,3 +85,8 @@ class Coupling(Record):
                 f"object_motion = {self.object_motion!r}: must be one of "
                 f"{', '.join(OBJECT_MOTIONS)}"
             )
+
+    @property
+    def black_box(self) -> bool:
+        """Whether the environment is known by its forces only."""
+        return self.name == "unknown"

@@ -188,7 +188,7 @@ def _opened_end(s: End, nothing: Vector) -> End:
 
 
 def _opened_guest(s: Guest, nothing: Vector) -> Guest:
-    return Guest(s.presence, s.anew, arrivals_of(s.arrivals, nothing), s.packing)
+    return Guest(s.presence, s.anew, arrivals_of(s.arrivals, nothing), s.packing, s.extra)
 
 
 def _sent(s: End, p: EndParams, number: int, tick: int, now_ns: int, packets: Array) -> End:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.law.plant.device import resting_device, simulated_params
-from pmwvc_core.made.server import are_made, resting_server, server_params
+from pmwvc_core.made.server import of_library, resting_server, server_params
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.hands import Place, make_hand
@@ -32,7 +32,7 @@ class Run(NamedTuple):
 
 def can_run(scenario: Scenario) -> bool:
     """Tell whether a session has a plan, and laws for all it consists of."""
-    return is_planned(scenario) and are_made(scenario)
+    return is_planned(scenario) and of_library(scenario)
 
 
 class Prepared(NamedTuple):

@@ -1,0 +1,274 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Laws on many elements at a time: each number may be an array with one entry per element.
+
+The source of the law is that of :mod:`pmwvc_core.law`. Where a decision is not the same for all
+elements, the law in which it is made is called once for those that decide alike, and what it
+returns is put together: it is a pure function, so that is what each element by itself would give.
+"""
+
+import builtins
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
+from types import FunctionType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.law.family import Family
+from pmwvc_core.numeric import Array, Flags
+
+LAWS = "pmwvc_core.law"
+
+
+class DividedError(Exception):
+    """Elements decide differently: ``which`` of them one way."""
+
+    def __init__(self, which: Flags) -> None:
+        super().__init__("elements decide differently")
+        self.which = which
+
+
+class UnlikeError(PmwvcError, ValueError):
+    """Elements that decide differently return what has no common form."""
+
+
+class Elements(np.ndarray[Any, Any]):
+    """A number of a law, ``(elements,)``."""
+
+    def __bool__(self) -> bool:
+        """Return the decision of all elements; DividedError where they differ."""
+        which = np.atleast_1d(self.view(np.ndarray) != 0)
+        first = bool(which[0])
+        if (which if first else ~which).all():
+            return first
+        raise DividedError(which)
+
+    # As of numbers: another name may stand for the same one.
+    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
+        return self + other
+
+    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
+        return self - other
+
+    def __imul__(self, other: Any) -> Any:  # type: ignore[misc]
+        return self * other
+
+    def __itruediv__(self, other: Any) -> Any:  # type: ignore[misc]
+        return self / other
+
+
+def elements(values: Any) -> Any:
+    """Return an array as the number of a law."""
+    return np.asarray(values).view(Elements)
+
+
+def lifted(law: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a law for elements: takes and returns the same, with arrays where elements differ."""
+    return _lifted(law)
+
+
+@cache
+def _lifted(law: Any) -> Callable[..., Any]:
+    inner: list[Callable[..., Any]] = []
+
+    def call(*given: Any) -> Any:
+        if not inner:
+            more = law.__defaults__, law.__closure__
+            inner.append(FunctionType(law.__code__, _module(law), law.__name__, *more))
+        try:
+            return inner[0](*given)
+        except DividedError as divided:
+            which = divided.which
+        one, other = (call(*_part(given, part)) for part in (which, ~which))
+        try:
+            return _joined(one, other, which)
+        except UnlikeError as error:
+            raise UnlikeError(
+                f"{law.__module__}.{law.__name__} decides by its signals between what has no "
+                "common form; there is no linear model; use 'pmwvc simulate'"
+            ) from error
+
+    return call
+
+
+class _Lifted(Family):
+    """A family whose members are lifted when first called."""
+
+    def __init__(self, family: Family) -> None:
+        super().__init__(family.name)
+        self._of = family
+
+    def __call__(self, first: Any, *others: Any) -> Any:
+        kind = type(first)
+        if kind not in self.members:
+            self.members[kind] = _lifted(self._of.members[kind])
+        return self.members[kind](first, *others)
+
+
+@cache
+def _family(family: Family) -> Family:
+    return _Lifted(family)
+
+
+def _module(law: Any) -> dict[str, Any]:
+    """Return the names of a law's module, with lifted laws."""
+    return _names(law.__module__, id(law.__globals__), _Held(law.__globals__))
+
+
+class _Held:
+    """Names of a module; equal to any other, so that the key beside it decides."""
+
+    def __init__(self, names: dict[str, Any]) -> None:
+        self.names = names
+
+    def __eq__(self, other: object) -> bool:
+        return True
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@cache
+def _names(module: str, key: int, held: _Held) -> dict[str, Any]:
+    found = {name: _value(value, module) for name, value in held.names.items()}
+    return found | {"min": _least, "max": _largest}
+
+
+def _value(value: Any, module: str) -> Any:
+    if isinstance(value, FunctionType) and value.__module__.startswith((LAWS, module)):
+        return _lifted(value)
+    if isinstance(value, Family):
+        return _family(value)
+    return MATH if value is math else value
+
+
+def _part(value: Any, which: Flags) -> Any:
+    """Return what belongs to some of the elements."""
+    if isinstance(value, Elements):
+        return value[which]
+    if isinstance(value, tuple | list):
+        return _like(value, [_part(each, which) for each in value])
+    return value
+
+
+def _like(value: Any, parts: list[Any]) -> Any:
+    """Return parts in the form of a value."""
+    if isinstance(value, list):
+        return parts
+    return value._make(parts) if hasattr(value, "_make") else tuple(parts)
+
+
+def _joined(one: Any, other: Any, which: Flags) -> Any:
+    """Return what belongs to all elements."""
+    if one is other:
+        return one
+    if isinstance(one, tuple | list) and type(one) is type(other) and len(one) == len(other):
+        pairs = zip(one, other, strict=True)
+        return _like(one, [_joined(*pair, which) for pair in pairs])
+    numbers = bool, int, float, np.generic, Elements
+    if not (isinstance(one, numbers) and isinstance(other, numbers)):
+        raise UnlikeError
+    if not isinstance(one, Elements) and not isinstance(other, Elements) and one == other:
+        return one
+    found = np.empty(len(which), np.result_type(one, other))
+    found[which], found[~which] = one, other
+    return elements(found)
+
+
+def _extreme(of_numbers: Any, of_arrays: Any) -> Callable[..., Any]:
+    def extreme(*given: Any) -> Any:
+        values: Sequence[Any] = given if len(given) > 1 else given[0]
+        if not any(isinstance(value, Elements) for value in values):
+            return of_numbers(values)
+        found = values[0]
+        for value in values[1:]:
+            found = of_arrays(found, value)
+        return found
+
+    return extreme
+
+
+def _function(of_numbers: Any, of_arrays: Any) -> Callable[[Any], Any]:
+    def function(value: Any) -> Any:
+        return (of_arrays if isinstance(value, Elements) else of_numbers)(value)
+
+    return function
+
+
+_least = _extreme(builtins.min, np.minimum)
+_largest = _extreme(builtins.max, np.maximum)
+BY_ELEMENT = ("exp", "expm1", "floor", "isfinite", "log1p", "sin", "sqrt")
+MATH = SimpleNamespace(
+    **vars(math) | {name: _function(getattr(math, name), getattr(np, name)) for name in BY_ELEMENT}
+)
+
+
+def stacked(values: Sequence[Any]) -> Any:
+    """Return nested tuples of several runs as one: numbers that differ become arrays ``(runs,)``;
+    UnlikeError where the forms differ.
+    """
+    first = values[0]
+    if isinstance(first, tuple | list):
+        if any(type(each) is not type(first) or len(each) != len(first) for each in values):
+            raise UnlikeError
+        if all(each is first for each in values):
+            return first
+        return _like(first, [stacked(of_all) for of_all in zip(*values, strict=True)])
+    if all(each is first or each == first for each in values):
+        return first
+    return elements(np.array(values))
+
+
+def repeated(value: Any, columns: int) -> Any:
+    """Return nested tuples for so many columns of all runs, column by column."""
+    if isinstance(value, Elements):
+        return elements(np.tile(value, columns))
+    if isinstance(value, tuple | list):
+        return _like(value, [repeated(each, columns) for each in value])
+    return value
+
+
+Path = tuple[str | int, ...]
+
+
+def leaves(value: Any, path: Path = ()) -> dict[Path, Any]:
+    """Return the numbers in nested tuples by their paths; whole numbers and flags are none."""
+    found: dict[Path, Any] = {}
+    _gather(value, path, found)
+    return found
+
+
+def _gather(value: Any, path: Path, found: dict[Path, Any]) -> None:
+    if isinstance(value, tuple | list):
+        names = getattr(value, "_fields", range(len(value)))
+        for name, each in zip(names, value, strict=True):
+            _gather(each, (*path, name), found)
+    elif isinstance(value, float) or (isinstance(value, Elements) and value.dtype == np.float64):
+        found[path] = value
+
+
+def planted(value: Any, numbers: dict[Path, Any], path: Path = ()) -> Any:
+    """Return nested tuples with other numbers at some paths."""
+    if isinstance(value, tuple | list):
+        names = getattr(value, "_fields", range(len(value)))
+        pairs = zip(names, value, strict=True)
+        return _like(value, [planted(each, numbers, (*path, name)) for name, each in pairs])
+    return numbers.get(path, value)
+
+
+def text_of(path: Path) -> tuple[str, int]:
+    """Return the name of a number, and its axis: the last index of its path."""
+    last = max((at for at, each in enumerate(path) if isinstance(each, int)), default=None)
+    axis = path[last] if last is not None else 0
+    name = ".".join(str(each) for at, each in enumerate(path) if at != last)
+    return name, int(axis)
+
+
+def as_columns(value: Any, columns: int, runs: int) -> Array:
+    """Return a number as ``(columns, runs)``."""
+    if isinstance(value, Elements):
+        return value.view(np.ndarray).reshape(columns, runs)
+    return np.full((columns, runs), float(value))

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A local model of another package: an object with ``step(position, velocity, dt) -> force``.
+
+The name of an entry point in the group ``pmwvc.local_models`` leads to a factory
+``LocalModelParams -> model``. A class for the server's environments (group ``pmwvc.environments``)
+fits: signals are arrays ``(1, dof)``, one user.
+
+With ``local(position, dt) -> (F0, G)`` (the next force is about F0 + G xd; ``position`` is the one
+without xd, which moves it by ``dt`` xd) the loop is solved, and F0 + G xd at the middle of the
+tick is the force. Without, the force is that of the tick before, which can make energy; so
+
+    while more has come back than went in, the port is a matched damper, v2 = 0.
+
+Its deficit is then at most what one tick gave out. A model that raises, or gives anything but a
+finite force of the right shape, is a matched damper from then on; the reason is logged once.
+"""
+
+import logging
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pmwvc_core.errors import PLUGIN_ERRORS, reason
+from pmwvc_core.law.port.local_model import (
+    changed_local,
+    is_there,
+    local_moved,
+    local_offered,
+    local_stored_j,
+    resting_local,
+)
+from pmwvc_core.law.vectors import Vector, dot, plus, scaled, zero
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import LocalModelParams
+from pmwvc_core.plugins import PluginGroup
+
+PLUGINS = PluginGroup(
+    "pmwvc.local_models",
+    "master.local_model.kind",
+    "a local model",
+    calls=("step",),
+    own=("spring_damper",),
+)
+LARGEST_N = 1e6  # more is no force
+logger = logging.getLogger(__name__)
+
+
+class PluggedLocalParams(NamedTuple):
+    """Names the model; the slope of a matched damper [N s/m]; where it is in place; the tick."""
+
+    params: LocalModelParams
+    matched: float
+    acts: int
+    begins_m: float
+    tick_s: float
+
+
+class PluggedLocal(NamedTuple):
+    """The model, which keeps a state of its own, and its port; at rest at zero at first."""
+
+    model: Any
+    broken: bool
+    x: Vector  # [m]
+    f: Vector  # [N] as it answered last
+    f0: Vector  # [N] of this tick
+    slope: float  # [N s/m]
+    there: bool
+    stored_j: float  # what went in and has not come back
+    dissipated_j: float
+
+
+@resting_local.member(PluggedLocalParams)
+def _resting(p: PluggedLocalParams, axes: int) -> PluggedLocal:
+    """Make the model; ParameterError if there is no such entry point, or it leads to none."""
+    rest = (0.0,) * axes
+    model = PLUGINS.make(p.params.kind, p.params)
+    return PluggedLocal(model, False, rest, rest, rest, 0.0, True, 0.0, 0.0)
+
+
+@local_offered.member(PluggedLocal)
+def _offered(s: PluggedLocal, device_x: Vector, p: PluggedLocalParams) -> PluggedLocal:
+    """Have the model's F0 and G, or those of a matched damper."""
+    there = is_there(device_x, p.acts, p.begins_m)
+    f0, slope = s.f, 0.0
+    if hasattr(s.model, "local") and not s.broken:
+        try:
+            answer = s.model.local(_signal(s.x), 0.5 * p.tick_s)
+            f0 = _good(answer[0], s.x)
+            slope = max(*_good(answer[1], s.x), 0.0)
+        except PLUGIN_ERRORS as error:  # whatever the plug-in raises
+            s = _contained(s, p, error)
+    if s.broken or s.stored_j < 0.0:
+        f0, slope = zero(s.x), p.matched
+    if not there:
+        f0, slope = zero(s.x), 0.0
+    return s._replace(f0=f0, slope=slope, there=there)
+
+
+@local_moved.member(PluggedLocal)
+def _moved(s: PluggedLocal, f: Vector, xd: Vector, p: PluggedLocalParams) -> PluggedLocal:
+    """Count what went in, and let the model go on."""
+    x, stored_j = plus(s.x, scaled(xd, p.tick_s)), s.stored_j + dot(f, xd) * p.tick_s
+    s = s._replace(x=x, stored_j=stored_j)
+    if s.broken:
+        return s
+    try:
+        return s._replace(f=_good(s.model.step(_signal(x), _signal(xd), p.tick_s), x))
+    except PLUGIN_ERRORS as error:  # whatever the plug-in raises
+        return _contained(s, p, error)
+
+
+@local_stored_j.member(PluggedLocal)
+def _stored_j(s: PluggedLocal, p: PluggedLocalParams) -> float:
+    return s.stored_j
+
+
+@changed_local.member(PluggedLocal)
+def _changed(s: PluggedLocal, old: PluggedLocalParams, p: PluggedLocalParams) -> PluggedLocal:
+    """Go on: the model has its numbers from when it was made."""
+    return s
+
+
+def _good(answer: Any, like: Vector) -> Vector:
+    """Return an answer as a law's signal; ValueError if it is not finite or of another shape."""
+    array = np.asarray(answer, dtype=float)
+    if array.shape != (1, len(like)):
+        raise ValueError(f"shape {array.shape} where {(1, len(like))} is expected")
+    if not (np.abs(array) <= LARGEST_N).all():  # false for NaN
+        raise ValueError("not a finite force")
+    return tuple(array[0].tolist())
+
+
+def _contained(s: PluggedLocal, p: PluggedLocalParams, error: BaseException) -> PluggedLocal:
+    logger.error(
+        "master.local_model.kind = %r: %s; a matched damper replaces it",
+        p.params.kind,
+        reason(error),
+    )
+    return s._replace(broken=True)
+
+
+def _signal(value: Vector) -> Array:
+    """Return a signal as the model sees it, ``(1, dof)``."""
+    return np.array([value])

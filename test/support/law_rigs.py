@@ -1,0 +1,292 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Laws with their state, stepped on floats (on arrays where a test has several axes): the limits
+between a controller and a device, a user's port, and the users around an environment.
+"""
+
+import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
+from pmwvc_core.ends.forms import known, value, vector
+from pmwvc_core.law.channel.arrivals import arrivals_of, arrive
+from pmwvc_core.law.channel.playout import add
+from pmwvc_core.law.port.master import (
+    port_answer,
+    port_applied,
+    port_energies,
+    port_measure,
+    port_opened,
+    port_packet,
+    port_send,
+    port_signals,
+    port_tick,
+)
+from pmwvc_core.law.safety.limits import (
+    LARGEST,
+    LimitsInput,
+    limits,
+    limits_params,
+    limits_restart,
+    rearm,
+    resting_limits,
+)
+from pmwvc_core.law.server.energies import environment_energies, port_shown
+from pmwvc_core.law.server.server_port import environment_step, joined, left
+from pmwvc_core.law.server_step import Came
+from pmwvc_core.made.accounts import accounts_of_server, accounts_of_user
+from pmwvc_core.made.server import resting_server, server_params
+from pmwvc_core.made.user import resting_user, user_params
+from pmwvc_core.made.user_changes import changed_master
+from pmwvc_core.master.safety.states import state_of, text_of
+from pmwvc_core.params import MasterParams, SafetyParams
+from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.scenario.scenario import User
+from pmwvc_core.server.black_box.containment import Asked, directly
+from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.black_box.outside import Outside
+
+FIRST = ("u_m", "u_tx", "v_rx", "v_m")
+
+
+class ForceLimits:
+    """The limits of a loop without a brake."""
+
+    def __init__(self, *, tick_s=0.001, packet_s=0.008, axes=1, **params):
+        self.axes, self.params = axes, SafetyParams(**params)
+        self._times = tick_s, packet_s, LARGEST, 0.0
+        self.p = limits_params(self.params, *self._times)
+        self.s = resting_limits((0.0,) * axes, self.p)
+
+    def __call__(self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, ticks=1):
+        f, x, xd = (vector(signal, self.axes) for signal in (f, x, xd))
+        asked = LimitsInput(f, x, xd, silence_s, coupled, True, False, False)
+        for _ in range(ticks):
+            self.s, applied = limits(self.s, asked, self.p)
+        return value(applied)
+
+    def configure(self, **params):
+        self.params = SafetyParams(**params)
+        self.p = limits_params(self.params, *self._times)
+
+    def rearm(self):
+        self.s = rearm(self.s)
+
+    def restart(self):
+        self.s = limits_restart(self.s)
+
+    state = property(lambda self: state_of(self.s.cause))
+    reason = property(lambda self: text_of(self.s.cause, self.params))
+    events = property(lambda self: self.s.interventions.events)
+    ready = property(lambda self: self.s.fading.ready)
+
+
+class Port:
+    """The device's end of a controller without the limits and without packets."""
+
+    def __init__(self, master, *, controller="pmwvc", channel="plain", axes=1, baseline=None):
+        own = {} if baseline is None else {"baseline": baseline}
+        self._user, self.axes = User("user1", master=master, **own), axes
+        self._session = {"controller": controller, "channel": channel}
+        self.user, self.p = self._made()
+        rest = (0.0,) * axes
+        self.arrivals = arrivals_of(self.user.arrivals, rest)
+        self.s, self._number, self._epoch = port_opened(self.user.port), 0, None
+        self.account = 0.0
+
+    def _made(self):
+        master = self._user.master
+        p = user_params(self._user, packet_s=master.frame_s, answer_tick=0, **self._session)
+        s = resting_user(
+            self._user,
+            p,
+            controller=self._session["controller"],
+            axes=self.axes,
+            packet_s=master.frame_s,
+        )
+        return s, p
+
+    def configure(self, master):
+        old = self._user.master
+        self._user = User("user1", master=master, baseline=self._user.baseline)
+        _, wanted = self._made()
+        s, self.p = changed_master(self.user._replace(port=self.s), self.p, wanted, old, master)
+        self.s = s.port
+
+    def measure(self, x, xd):
+        self.s = port_measure(self.s, vector(x, self.axes), vector(xd, self.axes), self.p.port)
+
+    def send(self):
+        """Return the wave that leaves at a frame start."""
+        self._number += 1
+        frame_s = self._user.master.frame_s
+        self.s, self.arrivals, self.sent = port_send(
+            self.s, self.arrivals, frame_s, self._number, 0.0, self.p.port
+        )
+        self.account = self.sent.energy_j  # running sum for the packet; below zero: none
+        return value(self.sent.wave)
+
+    def receive(self, wave):
+        """Take a wave that stands for the frame that begins."""
+        frame_s, wave = self._user.master.frame_s, vector(wave, self.axes)
+        self.s = port_answer(self.s, wave, False, frame_s, self.p.port)
+
+    def silence(self):
+        rest = (0.0,) * self.axes
+        self.s = port_answer(self.s, rest, True, self._user.master.frame_s, self.p.port)
+
+    def step(self, x, xd):
+        """Return the force that a tick asks for [N]."""
+        x, xd = vector(x, self.axes), vector(xd, self.axes)
+        self.s, self.arrivals, f = port_tick(self.s, self.arrivals, x, xd, self.p.port)
+        return value(f)
+
+    def applied(self, f):
+        self.s = port_applied(self.s, vector(f, self.axes), self.p.port)
+
+    def tick(self, xd, x=0.0):
+        f = self.step(x, xd)
+        self.applied(f)
+        return f
+
+    def on_packet(self, packet, lost=0):
+        """Take an accepted packet in, before its wave."""
+        fresh = packet.epoch != self._epoch
+        self._epoch = packet.epoch
+        came = known(packet, self.axes, fresh=fresh, lost=lost)._replace(extra=())
+        self.arrivals = arrive(self.arrivals, came, 0, self.p.arrivals)
+        self.s = port_packet(self.s, self.arrivals, came, self.p.port)
+
+    def come(self, integral, energy_j, duration_s):
+        """Take a segment of the strict channel in."""
+        integral = vector(integral, self.axes)
+        self.playout = add(self.playout, integral, energy_j, duration_s)
+
+    @property
+    def playout(self):
+        return self.arrivals.playout
+
+    @playout.setter
+    def playout(self, playout):
+        self.arrivals = self.arrivals._replace(playout=playout)
+
+    u_m = property(lambda self: value(port_signals(self.s)[0]))
+    u_m_lp = property(lambda self: value(port_signals(self.s)[1]))
+    v_m = property(lambda self: value(port_signals(self.s)[2]))
+    x = property(lambda self: value(getattr(self.s, "motion", self.s).x))
+
+    @property
+    def energies(self):
+        """Energies since the start [J] by name."""
+        session, master = self._session, self._user.master
+        own = accounts_of_user(session["controller"], session["channel"], master)
+        names = (*FIRST, *(entry.name for entry in own))
+        return dict(zip(names, port_energies(self.s, self.arrivals, self.p.port), strict=False))
+
+
+class Users:
+    """The users of a server, without packets: waves in, waves out."""
+
+    def __init__(
+        self,
+        server,
+        contacts,
+        *,
+        controller="pmwvc",
+        channel="plain",
+        b=25.0,
+        axes=1,
+        sides=None,
+        environment=None,
+        call=directly,
+        baseline=None,
+    ):
+        self.axes, self.server = axes, server
+        sides = sides or [-1 if i % 2 == 0 else 1 for i in range(len(contacts))]
+        own = {} if baseline is None else {"baseline": baseline}
+        users = [
+            User(
+                f"user{side}", side=side, contact=contact, master=MasterParams(impedance=b), **own
+            )
+            for side, contact in zip(sides, contacts, strict=True)
+        ]
+        p = server_params(
+            users,
+            controller=controller,
+            channel=channel,
+            server=server,
+            times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=0.5),
+            axes=axes,
+        )
+        made = resting_server(users, p, controller=controller, server=server, axes=axes, call=call)
+        self.p, self.s = p.environment, made.environment
+        self._sums = [None] * len(users)
+        self.received_j = [0.0] * len(users)  # by the sums of packets, without waves
+        self.faults = Faults("server.environment", server.environment)
+        if environment is not None:
+            there = (False,) * len(users)
+            outside = Outside(Asked(environment), call, self.faults, there)
+            self.s = self.s._replace(body=self.s.body._replace(environment=outside))
+        elif isinstance(getattr(self.s.body, "environment", None), Outside):
+            self.faults = self.s.body.environment.faults
+        names = accounts_of_server(controller, channel, server)
+        self._names = ("kinetic", "potential", *(entry.name for entry in names))
+
+    def join(self, user, x):
+        self._changed(user, *joined(self.s.ports[user], vector(x, self.axes), self.s.body))
+
+    def on_packet(self, user, packet):
+        """Count what a packet's running sum of energy brings."""
+        seen = self._sums[user]
+        if seen is not None and seen[0] == packet.epoch:
+            self.received_j[user] += max(packet.energy - seen[1], 0.0)
+            seen = packet.epoch, max(packet.energy, seen[1])
+        else:
+            seen = packet.epoch, packet.energy
+        self._sums[user] = seen
+
+    def account(self, user):
+        return self.s.ports[user].sums.account_j
+
+    def leave(self, user):
+        self._changed(user, *left(self.s.ports[user]))
+
+    def _changed(self, user, port, dropped_j):
+        ports = (*self.s.ports[:user], port, *self.s.ports[user + 1 :])
+        self.s = self.s._replace(ports=ports, dissipated_j=self.s.dissipated_j + dropped_j)
+
+    def step(self, waves):
+        """Take a wave of each user (without waves: a position and a velocity), answer each."""
+        came = tuple(
+            self._came(port, wave, received_j)
+            for port, wave, received_j in zip(self.s.ports, waves, self.received_j, strict=True)
+        )
+        self.s = environment_step(self.p, self.s, came)
+        return self.v_s
+
+    def _came(self, port, wave, received_j):
+        position, wave = wave if isinstance(wave, tuple) else (value(port.x_s), wave)
+        position, wave = vector(position, self.axes), vector(wave, self.axes)
+        return Came(wave, position, False, received_j, ())
+
+    def _of_all(self, signal):
+        return [value(signal(port)) for port in self.s.ports]
+
+    x_o = property(lambda self: value(self.s.body.x))
+    xd_o = property(lambda self: value(self.s.body.xd))
+    x_s = property(lambda self: self._of_all(lambda port: port.x_s))
+    xd_s = property(lambda self: self._of_all(lambda port: port.avatar.xd))
+    f_s = property(lambda self: self._of_all(lambda port: port.avatar.f))
+    v_s = property(lambda self: self._of_all(lambda port: port.v_s))
+    offset = property(lambda self: self._of_all(lambda port: port.offset))
+    present = property(lambda self: [port.avatar.present for port in self.s.ports])
+    taken_j = property(lambda self: sum(p.sums.u_j - p.sums.v_j for p in self.s.ports))
+    came_j = property(lambda self: sum(p.sums.u_j for p in self.s.ports))
+    dissipated = property(lambda self: self.s.dissipated_j)
+    stored = property(lambda self: self.energies["kinetic"] + self.energies["potential"])
+
+    def touches(self, user):
+        return port_shown(self.p, self.s, user).touches
+
+    @property
+    def energies(self):
+        """Energies stored, and the accounts [J], by name."""
+        counted = environment_energies(self.p, self.s)
+        return dict(zip(self._names, counted, strict=False))
