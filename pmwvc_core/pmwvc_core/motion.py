@@ -14,7 +14,7 @@ is taken from the velocity itself, not from the balance of the other energies: b
 with four nodes, as good as exact where b t/m is small. Not here: friction and stops, see
 ``devices``.
 
-Equations: docs/theory.md 1.7.
+Equations: those of :mod:`pmwvc_core.law.plant.motion`, for arrays.
 """
 
 import math

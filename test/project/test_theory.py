@@ -79,8 +79,6 @@ def test_home_of_an_equation_exists_and_cites_it(number):
 
 def test_every_citation_of_an_equation_leads_to_its_home():
     for file in sorted(ROOT.glob("pmwvc_*/pmwvc_*/**/*.py")):
-        if "law" in file.parts:  # the same laws as functions: their home once the classes go
-            continue
         for number in cited(file.read_text("utf-8")):
             assert number in HOMES, f"{file} cites theory.md {number}"
             assert file_of(HOMES[number]) == file, f"{file} cites {number} of {HOMES[number]}"

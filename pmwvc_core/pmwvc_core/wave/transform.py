@@ -8,7 +8,7 @@ to the server, ``v`` to the master, both in sqrt(W). Several axes share a scalar
 batch may have their own, ``(runs, 1)``; or b is a matrix that couples the axes
 (:mod:`pmwvc_core.wave.impedance`).
 
-Equations: docs/theory.md 1.1, 1.2, 1.3, 1.4, 1.5.
+Equations: those of :mod:`pmwvc_core.law.wave.wave`, for arrays.
 """
 
 from pmwvc_core.numeric import Value, root

@@ -7,7 +7,7 @@ counts at once), and beyond the lateness that they usually have, what the playou
 packet also tells whether its sender has waves of this end at hand; both ends brake while either
 has not.
 
-Equations: docs/theory.md 17.24. Times of this end's clock are whole nanoseconds.
+Times of this end's clock are whole nanoseconds.
 """
 
 import math

@@ -6,8 +6,6 @@ The whole force rises over ``soft_start_s`` and falls over ``LET_GO_S`` on relea
 damping is rendered, what does not oppose the motion fades over ``FADE_S``; afterwards the force
 goes on from what had not faded. After a silence of the same server it rises within ``RETURN_S``
 (with a brake it is whole at once).
-
-Equations: docs/theory.md 10.2.
 """
 
 from typing import NamedTuple

@@ -13,7 +13,7 @@ When stiffness and damping change in contact, the deflection becomes sqrt(K_old/
 it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
 shifted, and returns outside the contact, never past the avatar.
 
-Equations: docs/theory.md 4.1, 4.3, 4.10.
+Equations: docs/theory.md 4.1, 4.10.
 """
 
 import math
