@@ -40,7 +40,6 @@ collect_ignore = [
     "property/test_linear_model.py",
     "property/test_master_passivity.py",
     "property/test_matrix_impedance.py",
-    "property/test_old_packets.py",
     "property/test_position_passivity.py",
     "property/test_safety.py",
     "property/test_secant.py",

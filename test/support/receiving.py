@@ -12,7 +12,14 @@ from pmwvc_analysis.models.elements import Elements, elements, lifted
 from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.law.channel import playout
-from pmwvc_core.law.channel.arrivals import ArrivalsParams, arrivals_of, arrive, start_of, wave_of
+from pmwvc_core.law.channel.arrivals import (
+    ArrivalsParams,
+    anew,
+    arrivals_of,
+    arrive,
+    start_of,
+    wave_of,
+)
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
 
 UNMOVED = Moved(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -53,6 +60,10 @@ class ReceivingEnd:
         """Return the wave of the next h seconds [sqrt(W)]."""
         self.s, wave = wave_of(self.s, h, self.p)
         return value(wave)
+
+    def anew(self):
+        """Let the sender be placed anew by its newest packet."""
+        self.s = anew(self.s)
 
     playout = property(lambda self: self.s.playout)
     moved = property(lambda self: self.s.playout.moved)
