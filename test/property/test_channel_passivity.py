@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from support.filter_runs import Stage
+from support.filter_runs import Held, Stage
 from support.strategies import TICK_S, amplitudes, poles_rad_s, rate_drops, signals
 
-from pmwvc_core.law.wave.hold import Hold, hold, load
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 
@@ -121,21 +120,6 @@ def test_undivided_it_emits_energy_and_the_worst_case_is_not_an_estimate(pole, r
     assert ratio == pytest.approx(gain, rel=1e-4)
 
 
-class Held:
-    """A hold with its state."""
-
-    def __init__(self, kind, *, ticks, axes=1):
-        rest = (0.0,) * axes
-        self.ticks, self.s = ticks if kind == "foh" else 1, Hold(rest, rest, rest, 0)
-
-    def load(self, *v):
-        self.s = load(self.s, v)
-
-    def step(self):
-        self.s, wave = hold(self.s, self.ticks)
-        return np.array(wave)
-
-
 def expand(held, packets, lengths):
     """Return energy received with the packets and emitted at the ticks [J], and the least that was
     left.
@@ -184,10 +168,10 @@ def test_a_first_order_hold_stores_a_quarter_of_what_its_last_ticks_would_carry(
     s = 0.5 * (ticks - 1)
     for length in range(ticks + 1):
         held = Held("foh", ticks=ticks, axes=2)
-        held.load(1.0, 0.0)
+        held.load(np.array([1.0, 0.0]))
         for _ in range(ticks):
             after = held.step()
-        held.load(0.0, 1.0)
+        held.load(np.array([0.0, 1.0]))
         form = np.diag([s, float(ticks)])
         for _ in range(length):
             after = held.step()
