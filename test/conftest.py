@@ -31,7 +31,6 @@ collect_ignore = [
     "oracle/test_strict_server_model.py",
     "property/test_bank_passivity.py",
     "property/test_baseline_passivity.py",
-    "property/test_between_steps.py",
     "property/test_changing_rates.py",
     "property/test_channel_passivity.py",
     "property/test_coupled_solution.py",
