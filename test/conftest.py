@@ -41,7 +41,6 @@ collect_ignore = [
     "property/test_old_packets.py",
     "property/test_passed_energy.py",
     "property/test_position_passivity.py",
-    "property/test_secant_rule.py",
     "property/test_server_changes.py",
     "property/test_server_energy.py",
     "property/test_server_passivity.py",
