@@ -17,8 +17,9 @@ from pmwvc_core.law.safety.avatar_brake import AvatarBrake
 from pmwvc_core.law.safety.brake_force import resting_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, body_law, wall_law
-from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring
+from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step, joined
+from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.vectors import scaled, zero
 from pmwvc_core.law.wave.wave import impedance

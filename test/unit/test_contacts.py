@@ -17,9 +17,9 @@ from pmwvc_core.law.server.contacts import (
     detached,
     offset_of,
     slid,
-    spring_answer,
     touching,
 )
+from pmwvc_core.law.server.springs import spring_answer
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
 

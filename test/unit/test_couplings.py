@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import brentq
 from support.law_rigs import Users
 
-from pmwvc_core.law.server.contacts import advanced_contact, spring_answer
+from pmwvc_core.law.server.contacts import advanced_contact
+from pmwvc_core.law.server.springs import spring_answer
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS as NAMES

@@ -9,8 +9,8 @@ returns is put together: it is a pure function, so that is what each element by 
 
 import builtins
 import math
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache, reduce
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
@@ -65,13 +65,9 @@ def elements(values: Any) -> Any:
     return np.asarray(values).view(Elements)
 
 
-def lifted(law: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a law for elements: takes and returns the same, with arrays where elements differ."""
-    return _lifted(law)
-
-
 @cache
-def _lifted(law: Any) -> Callable[..., Any]:
+def lifted(law: Any) -> Callable[..., Any]:
+    """Return a law for elements: takes and returns the same, with arrays where elements differ."""
     inner: list[Callable[..., Any]] = []
 
     def call(*given: Any) -> Any:
@@ -104,7 +100,7 @@ class _Lifted(Family):
     def __call__(self, first: Any, *others: Any) -> Any:
         kind = type(first)
         if kind not in self.members:
-            self.members[kind] = _lifted(self._of.members[kind])
+            self.members[kind] = lifted(self._of.members[kind])
         return self.members[kind](first, *others)
 
 
@@ -115,31 +111,13 @@ def _family(family: Family) -> Family:
 
 def _module(law: Any) -> dict[str, Any]:
     """Return the names of a law's module, with lifted laws."""
-    return _names(law.__module__, id(law.__globals__), _Held(law.__globals__))
-
-
-class _Held:
-    """Names of a module; equal to any other, so that the key beside it decides."""
-
-    def __init__(self, names: dict[str, Any]) -> None:
-        self.names = names
-
-    def __eq__(self, other: object) -> bool:
-        return True
-
-    def __hash__(self) -> int:
-        return 0
-
-
-@cache
-def _names(module: str, key: int, held: _Held) -> dict[str, Any]:
-    found = {name: _value(value, module) for name, value in held.names.items()}
+    found = {name: _value(value, law.__module__) for name, value in law.__globals__.items()}
     return found | {"min": _least, "max": _largest}
 
 
 def _value(value: Any, module: str) -> Any:
     if isinstance(value, FunctionType) and value.__module__.startswith((LAWS, module)):
-        return _lifted(value)
+        return lifted(value)
     if isinstance(value, Family):
         return _family(value)
     return MATH if value is math else value
@@ -183,10 +161,7 @@ def _extreme(of_numbers: Any, of_arrays: Any) -> Callable[..., Any]:
         values: Sequence[Any] = given if len(given) > 1 else given[0]
         if not any(isinstance(value, Elements) for value in values):
             return of_numbers(values)
-        found = values[0]
-        for value in values[1:]:
-            found = of_arrays(found, value)
-        return found
+        return reduce(of_arrays, values)
 
     return extreme
 
@@ -236,26 +211,25 @@ Path = tuple[str | int, ...]
 
 def leaves(value: Any, path: Path = ()) -> dict[Path, Any]:
     """Return the numbers in nested tuples by their paths; whole numbers and flags are none."""
-    found: dict[Path, Any] = {}
-    _gather(value, path, found)
-    return found
-
-
-def _gather(value: Any, path: Path, found: dict[Path, Any]) -> None:
     if isinstance(value, tuple | list):
-        names = getattr(value, "_fields", range(len(value)))
-        for name, each in zip(names, value, strict=True):
-            _gather(each, (*path, name), found)
-    elif isinstance(value, float) or (isinstance(value, Elements) and value.dtype == np.float64):
-        found[path] = value
+        found: dict[Path, Any] = {}
+        for name, each in _named(value):
+            found |= leaves(each, (*path, name))
+        return found
+    real = isinstance(value, float) or (isinstance(value, Elements) and value.dtype == np.float64)
+    return {path: value} if real else {}
+
+
+def _named(value: Any) -> Iterator[tuple[str | int, Any]]:
+    """Yield the parts of a tuple or list with their names, or their numbers."""
+    return zip(getattr(value, "_fields", range(len(value))), value, strict=True)
 
 
 def planted(value: Any, numbers: dict[Path, Any], path: Path = ()) -> Any:
     """Return nested tuples with other numbers at some paths."""
     if isinstance(value, tuple | list):
-        names = getattr(value, "_fields", range(len(value)))
-        pairs = zip(names, value, strict=True)
-        return _like(value, [planted(each, numbers, (*path, name)) for name, each in pairs])
+        parts = [planted(each, numbers, (*path, name)) for name, each in _named(value)]
+        return _like(value, parts)
     return numbers.get(path, value)
 
 

@@ -13,14 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.elements import (
-    Path,
-    as_columns,
-    elements,
-    leaves,
-    planted,
-    repeated,
-)
+from pmwvc_analysis.models.elements import Path, as_columns, elements, leaves, planted, repeated
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.links import CUT, SIGNALS, Link, size_of
 from pmwvc_analysis.models.loop import Loop
@@ -120,9 +113,7 @@ class Hyperperiod(Loop):
             for user, values in enumerate(self.advance(tick, forces)):
                 for name, value in zip(OUTPUTS, values, strict=True):
                     read[name][user] += value
-        names = [
-            f"{self.lines[user].name}.{{}}" for user in users for _ in range(ticks * self.dof)
-        ]
+        names = [f"{line.name}.{{}}" for line in self.lines for _ in range(ticks * self.dof)]
         return self.ended(rounds), {
             name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
             for name, of in read.items()
@@ -229,11 +220,8 @@ class Hyperperiod(Loop):
         for index, value in enumerate(values):
             found[index] = as_columns(value, self._columns, self.runs)
         rest = found[:, self._width : self._width + 1]
-        answers: Array = (found - rest) / self._one
-        answers[np.broadcast_to(np.abs(found - rest) <= ROUNDING * np.abs(rest), found.shape)] = (
-            0.0
-        )
-        return answers
+        moved = found - rest
+        return np.where(np.abs(moved) <= ROUNDING * np.abs(rest), 0.0, moved / self._one)
 
     def _find(self) -> None:
         """Find the states: those that the motion of devices and object sets in motion."""

@@ -89,9 +89,8 @@ class Monitor:
         for topic, (publishers, _) in ends.items():
             if self._node.count_publishers(topic) > publishers:
                 names = sorted(publishers_of(self._node)(topic))
-                former = [n for n in names if again and n.endswith(UNKNOWN)]
                 names = [n for i, n in enumerate(names) if n not in again or n not in names[:i]]
-                names = [n for n in names if n not in former]
+                names = [n for n in names if not (again and n.endswith(UNKNOWN))]
                 if len(names) > publishers:
                     found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
         return found

@@ -16,25 +16,10 @@ it, always as many. The position of the device, or of the avatar in the frame of
 every packet. A deadband and the energies of waves look at ``wave`` alone.
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_energies,
-    port_measure,
-    port_opened,
-    port_packet,
-    port_send,
-    port_signals,
-    port_tick,
-)
-from pmwvc_core.law.port.sensing import known_motion
-from pmwvc_core.law.safety.avatar_brake import released_brake
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import (
     Contact,
     contact_force,
@@ -43,16 +28,7 @@ from pmwvc_core.law.server.contacts import (
     offset_of,
     slid,
 )
-from pmwvc_core.law.server.energies import (
-    PortShown,
-    environment_energies,
-    in_touch,
-    port_shown,
-    potential_j,
-)
-from pmwvc_core.law.server.sampled import object_pushed
-from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
-from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled
 
 
 class DeviceTick(NamedTuple):
@@ -131,159 +107,3 @@ def _moved(step: AvatarStep, xd: Vector, f: Vector, way: Vector) -> Moved:
     contact, dropped_j = slid(step.contact, way)
     lost_j = dropped_j + step.period_s * contact_heat(contact, minus(xd, step.body.xd))
     return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)
-
-
-class Plugged(NamedTuple):
-    """A device's end."""
-
-    law: Any
-    x: Vector  # [m]
-    xd: Vector  # [m/s]
-    packet: Packet
-    silent: bool
-    answered: bool
-    answer: DeviceAnswer
-    applied: Vector  # [N]
-    energies: Vector  # [J] given to and taken from the controller; sent and received by waves
-
-
-class PluggedParams(NamedTuple):
-    """The law and its parameters; whether packets carry waves."""
-
-    device: Callable[..., Any]
-    values: Any
-    energies: Callable[..., Vector]
-    tick_s: float
-    waves: bool
-
-
-@port_measure.member(Plugged)
-def _measure(s: Plugged, x: Vector, xd: Vector, p: PluggedParams) -> Plugged:
-    x, xd = known_motion(x, xd, s.x)
-    return s._replace(x=x, xd=xd)
-
-
-@port_send.member(Plugged)
-def _send(
-    s: Plugged, arrivals: Any, frame_s: float, number: int, held_j: float, p: PluggedParams
-) -> tuple[Plugged, Any, Sent]:
-    given, taken, sent_j, received_j = s.energies
-    sent_j += squared(s.answer.wave) * (0.5 * frame_s)
-    s = s._replace(energies=(given, taken, sent_j, received_j))
-    return s, arrivals, Sent(s.answer.wave, s.x, -1.0, s.answer.extra)
-
-
-@port_packet.member(Plugged)
-def _packet(s: Plugged, arrivals: Any, packet: Packet, p: PluggedParams) -> Plugged:
-    return s._replace(packet=packet)
-
-
-@port_answer.member(Plugged)
-def _answer(s: Plugged, wave: Vector, silent: bool, frame_s: float, p: PluggedParams) -> Plugged:
-    wave = zero(wave) if silent else wave
-    given, taken, sent_j, received_j = s.energies
-    received_j += squared(wave) * (0.5 * frame_s)
-    return s._replace(
-        packet=s.packet._replace(wave=wave),
-        silent=silent,
-        answered=True,
-        energies=(given, taken, sent_j, received_j),
-    )
-
-
-@port_tick.member(Plugged)
-def _tick(
-    s: Plugged, arrivals: Any, x: Vector, xd: Vector, p: PluggedParams
-) -> tuple[Plugged, Any, Vector]:
-    s = _measure(s, x, xd, p)
-    tick = DeviceTick(s.x, s.xd, s.packet, s.silent, s.answered, s.applied, p.tick_s)
-    law, answer = p.device(s.law, tick, p.values)
-    return s._replace(law=law, answer=answer, answered=False), arrivals, answer.force
-
-
-@port_applied.member(Plugged)
-def _applied(s: Plugged, f: Vector, p: PluggedParams) -> Plugged:
-    energy_j = p.tick_s * dot(f, s.xd)
-    given, taken, sent_j, received_j = s.energies
-    given, taken = given + max(energy_j, 0.0), taken + max(-energy_j, 0.0)
-    return s._replace(applied=f, energies=(given, taken, sent_j, received_j))
-
-
-@port_signals.member(Plugged)
-def _signals(s: Plugged) -> tuple[Vector, Vector, Vector]:
-    nothing = zero(s.x)
-    return nothing, nothing, nothing
-
-
-@port_energies.member(Plugged)
-def _energies(s: Plugged, arrivals: Any, p: PluggedParams) -> Vector:
-    given, taken, sent_j, received_j = s.energies
-    of_port = (given, sent_j, received_j, taken) if p.waves else (given, given, taken, taken)
-    return of_port + p.energies(s.law)
-
-
-@port_opened.member(Plugged)
-def _opened(s: Plugged) -> Plugged:
-    return s
-
-
-class Kept(NamedTuple):
-    """What the law keeps of an avatar, and what it starts from whenever the user joins."""
-
-    law: Any
-    rest: Any
-
-
-@released_brake.member(Kept)
-def _released(s: Kept) -> Kept:
-    return Kept(s.rest, s.rest)
-
-
-class PluggedServerParams(NamedTuple):
-    """The law and the parameters of each user; the object."""
-
-    avatar: Callable[..., Any]
-    values: tuple[Any, ...]
-    energies: Callable[..., Vector]
-    body: BodyLaw
-
-
-@environment_step.member(PluggedServerParams)
-def _step(p: PluggedServerParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    avatars, body, lost_j = object_pushed(tuple(port.avatar for port in s.ports), s.body, p.body)
-    ports = []
-    for i in range(len(s.ports)):
-        port, dropped_j = _met(s.ports[i], avatars[i], came[i], p.values[i], body, p)
-        ports.append(port)
-        lost_j += dropped_j
-    return Environment(tuple(ports), body, s.dissipated_j + lost_j, s.unsettled)
-
-
-def _met(
-    s: UserPort, a: Avatar, came: Any, values: Any, body: Body, p: PluggedServerParams
-) -> tuple[UserPort, float]:
-    if not a.present:
-        return s, 0.0
-    h, position = p.body.period_s, plus(came.position, s.offset)
-    step = AvatarStep(position, came.wave, came.extra, s.x_s, a.xd, a.f, a.contact, body, h)
-    law, answer = p.avatar(s.brake.law, step, values)
-    moved = answer.moved
-    flow_j = h * dot(moved.f, moved.xd)
-    sums = Sums(s.sums.u_j + max(flow_j, 0.0), s.sums.v_j + max(-flow_j, 0.0), -1.0)
-    avatar = a._replace(xd=moved.xd, f=moved.f, contact=moved.contact)
-    kept = s.brake._replace(law=law)
-    s = UserPort(avatar, kept, s.offset, moved.x_s, answer.wave, sums, answer.extra)
-    return s, moved.lost_j
-
-
-@environment_energies.member(PluggedServerParams)
-def _environment_energies(p: PluggedServerParams, s: Environment) -> Vector:
-    sums = [p.energies(port.brake.law) for port in s.ports]
-    accounts = tuple(sum(of_users) for of_users in zip(*sums, strict=True))
-    return kinetic_j(s.body, p.body), potential_j(s), *accounts
-
-
-@port_shown.member(PluggedServerParams)
-def _shown(p: PluggedServerParams, s: Environment, user: int) -> PortShown:
-    port = s.ports[user]
-    return PortShown(zero(port.v_s), in_touch(port), 0.0)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
-from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
+from pmwvc_core.controllers.plugged_ends import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
 from pmwvc_core.law.channel.arrivals import start_of
@@ -18,11 +18,12 @@ from pmwvc_core.law.safety.avatar_brake import AvatarBrake
 from pmwvc_core.law.safety.brake_force import resting_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, BodyLaw, body_law, wall_law
-from pmwvc_core.law.server.contacts import Contact, ContactLaw, Spring
+from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.implicit import Implicit
 from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
 from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
+from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
 from pmwvc_core.made.black_box import black_box_params, resting_box

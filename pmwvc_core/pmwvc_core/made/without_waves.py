@@ -5,7 +5,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
+from pmwvc_core.controllers.plugged import DeviceAnswer
+from pmwvc_core.controllers.plugged_ends import Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import NOTHING, Nothing

@@ -78,8 +78,7 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
             raise ParameterError(f"{name}: {entry!r} is there twice")
     kind = Type.STRING_ARRAY
     descriptor = msg.ParameterDescriptor(type=kind.value, description=description, read_only=True)
-    parameter = Parameter(name, kind, value)
-    node.set_descriptor(name, descriptor, parameter.get_parameter_value())
+    node.set_descriptor(name, descriptor, Parameter(name, kind, value).get_parameter_value())
     return value
 
 
@@ -175,10 +174,8 @@ class ParameterBinding:
         value = declare(self._node, prefix, kind, defaults=defaults, fixed=False)
         check(value)
         group = _Group(prefix, kind, listener, check, check_change)
-        for name, spec in leaves(prefix, kind).items():
-            self._owner[name] = group
-            if spec.kind is float:
-                self._floats.add(name)
+        self._owner |= dict.fromkeys(leaves(prefix, kind), group)
+        self._floats |= {n for n, spec in leaves(prefix, kind).items() if spec.kind is float}
         return value
 
     def _convert(self, parameters: list[Parameter]) -> list[Parameter]:
@@ -208,10 +205,10 @@ class ParameterBinding:
         """Yield every group a change touches: as it is, and with the new values."""
         new = {p.name: p.value for p in parameters if p.name in self._owner}
         for group in dict.fromkeys(self._owner[name] for name in new):
-            prefix, kind = group.prefix, group.kind
-            present = {n: self._node.get_parameter(n).value for n in leaves(prefix, kind)}
+            of = group.prefix, group.kind
+            present = {n: self._node.get_parameter(n).value for n in leaves(*of)}
             changed = {n: value for n, value in new.items() if n in present}
-            yield group, built(prefix, kind, present), built(prefix, kind, present | changed)
+            yield group, built(*of, present), built(*of, present | changed)
 
 
 def _given(node: Node, name: str, default: Any) -> Any:

@@ -19,10 +19,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j
 from pmwvc_core.law.server.contacts import (
-    Answer,
     Contact,
-    ContactLaw,
-    Spring,
     advanced_contact,
     attached,
     contact_energy,
@@ -32,6 +29,7 @@ from pmwvc_core.law.server.contacts import (
     touching,
 )
 from pmwvc_core.law.server.implicit import Row, solved_axis
+from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring
 from pmwvc_core.law.vectors import Vector, columns, each, minus, scaled, zero
 
 Vectors = tuple[Vector, ...]

@@ -16,6 +16,7 @@ Whether a packet is accepted is not decided here: numbers, senders and sizes are
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.counting import Counting, count, resting_counting
+from pmwvc_core.law.channel.excess import is_short, spared
 from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import (
@@ -24,11 +25,9 @@ from pmwvc_core.law.channel.playout import (
     PlayoutParams,
     add,
     begin,
-    is_short,
     pass_by,
     play,
     resting_playout,
-    spared,
 )
 from pmwvc_core.law.channel.silence import (
     Silence,

@@ -22,10 +22,9 @@ After an outage that made the ends brake, it stays undelivered instead. Repaymen
 (:func:`.affordable.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
 over ``rises_s``. The reserve of a segment is |dU|^2/(2 dt). Invariants at every step: given +
 released <= received + E0 (``store_j``), and U(min(p, e)) + guessed = integral played + undelivered
-+ mistaken. A playout without the energy for what is undelivered is *short*; the other direction
-then passes on what it can spare.
++ mistaken. What energy it has beyond its needs is the subject of :mod:`.excess`.
 
-Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19, 17.25.
+Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
 """
 
 import math
@@ -41,24 +40,12 @@ from pmwvc_core.law.channel.pace import (
     pace_step,
 )
 from pmwvc_core.law.channel.segments import Knot, Knots, added, at, forgotten, played
-from pmwvc_core.law.vectors import (
-    Vector,
-    length,
-    minus,
-    plus,
-    scaled,
-    shortened,
-    squared,
-    within,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import wave_j
 
 MEND_S = 0.03  # time constant with which what was guessed wrong is made good
 SPREAD_S = 0.015  # the energy left for predictions lasts so long at least
 RETURN_S = 0.1  # after the last wait: nothing is repaid until then
-SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
-PASSED_S = 0.1  # time constant with which a surplus is passed on
 FEW = 5e-4  # [sqrt(W) s] undelivered: no energy is asked for
 SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
 MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use there
@@ -141,16 +128,6 @@ def free_j(s: Playout) -> float:
     """
     knots = s.store.knots
     return balance_j(s.moved) - (knots[len(knots) - 1].reserve_j - s.store.reserve_j)
-
-
-def needed_j(s: Playout) -> float:
-    """Return the free energy that makes up what is undelivered beside the present wave [J]."""
-    return SPARED_J + length(s.undelivered) * length(s.concealed.wave)
-
-
-def is_short(s: Playout) -> bool:
-    """Tell whether something is undelivered, and there is less energy than that takes."""
-    return squared(s.undelivered) > FEW**2 and free_j(s) < needed_j(s)
 
 
 def waiting(s: Playout) -> Vector:
@@ -244,24 +221,6 @@ def _given(
         discarded_j += max(free - spent_j - MOST_J, 0.0)
     moved = Moved(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
     return s._replace(undelivered=undelivered, moved=moved), wave
-
-
-def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
-    """Return free energy beyond a level, at most so much: the wave can do without it [J]."""
-    released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
-    if released_j == 0.0:
-        return s, released_j
-    moved = m._replace(released_j=m.released_j + released_j)
-    return s._replace(moved=moved), released_j
-
-
-def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
-    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]; what
-    is needed here stays.
-    """
-    if not wanted:
-        return s, 0.0
-    return release(s, max(free_j(s) - needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)
 
 
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:

@@ -28,17 +28,9 @@ Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 import math
 
 from pmwvc_core.law.channel.arrivals import StrictArrivals
+from pmwvc_core.law.channel.excess import is_short, release, spared
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.playout import (
-    Playout,
-    free_j,
-    is_short,
-    play,
-    release,
-    spared,
-    take_back,
-    waiting,
-)
+from pmwvc_core.law.channel.playout import Playout, free_j, play, take_back, waiting
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import counts, may_count, resting_counts, rough_count
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity

@@ -5,43 +5,29 @@
 The avatar stands at ``x_s = x_o + position`` with ``position = rest + deflection``; the deflection
 is the state. Forces act from the avatar on the object.
 
-Two-sided (App. B, Eq. 3): f = K e + B e' along every axis; at rest where the avatar joined. A grip
-pushes along axis 0 only (:mod:`.grip`); across it an anchor is set where contact begins and let go
-at the end of the step in which the avatar comes out, where its spring energy is dropped.
+Two-sided it is at rest where the avatar joined. A grip pushes along axis 0 only; across it an
+anchor is set where contact begins and let go at the end of the step in which the avatar comes out,
+where its spring energy is dropped. The forces along an axis are those of :mod:`.springs`.
 
 When stiffness and damping change in contact, the deflection becomes sqrt(K_old/K_new) times what
 it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
 shifted, and returns outside the contact, never past the avatar.
 
-Equations: docs/theory.md 4.1, 4.10.
+Equations: docs/theory.md 4.10.
 """
 
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.server.grip import met, pushed, sampled, unwrapped
+from pmwvc_core.law.server.springs import (
+    ContactLaw,
+    Spring,
+    depth,
+    spring_force,
+    stored,
+    unwrapped_axis,
+)
 from pmwvc_core.law.vectors import Vector, each, zero
-
-
-class ContactLaw(NamedTuple):
-    """K [N/m], B [N s/m]; of a grip the inward direction (1 or -1), where its face is, from the
-    centre of the object [m], and the least distance from it at the start [m].
-    """
-
-    stiffness: float
-    damping: float
-    inward: float
-    face: float
-    gap: float
-
-
-class Spring(NamedTuple):
-    """A contact along one axis [m]."""
-
-    deflection: float
-    rest: float
-    one_sided: bool  # of a grip, along axis 0
-    shifted: bool  # its face
 
 
 class Contact(NamedTuple):
@@ -50,19 +36,6 @@ class Contact(NamedTuple):
     law: ContactLaw
     grips: bool
     springs: tuple[Spring, ...]  # per axis
-
-
-class Answer(NamedTuple):
-    """The answer of a contact to the velocity that its avatar would have without it, per axis."""
-
-    force: float  # [N] on the object
-    rate: float  # [m/s] relative velocity, mean over the step
-    slope: float  # [N s/m] by how much the force falls per velocity of the object
-
-
-def depth(s: Spring, law: ContactLaw) -> float:
-    """Return how deep an avatar is in the face; negative outside [m]."""
-    return law.inward * s.deflection
 
 
 def touching(c: Contact) -> bool:
@@ -85,12 +58,6 @@ def contact_energy(c: Contact) -> float:
     for i in range(len(c.springs)):
         total += stored(c.springs[i], c.law)
     return total
-
-
-def stored(s: Spring, law: ContactLaw) -> float:
-    """Return the energy of the spring along an axis [J]: K e^2/2, of a grip while it is inside."""
-    inside = max(depth(s, law), 0.0) if s.one_sided else s.deflection
-    return 0.5 * law.stiffness * inside * inside
 
 
 def attached(c: Contact, offset: Vector) -> Contact:
@@ -147,14 +114,6 @@ def _returned(s: Spring, law: ContactLaw) -> Spring:
     return Spring(deflection, law.face + law.inward * left, s.one_sided, left != 0.0)
 
 
-def spring_force(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
-    """Return the force [N] at the present deflection and a relative velocity [m/s]."""
-    if s.one_sided:
-        inward = law.inward
-        return inward * sampled(depth(s, law), inward * rate, law.stiffness, law.damping)
-    return law.stiffness * s.deflection + law.damping * rate if held else 0.0
-
-
 def contact_force(c: Contact, rate: Vector) -> Vector:
     """Return the force on the object [N] at a relative velocity [m/s]."""
     return each(spring_force, (c.springs, rate), touching(c), c.law)
@@ -174,45 +133,6 @@ def contact_heat(c: Contact, rate: Vector) -> float:
 def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: float) -> Vector:
     """Return the force [N] that fits xd = free - f/b and a move of weight xd (App. C, Eq. 4)."""
     return each(unwrapped_axis, (c.springs, free, xd_o), b, weight, touching(c), c.law)
-
-
-def unwrapped_axis(
-    s: Spring, free: float, xd_o: float, b: float, weight: float, held: bool, law: ContactLaw
-) -> float:
-    """Return the force along an axis [N], as above."""
-    gain = law.damping + weight * law.stiffness
-    loose = law.stiffness * s.deflection + gain * free - law.damping * xd_o
-    if s.one_sided:
-        c, inward = law.inward * free, law.inward
-        return inward * unwrapped(depth(s, law), c, inward * loose, gain, b, weight)
-    return loose / (1.0 + gain / b) if held else 0.0
-
-
-def spring_answer(
-    s: Spring, free: float, b: float, h: float, held: bool, law: ContactLaw
-) -> Answer:
-    """Return the mean force over a step of h [s] for which rate = free - force/b."""
-    if s.one_sided:
-        inward, p0 = law.inward, depth(s, law)
-        push = pushed(p0, inward * free, law.stiffness, law.damping, b, h)
-        return Answer(inward * push.normal, inward * push.rate, push.slope)
-    if not held:
-        return Answer(0.0, free, 0.0)
-    gain = 0.5 * law.stiffness * h + law.damping
-    ratio = 1.0 + gain / b
-    pull = law.stiffness * s.deflection
-    return Answer((pull + gain * free) / ratio, (free - pull / b) / ratio, gain / ratio)
-
-
-def spring_meets(s: Spring, rate: float, h: float, held: bool, law: ContactLaw) -> Answer:
-    """Return the mean force over a step of h [s] with a given mean relative velocity."""
-    if s.one_sided:
-        push = met(depth(s, law), law.inward * rate, law.stiffness, law.damping, h)
-        return Answer(law.inward * push.normal, rate, push.slope)
-    if not held:
-        return Answer(0.0, rate, 0.0)
-    gain = 0.5 * law.stiffness * h + law.damping
-    return Answer(law.stiffness * s.deflection + gain * rate, rate, gain)
 
 
 def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple[Contact, float]:
