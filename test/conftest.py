@@ -26,8 +26,6 @@ collect_ignore = [
     "oracle/test_closed_forms.py",
     "oracle/test_outages.py",
     "oracle/test_position_storage.py",
-    "oracle/test_strict_master_model.py",
-    "oracle/test_strict_server_model.py",
     "property/test_bank_passivity.py",
     "property/test_baseline_passivity.py",
     "property/test_between_steps.py",
