@@ -31,7 +31,6 @@ collect_ignore = [
     "property/test_between_steps.py",
     "property/test_black_box_passivity.py",
     "property/test_brakes.py",
-    "property/test_changing_rates.py",
     "property/test_channel_passivity.py",
     "property/test_coupled_solution.py",
     "property/test_linear_model.py",
