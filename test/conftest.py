@@ -24,18 +24,13 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 # Invariants stated on classes that are gone, until they are stated on the laws: they do not run.
 collect_ignore = [
     "oracle/test_closed_forms.py",
-    "oracle/test_outages.py",
     "oracle/test_position_storage.py",
-    "oracle/test_strict_master_model.py",
-    "oracle/test_strict_server_model.py",
     "property/test_bank_passivity.py",
     "property/test_baseline_passivity.py",
-    "property/test_changing_rates.py",
     "property/test_coupled_solution.py",
     "property/test_linear_model.py",
     "property/test_matrix_impedance.py",
     "property/test_server_changes.py",
-    "property/test_server_restart.py",
     "property/test_sliding_avatar.py",
     "property/test_state.py",
     "property/test_velocity_filter_passivity.py",

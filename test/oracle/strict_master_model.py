@@ -124,8 +124,8 @@ class MasterModel:
         self.node_j = self.paid_j = self.unpaid = self.deficit_j = self.withheld_j = 0.0
         self.u = np.zeros(dof)  # integral since the last packet
         self.total, self.seq, self.next_frame, self.due = np.zeros(dof), 0, 0, math.inf
-        self.force = self.epoch = None
-        self.asked_for = self.short = False
+        self.force = None
+        self.asked_for = self.short = self.heard = False
         self.v = np.zeros(dof)
         self.f = np.zeros(dof)
 
@@ -137,7 +137,10 @@ class MasterModel:
             packet, answers = self._packet(), True
             self.next_frame = k - k % self.frame + self.frame
         for each in packets:
-            self.inbox.take(each, now_ns)
+            _, begins = self.inbox.take(each, now_ns)
+            if begins and self.heard:  # another server
+                self.limits.restart()
+            self.heard = self.heard or begins
         if answers:
             self._answer()
         if k > self.due:
@@ -186,10 +189,6 @@ class MasterModel:
         last = self.inbox.last
         if last is None:
             return
-        if last.epoch != self.epoch:
-            if self.epoch is not None:
-                self.limits.restart()
-            self.epoch = last.epoch
         if self.asked_for and not last.short:
             self.unpaid = 0.0
         self.asked_for, self.short = bool(last.short), self.wave.lacks

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from oracle.strict_master_model import MasterModel
 from oracle.strict_sender import NETWORKS, Sender
 
-from pmwvc_core.frame.assembly import make_force_loop
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE
 from pmwvc_core.params import MasterParams, SafetyParams
@@ -60,7 +60,7 @@ def loop_of(case):
         timeout_s=TIMEOUT_S,
         release_s=case["release_s"],
     )
-    loop = make_force_loop(
+    loop = UserEnd(
         User("user1", master=master, safety=safety),
         controller="pmwvc",
         channel="strict",

@@ -11,7 +11,7 @@ from oracle.strict_contact_model import Face, Spring
 from oracle.strict_sender import NETWORKS, Sender
 from oracle.strict_server_model import ServerModel, UserModel
 
-from pmwvc_core.frame.assembly import make_server_step
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
@@ -54,7 +54,7 @@ def ends_of(case):
     contact = ContactParams(contact="grip" if case["grips"] else "bilateral", gap_m=GAP_M, **law)
     master = MasterParams(impedance=b, rate_drop=case["frame"], tick_s=TICK_S)
     sides = (-1, 1)
-    step = make_server_step(
+    step = ServerEnd(
         [User(f"user{side}", side=side, master=master, contact=contact) for side in sides],
         controller="pmwvc",
         channel="strict",

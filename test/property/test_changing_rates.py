@@ -9,19 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.least_balance import least_j
+from support.receiving import ReceivingEnd, SendingEnd
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.law.channel.playout import waiting
 from pmwvc_core.law.server_step import ABSENT
 from pmwvc_core.numeric import squared
-from pmwvc_core.params import DeadbandParams
 from pmwvc_core.simulation.stepped import SteppedSession
-from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
-from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.strict_receiver import StrictReceiver
 
 LEAST_J = -1e-12
 DURATION_S = 1.6
@@ -134,19 +132,20 @@ def test_frames_and_steps_lie_on_the_grid_of_their_rate(found):
             assert np.diff(packets.sent_ns) * 1e-9 == pytest.approx(packets.period_s[:-1])
 
 
-class Taking(Receiver):
+class Taking(Inbox):
     """The plain channel's receiver, taking packets that stand for other times than its own."""
 
     def _lasts(self, period_s):
         return True
 
 
-@pytest.mark.parametrize("kind", [Receiver, Taking, StrictReceiver])
-def test_the_plain_receiver_makes_energy_when_the_rate_changes(kind):
+@pytest.mark.parametrize(
+    ("channel", "inbox"), [("plain", Inbox), ("plain", Taking), ("strict", Inbox)]
+)
+def test_the_plain_receiver_makes_energy_when_the_rate_changes(channel, inbox):
     """The control: it refuses such packets, or takes them and holds each for a wrong time."""
     rng = np.random.default_rng(4)
-    own = {"most_repaid": 1.0} if kind is StrictReceiver else {}
-    receiver = kind(1, period_s=0.008, timeout_s=0.03, **own)
+    receiver = ReceivingEnd(channel, period_s=0.008, timeout_s=0.03, inbox=inbox)
     packer = Packer(1, period=0.008)
     given = least = 0.0
     for k in range(60):
@@ -154,9 +153,9 @@ def test_the_plain_receiver_makes_energy_when_the_rate_changes(kind):
         now_ns = sum(8 if not 20 <= j < 40 else 4 for j in range(k)) * 1_000_000
         receiver.push(packer.pack(float(rng.normal()), 0.0, now_ns), now_ns)
         if now_ns % 8_000_000 == 0:
-            given += squared(receiver.playout.step(0.008)) * 0.004
+            given += squared(receiver.step(0.008)) * 0.004
             least = min(least, packer.energy - given)
-    assert (least < -1e-4) == (kind is not StrictReceiver)
+    assert (least < -1e-4) == (channel == "plain")
 
 
 smooth = st.fixed_dictionaries(
@@ -175,55 +174,55 @@ smooth = st.fixed_dictionaries(
 @given(of=smooth)
 def test_a_deadband_costs_neither_energy_nor_displacement(of):
     rng, dof = np.random.default_rng(of["seed"]), of["dof"]
-    params = DeadbandParams(kind="weber", ratio=of["ratio"], longest_s=of["longest_s"])
-    packer = Packer(1, period=0.008, deadband=Deadband(params))
-    receiver = StrictReceiver(dof, most_repaid=1.0, period_s=0.008, timeout_s=0.03, max_wave=1e3)
+    weber = {"kind": "weber", "ratio": of["ratio"], "longest_s": of["longest_s"]}
+    sender = SendingEnd(dof, period_s=0.008, **weber)
+    receiver = ReceivingEnd("strict", dof, period_s=0.008, timeout_s=0.03, longest=1e3)
+    inbox = receiver.inbox
     wave = rng.normal(size=dof) if dof > 1 else float(rng.normal())
     whole = paid = given = out = 0.0 * wave
-    before = None
+    before, sent_s = None, 0.0
     for k in range(150):
         now_ns = k * 8_000_000
         wave = wave + of["roughness"] * (rng.normal(size=dof) if dof > 1 else float(rng.normal()))
         whole, paid = whole + wave * 0.008, paid + squared(wave) * 0.004
-        if not packer.holds_back(wave):
-            packet = packer.pack(wave, 0.0 * wave, now_ns)
+        packet = sender.send(wave, now_ns)
+        if packet is not None:
+            sent_s += packet.period
             assert packet.period <= max(of["longest_s"], 0.008) + 1e-12
             assert np.allclose(packet.integral, whole, rtol=1e-12, atol=1e-12)
             if rng.random() >= of["loss"]:
                 receiver.push(packet, now_ns)
-        if before is None and receiver.newest is not None:
-            before = packet.integral - packet.wave * packet.period
-        if receiver.newest is not None and not of["loss"]:
-            assert not receiver.silent(now_ns)
-        played = receiver.playout.step(0.008)
+            if before is None and inbox.newest is not None:
+                before = packet.integral - packet.wave * packet.period
+        if inbox.newest is not None and not of["loss"]:
+            assert not inbox.silent(now_ns)
+        played = receiver.step(0.008)
         given, out = given + squared(played) * 0.004, out + played * 0.008
         assert np.all(given <= paid * (1.0 + 1e-12))
-    assert packer.frames == 150
-    assert of["loss"] or receiver.lost == 0
-    left = receiver.newest.integral - before - out - receiver.playout.waiting
+    assert sent_s + sender.s.held_s == pytest.approx(150 * 0.008)
+    assert of["loss"] or inbox.lost == 0
+    left = inbox.newest.integral - before - out - receiver.waiting
     assert np.all(np.abs(left) <= 1e-12 * 150)
 
 
 def test_what_is_felt_is_sent_and_what_is_not_felt_is_not():
-    packer = Packer(1, period=0.004, deadband=Deadband(DeadbandParams(kind="weber")))
-    assert not packer.holds_back(1.0)
-    packer.pack(1.0, 0.0, 0)
-    assert packer.holds_back(1.09)
-    assert packer.holds_back(0.91)
-    assert not packer.holds_back(1.11)  # beyond a tenth of the wave sent last
-    packet = packer.pack(1.11, 0.0, 0)
+    sender = SendingEnd(period_s=0.004, kind="weber")
+    assert sender.send(1.0) is not None
+    assert sender.send(1.09) is None
+    assert sender.send(0.91) is None
+    packet = sender.send(1.11)  # beyond a tenth of the wave sent last
     assert (packet.seq, packet.period) == (2, pytest.approx(0.012))
     assert packet.wave == pytest.approx((1.09 + 0.91 + 1.11) / 3)
     held = 0
-    while packer.holds_back(packet.wave):
+    while sender.send(packet.wave) is None:
         held += 1
     assert held == 5  # the sixth frame makes 24 ms, the longest time
-    assert not packer.holds_back(packet.wave, flags=8)  # a flag does not wait
+    assert sender.send(packet.wave) is None
+    assert sender.send(packet.wave, anew=True) is not None  # a flag does not wait
 
 
 def test_without_a_deadband_every_frame_is_sent():
     """The control of the tests above."""
-    packer = Packer(1, period=0.008)
-    for k in range(5):
-        assert not packer.holds_back(1.0)
-        assert packer.pack(1.0, 0.0, k).period == 0.008
+    sender = SendingEnd(period_s=0.008)
+    for _ in range(5):
+        assert sender.send(1.0).period == 0.008

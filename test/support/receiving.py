@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The receiving end of a link: its receiver, with the law of the channel for what it accepts; and
-a playout by itself.
+"""The ends of a link by themselves: the receiver, with the law of the channel for what it accepts;
+the sender with its deadband; and a playout.
 """
 
 import math
@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from pmwvc_analysis.models.elements import Elements, elements, lifted
-from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.law.channel import playout
 from pmwvc_core.law.channel.arrivals import (
@@ -20,7 +20,10 @@ from pmwvc_core.law.channel.arrivals import (
     start_of,
     wave_of,
 )
+from pmwvc_core.law.channel.packet import Sent
+from pmwvc_core.law.channel.packing import About, pack, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
+from pmwvc_core.params import DeadbandParams
 
 UNMOVED = Moved(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -69,6 +72,21 @@ class ReceivingEnd:
     moved = property(lambda self: self.s.playout.moved)
     waiting = property(lambda self: value(playout.waiting(self.s.playout)))
     free_j = property(lambda self: playout.free_j(self.s.playout))
+
+
+class SendingEnd:
+    """The samples of a sender."""
+
+    def __init__(self, dof=1, *, period_s, **deadband):
+        self.dof, self.period_s = dof, period_s
+        self.s, self.p = resting_packing(dof), packing_params(DeadbandParams(**deadband))
+
+    def send(self, wave, now_ns=0, *, anew=False):
+        """Add a sample; return its packet, None where the deadband holds it back."""
+        sent = Sent(vector(wave, self.dof), (0.0,) * self.dof, -1.0, ())
+        about = About(now_ns, False, False, anew, False, 0, 0)
+        self.s, packet, sends = pack(self.s, sent, self.period_s, about, self.p)
+        return message(packet, 1, 0, (0, 0, 0)) if sends else None
 
 
 class Playing:

@@ -6,7 +6,7 @@ nothing is stepped, a sender is asked to prove itself.
 
 from collections.abc import Sequence
 
-from pmwvc_core.law.channel.arrivals import arrive
+from pmwvc_core.law.channel.arrivals import arrive, waits
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.packing import About, pack
 from pmwvc_core.law.server.server_port import left
@@ -40,7 +40,7 @@ def challenge(s: Server, p: ServerStepParams, user: int, now_ns: int) -> tuple[S
     """Return a packet of nothing, which an answer has to echo."""
     guest, port = s.guests[user], s.environment.ports[user]
     rest = zero(port.x_s)
-    about = About(now_ns, False, False, guest.anew, False, 0, 1)
+    about = About(now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1)
     sent = Sent(rest, rest, port.sums.account_j, port.extra)
     packing, packet, _ = pack(guest.packing, sent, p.period_s, about, p.guests[user].packing)
     guests = list(s.guests)
