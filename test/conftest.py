@@ -49,7 +49,6 @@ collect_ignore = [
     "property/test_sliding_avatar.py",
     "property/test_state.py",
     "property/test_strict_channel.py",
-    "property/test_velocity_filter_passivity.py",
     "unit/test_position.py",
 ]
 
