@@ -29,7 +29,6 @@ collect_ignore = [
     "oracle/test_strict_encoder.py",
     "oracle/test_strict_master_model.py",
     "oracle/test_strict_server_model.py",
-    "property/test_baseline_passivity.py",
     "property/test_between_steps.py",
     "property/test_black_box_passivity.py",
     "property/test_brakes.py",
