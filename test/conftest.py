@@ -36,7 +36,6 @@ collect_ignore = [
     "property/test_coupled_solution.py",
     "property/test_hostile_packets.py",
     "property/test_linear_model.py",
-    "property/test_matrix_impedance.py",
     "property/test_old_packets.py",
     "property/test_passed_energy.py",
     "property/test_safety.py",
