@@ -25,15 +25,11 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 collect_ignore = [
     "oracle/test_closed_forms.py",
     "oracle/test_position_storage.py",
-    "property/test_bank_passivity.py",
-    "property/test_baseline_passivity.py",
     "property/test_coupled_solution.py",
     "property/test_linear_model.py",
-    "property/test_matrix_impedance.py",
     "property/test_server_changes.py",
     "property/test_sliding_avatar.py",
     "property/test_state.py",
-    "property/test_velocity_filter_passivity.py",
     "unit/test_position.py",
 ]
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.baseline_link import TICK_S, BaselineLink, M
+from support.law_rigs import Port
 
-from pmwvc_core.controllers.ends import make_master
 from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 
@@ -47,6 +47,17 @@ def bounce(frames, *, hz=5.0, amplitude=0.01):
     return (np.diff(x) / TICK_S).reshape(frames, M).tolist()
 
 
+def here(link):
+    """Return what the controller keeps at the device: its observer, or spring and tank."""
+    law = link.master.s.law
+    return law.spring if hasattr(law, "spring") else law.observer
+
+
+def there(link):
+    """Return the same at the avatar."""
+    return link.server.s.ports[0].brake
+
+
 class TestTimeDomainPassivity:
     @settings(max_examples=60)
     @given(seeds, delays, losses, stiffnesses, st.floats(0.0, 1.0))
@@ -60,7 +71,7 @@ class TestTimeDomainPassivity:
         for row in wander(rng, 60):
             link.frame(row)
             assert link.balance >= -ROUNDING_J
-            assert link.server.observers[0].allowance >= -ROUNDING_J
+            assert there(link).allowance_j >= -ROUNDING_J
 
     @settings(max_examples=30)
     @given(seeds, delays, losses, st.floats(5.0, 500.0))
@@ -71,7 +82,7 @@ class TestTimeDomainPassivity:
         short = 0.0
         for row in wander(rng, 60):
             link.frame(row)
-            held = link.master._force
+            held = link.master.s.law.force[0]
             short += M * held**2 * TICK_S / (4.0 * most)
             assert link.balance >= -short - ROUNDING_J
 
@@ -83,9 +94,8 @@ class TestTimeDomainPassivity:
         for row in wander(rng, 60):
             gain = rng.random()
             link.frame(row, change=lambda f, gain=gain: gain * f)
-            assert link.server.observers[0].allowance >= -ROUNDING_J
-            observer, other = link.master.observer, link.server.observers[0]
-            assert other.energy_out <= observer.energy_in + ROUNDING_J
+            assert there(link).allowance_j >= -ROUNDING_J
+            assert there(link).out_j <= here(link).in_j + ROUNDING_J
 
     @settings(max_examples=30)
     @given(seeds, st.floats(1e-6, 1e-4))
@@ -95,7 +105,9 @@ class TestTimeDomainPassivity:
         """
         rng = np.random.default_rng(seed)
         params = TdpaParams(damping=0.0, damping_max=25.0)
-        master = make_master("tdpa", MasterParams(rate_drop=M), BaselineParams(tdpa=params))
+        master = Port(
+            MasterParams(rate_drop=M), controller="tdpa", baseline=BaselineParams(tdpa=params)
+        )
         path = np.cumsum(rng.normal(0.0, 3e-5, 400))
         shown = (step_m * np.round(path / step_m)).tolist()
         done = early = force = before = 0.0
@@ -108,8 +120,8 @@ class TestTimeDomainPassivity:
             master.applied(force)
             early += force * velocity * TICK_S
             before = x
-        observer = master.observer
-        booked = observer.energy_in - observer.energy_out + observer.dissipated
+        observer = master.s.law.observer
+        booked = observer.in_j - observer.out_j + observer.dissipated_j
         assert booked == pytest.approx(done, abs=1e-12)
         assert abs(booked - early) > 1e-6
 
@@ -135,12 +147,12 @@ class TestSetPositionModulation:
         link, rng = link_of(
             "pspm", seed, delay, loss, stiffness=contact, baseline=BaselineParams(pspm=params)
         )
-        here, there = link.master.spring, link.server.springs[0]
         for row in wander(rng, 60):
             link.frame(row)
-            assert here.tank >= -ROUNDING_J and there.tank >= -ROUNDING_J
+            one, other = here(link), there(link)
+            assert one.tank_j >= -ROUNDING_J and other.tank_j >= -ROUNDING_J
             assert link.balance >= -2.0 * initial - ROUNDING_J
-            assert here.received <= there.sent and there.received <= here.sent
+            assert one.received_j <= other.sent_j and other.received_j <= one.sent_j
 
     @settings(max_examples=30)
     @given(seeds, delays, losses)
@@ -149,9 +161,9 @@ class TestSetPositionModulation:
         for row in wander(rng, 60):
             gain = 2.0 * rng.random()
             link.frame(row, change=lambda f, gain=gain: gain * f)
-            for end, work in ((link.master.spring, link.work_m), (there(link), link.work_s)):
-                held = end.spring + end.tank - 0.02 + end.sent + end.dropped
-                assert work + end.received == pytest.approx(held, abs=ROUNDING_J)
+            for end, work in ((here(link), link.work_m), (there(link), link.work_s)):
+                held = end.spring_j + end.tank_j - 0.02 + end.sent_j + end.dropped_j
+                assert work + end.received_j == pytest.approx(held, abs=ROUNDING_J)
 
     def test_set_points_that_jump_for_nothing_make_energy(self):
         """The control: the same spring with a tank that never runs out."""
@@ -173,12 +185,8 @@ class TestSetPositionModulation:
         lowest = 0.0
         for row in bounce(50):
             link.frame(row)
-            lowest = min(lowest, link.master.spring.tank)
+            lowest = min(lowest, here(link).tank_j)
         assert lowest < -1e-4
-
-
-def there(link):
-    return link.server.springs[0]
 
 
 class TestVirtualCoupling:

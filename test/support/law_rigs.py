@@ -192,6 +192,7 @@ class Users:
         controller="pmwvc",
         channel="plain",
         b=25.0,
+        masters=None,
         axes=1,
         sides=None,
         environment=None,
@@ -201,11 +202,10 @@ class Users:
         self.axes, self.server = axes, server
         sides = sides or [-1 if i % 2 == 0 else 1 for i in range(len(contacts))]
         own = {} if baseline is None else {"baseline": baseline}
+        masters = masters or [MasterParams(impedance=b)] * len(contacts)
         users = [
-            User(
-                f"user{side}", side=side, contact=contact, master=MasterParams(impedance=b), **own
-            )
-            for side, contact in zip(sides, contacts, strict=True)
+            User(f"user{side}", side=side, contact=contact, master=master, **own)
+            for side, contact, master in zip(sides, contacts, masters, strict=True)
         ]
         p = server_params(
             users,

@@ -122,15 +122,19 @@ def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> Co
         rate = loaded(b, free, rest.held)
         return CoupledAnswer(rest.held, rate, rest.slope)
     along = spring_answer(c.springs[0], free[0] - rest.less, rest.b, h, held, law)
-    force = plus(rest.held, scaled(rest.lean, along.force))
-    rate = loaded(b, free, force)
-    rate = each(_rate, (rate, b.numbers), along.rate)
+    force = _with_face(rest, along.force, b)
+    rate = each(_faced, (loaded(b, free, force), b.numbers), along.rate)
     slope = each(_leaning, (rest.slope, rest.lean), rest.lean, along.slope)
     return CoupledAnswer(force, rate, slope)
 
 
-def _rate(rate: float, number: int, along: float) -> float:
-    return along if number == 0 else rate
+def _with_face(rest: Across, push: float, b: MatrixImpedance) -> Vector:
+    """Return the force with that of the face, which is exact: where it is zero, nothing pushes."""
+    return each(_faced, (plus(rest.held, scaled(rest.lean, push)), b.numbers), push)
+
+
+def _faced(signal: float, number: int, along: float) -> float:
+    return along if number == 0 else signal
 
 
 def _leaning(row: Vector, lean: float, course: Vector, slope: float) -> Vector:
@@ -152,7 +156,7 @@ def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight:
     if not first.one_sided:
         return rest.held
     push = unwrapped_axis(first, free[0] - rest.less, xd_o[0], rest.b, weight, held, law)
-    return plus(rest.held, scaled(rest.lean, push))
+    return _with_face(rest, push, b)
 
 
 def _sliding(s: Spring, xd_o: float, law: ContactLaw, held: bool) -> float:

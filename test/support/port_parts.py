@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A filter of a wave port alone, between any waves: a velocity filter, or a filter bank."""
+
+from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.law.family import Nothing
+from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
+from pmwvc_core.made.accounts import accounts_of_user
+from support.law_rigs import Port
+
+
+class Part:
+    """The only filter in the waves of a master, with its state."""
+
+    def __init__(self, master, *, axes=1):
+        port, self.axes = Port(master, axes=axes), axes
+        place = "far" if isinstance(port.s.filters.near, Nothing) else "near"
+        self.s, self.p = getattr(port.s.filters, place), getattr(port.p.port.filters, place)
+        self._impedance = port.p.port.impedance
+        self._names = [entry.name for entry in accounts_of_user("pmwvc", "plain", master)]
+
+    def down(self, v):
+        """Return what it lets through of the returning wave."""
+        self.s, w = part_down(self.s, vector(v, self.axes), self.p)
+        return value(w)
+
+    def offer(self, x=0.0):
+        """Return v0 and g of its answer v0 + g u, with the device at x."""
+        self.s, v0, gain = part_offer(self.s, vector(x, self.axes), self.p, self._impedance)
+        return value(v0), gain
+
+    def step(self, u):
+        """Take the outgoing wave; return what of it goes on."""
+        self.s, on = part_up(self.s, vector(u, self.axes), self.p, self._impedance)
+        return value(on)
+
+    @property
+    def energies(self):
+        """Energies since the start [J] by name."""
+        return dict(zip(self._names, part_energies(self.s, self.p), strict=True))
