@@ -129,15 +129,20 @@ def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> Co
         rate = loaded(b, free, rest.held)
         return CoupledAnswer(rest.held, rate, rest.slope)
     along = spring_answer(c.springs[0], free[0] - rest.less, rest.b, h, held, law)
-    force = plus(rest.held, scaled(rest.lean, along.force))
-    rate = loaded(b, free, force)
-    rate = each(_rate, (rate, b.numbers), along.rate)
+    force = _bearing(rest, along.force, b)
+    rate = each(_replaced, (loaded(b, free, force), b.numbers), along.rate)
     slope = each(_leaning, (rest.slope, rest.lean), rest.lean, along.slope)
     return CoupledAnswer(force, rate, slope)
 
 
-def _rate(rate: float, number: int, along: float) -> float:
-    return along if number == 0 else rate
+def _bearing(rest: Across, push: float, b: MatrixImpedance) -> Vector:
+    """Return the force with that of the face, to the bit: without one no damper may count."""
+    force = plus(rest.held, scaled(rest.lean, push))
+    return each(_replaced, (force, b.numbers), push)
+
+
+def _replaced(value: float, number: int, along: float) -> float:
+    return along if number == 0 else value
 
 
 def _leaning(row: Vector, lean: float, course: Vector, slope: float) -> Vector:
@@ -159,7 +164,7 @@ def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight:
     if not first.one_sided:
         return rest.held
     push = unwrapped_axis(first, free[0] - rest.less, xd_o[0], rest.b, weight, held, law)
-    return plus(rest.held, scaled(rest.lean, push))
+    return _bearing(rest, push, b)
 
 
 def _sliding(s: Spring, xd_o: float, law: ContactLaw, held: bool) -> float:
