@@ -23,7 +23,6 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 # Invariants stated on classes that are gone, until they are stated on the laws: they do not run.
 collect_ignore = [
-    "oracle/test_closed_forms.py",
     "oracle/test_outages.py",
     "oracle/test_position_storage.py",
     "oracle/test_strict_encoder.py",
