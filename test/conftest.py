@@ -33,7 +33,6 @@ collect_ignore = [
     "property/test_changing_rates.py",
     "property/test_channel_passivity.py",
     "property/test_hostile_packets.py",
-    "property/test_linear_model.py",
     "property/test_master_passivity.py",
     "property/test_matrix_impedance.py",
     "property/test_old_packets.py",
