@@ -42,7 +42,6 @@ collect_ignore = [
     "property/test_server_energy.py",
     "property/test_server_passivity.py",
     "property/test_server_restart.py",
-    "property/test_state.py",
     "property/test_strict_channel.py",
     "property/test_velocity_filter_passivity.py",
     "unit/test_position.py",
