@@ -23,13 +23,8 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 # Invariants stated on classes that are gone, until they are stated on the laws: they do not run.
 collect_ignore = [
-    "oracle/test_closed_forms.py",
     "oracle/test_position_storage.py",
-    "property/test_coupled_solution.py",
-    "property/test_linear_model.py",
     "property/test_server_changes.py",
-    "property/test_sliding_avatar.py",
-    "property/test_state.py",
     "unit/test_position.py",
 ]
 

@@ -3,15 +3,19 @@
 """The implicit step behind matrix impedances settles at wild settings, or says that it did not."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support import plain as scenarios
+from support.law_rigs import Users
 from support.laws import as_written
 
-from pmwvc_core.controllers.ends import make_server
+from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
+from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import MatrixImpedance
+
+COUPLED = ImplicitCoupled(0)
 
 
 def wild(rng):
@@ -29,45 +33,43 @@ def wild(rng):
         contact_stiffness=float(10.0 ** rng.uniform(1.0, 6.0)),
         contact_damping=float(rng.choice([0.0, 10.0 ** rng.uniform(-1.0, 4.0)])),
     )
-    sides = [-1 if i % 2 == 0 else 1 for i in range(users)]
-    server = make_server("pmwvc", params, [contact] * users, impedances, dof=dof, sides=sides)
+    server = Users(params, [contact] * users, axes=dof)
+    ports = tuple(
+        port._replace(avatar=port.avatar._replace(impedance=made_impedance(b)))
+        for port, b in zip(server.s.ports, impedances, strict=True)
+    )
+    server.s, server.p = server.s._replace(ports=ports), server.p._replace(coupling=COUPLED)
     for user in range(users):
         server.join(user, rng.normal(0.0, 0.03, dof))
-    return server, dof
+    return server
 
 
-def play(server, dof, rng, *, steps=20):
+def play(server, rng, *, steps=20):
     """Step with waves of any size; return the unexplained energy over what moved."""
     for _ in range(steps):
         size = rng.choice([0.1, 1.0, 10.0])
-        server.step([size * rng.normal(size=dof) for _ in server.ports])
-    into, out = (
-        sum(float(np.squeeze(energy)) for energy in energies)
-        for energies in (server.energy_u_s, server.energy_v_s)
-    )
-    held = sum(float(np.squeeze(e)) for e in (server.kinetic, server.potential, server.dissipated))
-    return abs(into - out - held) / (into + out)
+        server.step([size * rng.normal(size=server.axes) for _ in server.s.ports])
+    inside = server.stored + server.dissipated
+    return abs(server.taken_j - inside) / (2.0 * server.came_j - server.taken_j)
 
 
 @settings(max_examples=40)
+@example(seed=562)  # a face that lets go while the springs across hold: no force, no damper
 @given(seed=st.integers(0, 2**32 - 1))
 def test_wild_matrices_settle_and_energy_balances(seed):
     rng = np.random.default_rng(seed)
-    server, dof = wild(rng)
-    left = play(server, dof, rng)
-    if server.faults.steps == 0:
-        assert left < 1e-7
-    else:
-        assert "did not settle" in server.faults.text
+    server = wild(rng)
+    left = play(server, rng)
+    assert left < 1e-7 or server.s.unsettled > 0
 
 
 def test_hardly_any_of_many_wild_settings_is_left_unsettled():
     rng = np.random.default_rng(11)
     flagged = 0
     for _ in range(60):
-        server, dof = wild(rng)
-        play(server, dof, rng, steps=10)
-        flagged += server.faults.steps > 0
+        server = wild(rng)
+        play(server, rng, steps=10)
+        flagged += server.s.unsettled > 0
     assert flagged == 0
 
 

@@ -145,7 +145,7 @@ def test_a_column_of_numbers_is_the_models_one_by_one():
         {"server__coupling": "one_step_delay", "server__impedance": 20.0},
         {"server__coupling": "unwrapped", "link__delay_s": 0.5},
         {"master__position__feedback": "printed", "master__position__gain": 2.0},
-        {"master__bank__kind": "complementary", "device__damping": 0.0},
+        {"master__velocity_filter__kind": "complementary", "device__damping": 0.0},
     ],
 )
 def test_axes_that_a_matrix_couples_are_those_of_its_eigenvalues(values):
