@@ -95,13 +95,6 @@ def maximum(left: Value, right: Value) -> Value:
     return right if more is False else where(more, left, right)
 
 
-def within(value: Value, reach: float) -> Flag:
-    """Tell for every run whether all elements are nearer to zero than that; NaN never is."""
-    if type(value) is float or not isinstance(value, np.ndarray):
-        return -reach < value < reach
-    return np.asarray((np.abs(value) < reach).all(axis=-1, keepdims=True))
-
-
 def limit_length(value: Value, longest: Value) -> Value:
     """Shorten a vector to at most ``longest``, keeping its direction."""
     length = root(squared(value))
@@ -115,13 +108,6 @@ def finite(value: Value) -> bool:
     return (
         bool(np.isfinite(value).all()) if isinstance(value, np.ndarray) else math.isfinite(value)
     )
-
-
-def truth(condition: Flag) -> bool:
-    """Tell whether a condition holds for every run."""
-    if condition is True or condition is False:
-        return condition
-    return bool(condition.all()) if isinstance(condition, np.ndarray) else bool(condition)
 
 
 def anywhere(condition: Flag) -> bool:

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The force loop in real time: it gives :class:`pmwvc_core.ends.user_end.UserEnd` samples,
 packets and times on the grid of the monotonic clock that all processes of a machine share. No ROS
-here: the wires to the outside are an argument.
+here: the link and the observers are arguments.
 """
 
 import threading
 import time
 from collections.abc import Callable
-from typing import Protocol
+from functools import partial
 
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.numeric import Value
@@ -22,20 +22,6 @@ PRIORITY = 20
 TRACE_TICK, MOTION_TICK = 1, 2  # of a frame, that publish; the last one of a shorter frame
 
 
-class Wires(Protocol):
-    """Connections of the loop to the network and to observers."""
-
-    @property
-    def link(self) -> PacketLink:
-        """The user's packets."""
-
-    def publish_trace(self, block: Block, loop: "MasterLoop") -> None:
-        """Publish the ticks of a frame."""
-
-    def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
-        """Publish velocity and force of the device for observers."""
-
-
 class MasterLoop:
     """One user's force loop in time: its period ``tick_s`` [s], the monotonic clock [ns]."""
 
@@ -44,21 +30,21 @@ class MasterLoop:
         protocol: UserEnd,
         device: HapticDevice,
         *,
-        wires: Wires,
+        link: PacketLink,
+        publish_trace: Callable[["MasterLoop", Block], None],
+        publish_motion: Callable[[DeviceSample, Value, int], None],
         tick_s: float,
         dof: int,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.protocol, self.device, self.tick_s = protocol, device, tick_s
-        self.wires, self.link = wires, wires.link
+        self._link, self._publish_motion, self._clock = link, publish_motion, clock
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
-        self.health, self.missed = Health(), 0
+        self.health, self.missed, self._begun = Health(), 0, False
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
-        self._clock = clock
-        ticks = protocol.rate_drop
-        self._trace = TraceBlocks(ticks, dof, self.work, lambda b: wires.publish_trace(b, self))
-        self._begun = False
+        publish = partial(publish_trace, self)
+        self._trace = TraceBlocks(protocol.rate_drop, dof, self.work, publish)
 
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
@@ -74,7 +60,7 @@ class MasterLoop:
         try:
             self.device.stop()
         finally:
-            self.link.send(self.protocol.leave(self._clock()))
+            self._link.send(self.protocol.leave(self._clock()))
             self._trace.close(self.protocol.report(), self.protocol.rate_drop)
             self._trace.publish()
 
@@ -90,12 +76,12 @@ class MasterLoop:
         self.work.moved(protocol.x, sample)
         if tick.skipped and not starts:
             self._trace.close(protocol.report(), protocol.rate_drop)
-        packets = self.link.take()
+        packets = self._link.take()
         looked_ns = self._clock()
         f, packet, row = protocol.tick(tick.grid, looked_ns, sample, packets)
         self.device.write(f)
         if packet is not None:
-            self.link.send(packet)
+            self._link.send(packet)
         if starts:
             self._trace.close(protocol.ended, protocol.rate_drop)
         if protocol.coupled and not coupled:
@@ -105,10 +91,9 @@ class MasterLoop:
         if self._trace.reaches(TRACE_TICK, last=last):
             self._trace.publish()
         if self._trace.reaches(MOTION_TICK, last=last):
-            self.wires.publish_motion(sample, f, tick.due_ns)
-        compute_ns = self._clock() - tick.woke_ns
+            self._publish_motion(sample, f, tick.due_ns)
+        compute_ns, changes = self._clock() - tick.woke_ns, protocol.changes
         self.health.add(tick.lateness_ns, compute_ns)
-        changes = protocol.changes
         self._trace.put(
             tick, row, compute_ns, looked_ns=looked_ns, packets=packets, changes=changes
         )

@@ -50,10 +50,13 @@ class Master:
         epoch = secrets.randbits(64) or 1
         self.device = make_device(settings.device.plugin, settings.device_setup(node))
         known = self.device.info.hand_force_known
+        wires = RosWires(node, settings, epoch=epoch, hand_force_known=known)
         self.loop = MasterLoop(
             settings.make_force_loop(epoch, self.device.info),
             self.device,
-            wires=RosWires(node, settings, epoch=epoch, hand_force_known=known),
+            link=wires.link,
+            publish_trace=wires.publish_trace,
+            publish_motion=wires.publish_motion,
             tick_s=settings.master.tick_s,
             dof=settings.dof,
         )

@@ -27,7 +27,7 @@ from pmwvc_master.settings import MasterSettings
 
 
 class RosWires:
-    """See :class:`pmwvc_master.loop.Wires`."""
+    """The link and the observers of a force loop."""
 
     def __init__(
         self, node: Node, settings: MasterSettings, *, epoch: int, hand_force_known: bool
@@ -53,7 +53,7 @@ class RosWires:
         self._frame_id = f"{node.get_namespace().strip('/') or node.get_name()}/device"
         self._seq = 0
 
-    def publish_trace(self, block: Block, loop: MasterLoop) -> None:
+    def publish_trace(self, loop: MasterLoop, block: Block) -> None:
         """Publish the ticks of a frame."""
         self._seq += 1
         self._trace.publish(

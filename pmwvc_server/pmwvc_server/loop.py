@@ -4,15 +4,15 @@
 
 :class:`pmwvc_core.ends.server_end.ServerEnd` has the protocol; this file gives it packets and
 times, :data:`pmwvc_core.frame.schedule.LIVE` after the frame starts on the grid of the monotonic
-clock that all processes of a machine share. Steps begin with the first user. No ROS here: the
-wires to the outside are an argument.
+clock that all processes of a machine share. Steps begin with the first user. No ROS here: links
+and observers are arguments.
 """
 
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence, ServerRow
@@ -36,35 +36,27 @@ class Step(NamedTuple):
     compute_s: float
 
 
-class Wires(Protocol):
-    """Connections of the loop to the network and to observers."""
-
-    @property
-    def links(self) -> Sequence[PacketLink]:
-        """The packets of each user."""
-
-    def publish_trace(self, loop: "ServerLoop", step: Step) -> None:
-        """Publish a step."""
-
-
 class ServerLoop:
-    """The environment for all users, in time.
+    """The environment for all users, in time; ``links``: the packets of each.
 
     ``clock`` is the monotonic clock [ns]. ``changes`` are users whose presence changed, with the
     new one; another thread takes them out.
     """
 
     def __init__(
-        self, protocol: ServerEnd, *, wires: Wires, clock: Callable[[], int] = time.monotonic_ns
+        self,
+        protocol: ServerEnd,
+        *,
+        links: Sequence[PacketLink],
+        publish_trace: Callable[["ServerLoop", Step], None],
+        clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        self.protocol, self.wires = protocol, wires
-        self.health, self.missed = Health(), 0
+        self.protocol, self._links, self._clock = protocol, links, clock
+        self._publish_trace = publish_trace
+        self.health, self.missed, self._due_ns = Health(), 0, 0  # due: the present step
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)
-        self._clock = clock
-        self._links = wires.links
-        self._due_ns = 0  # of the present step
         self._before = tuple(protocol.presence)
 
     def run(self, stop: threading.Event) -> None:
@@ -104,4 +96,4 @@ class ServerLoop:
             self._before = row.state
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
-        self.wires.publish_trace(self, Step(row, tick, looked_ns, packets, compute_ns * 1e-9))
+        self._publish_trace(self, Step(row, tick, looked_ns, packets, compute_ns * 1e-9))

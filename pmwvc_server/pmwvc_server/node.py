@@ -55,7 +55,9 @@ class Server:
         self.names = [user.name for user in settings.users]
         epoch = secrets.randbits(64) or 1
         wires = RosWires(node, settings, epoch=epoch)
-        self.loop = ServerLoop(settings.make_step(epoch), wires=wires)
+        self.loop = ServerLoop(
+            settings.make_step(epoch), links=wires.links, publish_trace=wires.publish_trace
+        )
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()

@@ -21,7 +21,7 @@ from pmwvc_server.settings import ServerSettings
 
 
 class RosWires:
-    """See :class:`pmwvc_server.loop.Wires`."""
+    """The packets' topics and the trace of the server."""
 
     def __init__(self, node: Node, settings: ServerSettings, *, epoch: int) -> None:
         self._users = [user.name for user in settings.users]

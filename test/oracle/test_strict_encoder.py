@@ -20,9 +20,8 @@ from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.law.port.counts import SLOW_S, Step
+from pmwvc_core.law.port.counts import SLOW_S, Step, counts, resting_counts
 from pmwvc_core.master.count_bound import LARGEST_IMPEDANCE, LARGEST_RATIO
-from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.simulation.session import simulate_one
 
 STEP_M, TICK_S = 55e-6, 0.001
@@ -235,16 +234,16 @@ def works(steps, *, seed):
     time_s = np.arange(steps) * TICK_S
     tones = rng.uniform(0.2, 2.0, 4), rng.uniform(0.0, 2.0 * np.pi, 4)
     x = sum(0.0012 * np.sin(2.0 * np.pi * f * time_s + p) for f, p in zip(*tones, strict=True))
-    place, found, force, before = BetweenCounts(TICK_S), np.zeros(4), 0.0, None
+    found, force, before = np.zeros(4), 0.0, None
     for k, true_m in enumerate(x):
         read = float(np.floor(true_m / STEP_M + 0.5) * STEP_M)
         if before is None:
-            place.begin(read)
+            place = resting_counts(read)
         else:
-            xd = place.step(read, (read - before[1]) / TICK_S)
-            moved = np.array([true_m - before[0], read - before[1], place.dx, place.moved])
+            place, step = counts(place, read, (read - before[1]) / TICK_S, TICK_S)
+            moved = np.array([true_m - before[0], read - before[1], step.dx, step.moved])
             found += force * moved
-            force = 25.0 * xd
+            force = 25.0 * step.xd
         before = (x[k], read)
     return found
 

@@ -28,24 +28,19 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    # The laws anew, with what makes and compiles them, until the classes they replace are gone.
-    "laws as pure functions": Room(
-        11_714,
-        6_000,
+    "laws": Room(8_628, 6_000, inside("pmwvc_core", "law")),
+    "what makes, extends and compiles laws": Room(
+        5_877,
+        2_500,
         inside(
             "pmwvc_core",
-            *("law", "compiled.py", "unrolled.py", "pieces.py", "plant/hands.py"),
-            "made",
-            "simulation/bulk",
-            "server/black_box/outside.py",
+            *("wave", "master", "server", "baselines", "controllers", "made"),
+            *("compiled.py", "unrolled.py", "pieces.py", "kinds.py", "simulation/bulk"),
         ),
     ),
-    "laws": Room(
-        10_629, 5_500, inside("pmwvc_core", "wave", "master", "server", "baselines", "controllers")
-    ),
-    "links and packets": Room(3_861, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(3_402, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        7_945,
+        6_978,
         4_700,
         (
             *inside(
@@ -55,18 +50,17 @@ ROOMS = {
         ),
     ),
     "border to ROS": Room(2_201, 1_500, inside("pmwvc_core", "runtime")),
-    # What other packages bring, stepped as objects, until it is laws.
-    "exact model of objects": Room(850, 0, inside("pmwvc_analysis", "models/objects")),
     "exact model": Room(
-        6_813,
+        6_800,
         3_500,
         inside(
             "pmwvc_analysis",
             *("models", "maps", "tune", "transparency", "filters", "prediction", "delays"),
+            "arrays.py",
         ),
     ),
     "judge": Room(
-        6_061,
+        6_055,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -81,8 +75,8 @@ ROOMS = {
     "figures and reports": Room(
         3_751, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_953, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_713, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "command line": Room(4_950, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_695, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(4_714, 3_000, ("pmwvc_view",)),
 }
 

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from support.law_rigs import Port
 
-from pmwvc_core.master.brake import HandBrake
-from pmwvc_core.master.strict_port import StrictMaster
+from pmwvc_core.law.channel.playout import PlayoutParams
+from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.params import DeviceParams, MasterParams
-from pmwvc_core.plant.devices import SimulatedDevice
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.playout import Playout
 
 M, TICK_S, ROUNDING_J = 8, 0.001, 1e-12
+PLAYOUT = PlayoutParams(most_repaid=0.1, rises_s=0.1, store_j=0.0)
 
 
 def mean_share(damping, mass):
@@ -30,21 +29,20 @@ def least(b, mass, damping, seed, *, most_n=np.inf, ticks=240):
     """
     rng, theta = np.random.default_rng(seed), mean_share(damping, mass)
     largest, otherwise = 10.0 ** rng.uniform(-1.0, 1.0), rng.choice([0.0, 0.02, 0.3])
-    playout = Playout(most_repaid=0.1)
-    params = MasterParams(impedance=b, rate_drop=M)
-    brake = HandBrake(b, tick_s=TICK_S)
-    port = StrictMaster(params, playout, Packer(1, period=M * TICK_S), brake)
-    device = SimulatedDevice(DeviceParams(mass=mass, damping=damping), tick_s=TICK_S, dof=1)
+    port = Port(MasterParams(impedance=b, rate_drop=M), channel="strict")
+    port.p = port.p._replace(port=port.p.port._replace(playout=PLAYOUT))
+    params = simulated_params(DeviceParams(mass=mass, damping=damping), TICK_S)
+    device = resting_device((0.0,), params)
     fades = np.exp(-damping * TICK_S / mass)
     pushed = mass / TICK_S if damping == 0.0 else damping / (1.0 - fades)
     at_hand, at_port, changes = np.inf, np.inf, 0.0
     for k in range(ticks):
-        x, xd = device.read()
+        x, xd = device.read_x[0], device.read_xd[0]
         if k % M == 0 and k:
             port.measure(x, xd)
             port.send()
             wave = largest * float(rng.normal()) * rng.integers(0, 2)
-            playout.add(wave * M * TICK_S, 0.5 * wave**2 * M * TICK_S, M * TICK_S)
+            port.come(wave * M * TICK_S, 0.5 * wave**2 * M * TICK_S, M * TICK_S)
         f = float(np.clip(port.step(x, xd), -most_n, most_n))
         port.applied(f)
         mean = port.v_m / np.sqrt(2.0 * b)
@@ -53,13 +51,14 @@ def least(b, mass, damping, seed, *, most_n=np.inf, ticks=240):
         mean = xd + float(np.clip(mean - xd, -most_n / b, most_n / b))
         wanted = xd + (mean - xd) / theta
         hand = pushed * (wanted - fades * xd) + f
-        device.step(hand if k else 1e-4, f)  # so small a step tells that x is exact
-        left = port.account() - playout.given_j - playout.released_j
-        changes += (device.xd - xd) ** 2
-        owed = 0.5 * device.xd**2 + (theta - 0.5) * changes
-        against, by_hand = device.work
-        at_hand = min(at_hand, by_hand - left)
-        at_port = min(at_port, against - left + b * TICK_S * theta * owed)
+        push = hand if k else 1e-4  # so small a step tells that x is exact
+        device, _, (after,) = device_step(device, (push,), (f,), params)
+        moved = port.playout.moved
+        left = port.account - moved.given_j - moved.released_j
+        changes += (after - xd) ** 2
+        owed = 0.5 * after**2 + (theta - 0.5) * changes
+        at_hand = min(at_hand, device.by_hand_j - left)
+        at_port = min(at_port, device.against_j - left + b * TICK_S * theta * owed)
     return at_hand, at_port
 
 

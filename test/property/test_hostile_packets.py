@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_core.frame.assembly import make_force_loop, make_server_step
+from pmwvc_core.ends.server_end import ServerEnd
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams, TaskParams
@@ -29,7 +30,7 @@ class Master:
     """A force loop that rests, and what it counts of the packets that it is given."""
 
     def __init__(self):
-        self.loop = make_force_loop(
+        self.loop = UserEnd(
             User("user1", master=MasterParams(impedance=B, rate_drop=M, store_j=0.0)),
             controller="pmwvc",
             channel="strict",
@@ -60,7 +61,7 @@ class Server:
     def __init__(self):
         nothing = ContactParams(contact_stiffness=0.0, contact_damping=0.0)
         master = MasterParams(impedance=B, rate_drop=M)
-        self.step = make_server_step(
+        self.step = ServerEnd(
             [User("user1", side=-1, master=master, contact=nothing)],
             controller="pmwvc",
             channel="strict",

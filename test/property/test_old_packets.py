@@ -17,14 +17,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.least_balance import least_j
+from support.receiving import ReceivingEnd
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.simulation.stepped import SteppedSession
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer
-from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.transport.verdict import Verdict
 
 LEAST_J, LEAST = -1e-9, -1e-9
@@ -34,7 +34,7 @@ WILD_STEPS, CALM_STEPS = 500, 750  # the second longer than the longest delay
 COUNTED = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
 
 
-class Believing(StrictReceiver):
+class Believing(Inbox):
     """The control: eight packets in a row are believed, once nothing else came for a while."""
 
     row = (0, 0, 0)  # epoch, number, how many
@@ -49,19 +49,20 @@ class Believing(StrictReceiver):
         return Verdict.NEW_EPOCH if count >= 8 and self.silent(now_ns) else verdict
 
 
-def strict(kind=StrictReceiver):
-    return kind(1, most_repaid=1.0, period_s=PERIOD_S, timeout_s=0.03)
+def strict(inbox=Inbox):
+    return ReceivingEnd("strict", period_s=PERIOD_S, timeout_s=0.03, inbox=inbox)
 
 
 def plain():
-    return Receiver(1, period_s=PERIOD_S, timeout_s=0.03)
+    return ReceivingEnd("plain", period_s=PERIOD_S, timeout_s=0.03)
 
 
 class World:
     """A sender with its lives, a network and somebody who plays back, a receiver that answers."""
 
-    def __init__(self, seed, inbox, *, forges=False):
-        self.draw, self.inbox, self.forges = Random(seed), inbox, forges
+    def __init__(self, seed, end, *, forges=False):
+        self.draw, self.end, self.forges = Random(seed), end, forges
+        self.inbox = end.inbox
         self.now_ns = self.step = self.epoch = 0
         self.answers = Packer(1000, period=PERIOD_S)
         self.under_way = []  # (time, order, whether up, packet)
@@ -78,7 +79,7 @@ class World:
         self.epoch += 1
         self.packer = Packer(self.epoch, period=PERIOD_S)
         self.packer.seq = self.draw.choice((0, 0, LAST_NUMBER - self.draw.randrange(200)))
-        self.ears = plain()
+        self.ears = plain().inbox
         self.paid_j = self.moved = 0.0
         self.away = 0  # steps without a sender
 
@@ -168,29 +169,29 @@ class World:
         while self.under_way and self.under_way[0][0] <= self.now_ns:
             *_, up, packet = heapq.heappop(self.under_way)
             if not up:
-                self.ears.push(packet, self.now_ns)
+                self.ears.take([packet], self.now_ns)
                 continue
             true = self.index.get(id(packet))
             if true is not None:
                 epoch = packet.epoch
                 self.came_j[epoch] = max(self.came_j.get(epoch, 0.0), packet.energy)
                 self.came[epoch] = max(self.came.get(epoch, 0.0), packet.integral)
-            verdict = self.inbox.push(packet, self.now_ns)
-            if verdict not in COUNTED:
+            taken = self.end.push(packet, self.now_ns)
+            if taken is None:
                 continue
             if true is not None:
                 self.in_order &= true > self.newest
                 self.newest = true
-            if verdict is Verdict.NEW_EPOCH or not self.there:
-                self.inbox.playout.begin()
-            self.there = not packet.flags & FLAG_LEAVING
+            if taken.fresh or not self.there:
+                self.end.anew()
+            self.there = not taken.leaves
 
     def play(self):
-        wave = self.inbox.playout.step(STEP_S)
-        if self.inbox.plays_on:
+        wave = self.end.step(STEP_S)
+        if self.end.p.plays_on:
             self.given_j += 0.5 * wave * wave * STEP_S
             self.out += wave * STEP_S
-            least = sum(self.came.values()) - self.out - self.inbox.playout.waiting
+            least = sum(self.came.values()) - self.out - self.end.waiting
             self.least_j = min(self.least_j, sum(self.came_j.values()) - self.given_j)
             self.least = min(self.least, least)
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.receiving import Playing
 
 from pmwvc_bringup import scenarios
+from pmwvc_core.law.channel import playout as law
+from pmwvc_core.law.channel.playout import FEW, MOST_J
 from pmwvc_core.numeric import squared
 from pmwvc_core.simulation.stepped import SteppedSession
-from pmwvc_core.wave.playout import FEW, MOST_J, Playout
 
 STEP_S, PERIOD_S, ROUNDING = 0.004, 0.008, 1e-12
 schedules = st.fixed_dictionaries(
@@ -24,29 +26,29 @@ schedules = st.fixed_dictionaries(
 )
 
 
-class Passing(Playout):
+class Passing(Playing):
     """A playout of which energy is wanted at times; what it gave out and passed on."""
 
     passed_j = 0.0
 
     def play(self, wanted):
         wave = self.step(STEP_S)
-        self.passed_j = self.passed_j + self.spared(STEP_S, wanted=wanted)
+        self.passed_j = self.passed_j + self.spared(STEP_S, wanted)
         return wave
 
 
 class Generous(Passing):
     """The control: passes on what free energy it sees, and forgets it."""
 
-    def spared(self, h, *, wanted):
+    def spared(self, h, wanted):
         return np.maximum(self.free_j, 0.0) * np.asarray(wanted)
 
 
 def run(playout, schedule, wants=True):
     """Yield the wave of every step, and what it would be where nothing is passed on."""
     rng = np.random.default_rng(schedule["seed"])
-    alone = Playout(most_repaid=1.0)
-    shape = (schedule["runs"], schedule["dof"]) if schedule["runs"] else (schedule["dof"],)
+    alone = made(Playing, schedule)
+    shape = shape_of(schedule)
     for k in range(40):
         wave = rng.normal(size=shape)
         energy = schedule["paid"] * rng.random() * squared(wave) * PERIOD_S
@@ -57,10 +59,18 @@ def run(playout, schedule, wants=True):
             yield playout.play(wanted & wants), alone.step(STEP_S)
 
 
+def made(kind, schedule):
+    return kind(schedule["dof"], runs=schedule["runs"])
+
+
+def shape_of(schedule):
+    return (schedule["runs"], schedule["dof"]) if schedule["runs"] else (schedule["dof"],)
+
+
 @settings(max_examples=15)
 @given(schedule=schedules)
 def test_given_and_passed_are_no_more_than_arrived(schedule):
-    playout = Passing(most_repaid=1.0)
+    playout = made(Passing, schedule)
     for _ in run(playout, schedule):
         out = playout.given_j + playout.passed_j
         size = float(np.max(playout.received_j))
@@ -70,7 +80,7 @@ def test_given_and_passed_are_no_more_than_arrived(schedule):
 def test_whoever_passes_on_what_is_not_free_gives_out_more_than_arrived():
     schedule = {"seed": 2, "dof": 2, "runs": 0, "paid": 5.0, "steps": [2]}
     for kind, passive in ((Passing, True), (Generous, False)):
-        playout, least = kind(most_repaid=1.0), 0.0
+        playout, least = made(kind, schedule), 0.0
         for _ in run(playout, schedule):
             left = playout.received_j - playout.given_j - playout.passed_j
             least = min(least, float(np.min(left)))
@@ -81,7 +91,7 @@ def test_whoever_passes_on_what_is_not_free_gives_out_more_than_arrived():
 @settings(max_examples=10)
 @given(schedule=schedules)
 def test_nothing_is_passed_on_that_nobody_wants(schedule):
-    playout = Passing(most_repaid=1.0)
+    playout = made(Passing, schedule)
     for own, alone in run(playout, schedule, wants=False):
         np.testing.assert_array_equal(own, alone)
     assert np.all(playout.passed_j == 0.0)
@@ -93,10 +103,9 @@ def test_nothing_is_passed_on_that_nobody_wants(schedule):
 )
 def test_a_loop_that_stands_still_gives_out_no_more_and_loses_no_motion(schedule, missed):
     rng = np.random.default_rng(schedule["seed"])
-    playout, arrived, given_out = Playout(most_repaid=1.0), 0.0, 0.0
-    shape = (schedule["runs"], schedule["dof"]) if schedule["runs"] else (schedule["dof"],)
+    playout, arrived, given_out = made(Playing, schedule), 0.0, 0.0
     for k in range(60):
-        wave = rng.normal(size=shape)
+        wave = rng.normal(size=shape_of(schedule))
         playout.add(wave * PERIOD_S, schedule["paid"] * 0.5 * squared(wave) * PERIOD_S, PERIOD_S)
         arrived = arrived + wave * PERIOD_S
         playout.pass_by(missed[k % len(missed)])
@@ -112,7 +121,7 @@ WAVE, SLIP, LONG_S = 0.3, 0.2, 0.5
 
 def after_an_outage(steps, energy=0.2, **of_playout):
     """A playout that was dry for 0.5 s, then got a displacement and its energy; steps later."""
-    playout, wave = Playout(**{"most_repaid": 1.0, **of_playout}), WAVE
+    playout, wave = Playing(**of_playout), WAVE
     playout.add(wave * PERIOD_S, 0.5 * wave**2 * PERIOD_S, PERIOD_S)
     for _ in range(125):
         playout.step(STEP_S)
@@ -130,7 +139,7 @@ def test_what_an_outage_brought_is_kept_until_the_displacement_is_made_up(monkey
     assert begun.discarded_j == 0.0
     assert ended.undelivered < FEW and ended.free_j <= MOST_J + ROUNDING
     assert ended.discarded_j > 0.0
-    monkeypatch.setattr("pmwvc_core.wave.playout.FEW", np.inf)  # the control: capped at once
+    monkeypatch.setattr(law, "FEW", np.inf)  # the control: capped at once
     assert after_an_outage(10).discarded_j > 2.0 * MOST_J
 
 

@@ -8,10 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 from hypothesis import event, given
 from hypothesis import strategies as st
+from support.law_rigs import ForceLimits
 
-from pmwvc_core.master.safety.limiter import SafetyLimiter
-from pmwvc_core.master.safety.states import SafetyState
-from pmwvc_core.params import SafetyParams
+from pmwvc_analysis.models.elements import as_columns, elements, lifted, stacked
+from pmwvc_core.ends.forms import vector
+from pmwvc_core.law.safety.limits import LimitsInput, limits
+from pmwvc_core.master.safety.states import SafetyState, state_of, text_of
+from pmwvc_core.unrolled import unrolled
 
 TICK_S = 0.001
 wild = st.one_of(
@@ -19,7 +22,7 @@ wild = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),
     st.sampled_from([math.nan, math.inf, -math.inf, 0.0, 1e308, -1e308, 5e-324, 1e-160]),
 )
-limits = st.fixed_dictionaries(
+bounds = st.fixed_dictionaries(
     {
         "max_force": st.floats(0.01, 20.0),
         "max_slew": st.floats(1.0, 20000.0),
@@ -59,31 +62,27 @@ def play(safety, story, form):
             safety.rearm()
         f, x, xd = form(part.f), form(part.x), form(np.asarray(part.xd))
         for _ in range(part.ticks):
-            after = safety.step(f, x, xd, silence_s=part.silence_s, coupled=part.coupled)
+            after = safety(f, xd, x=x, silence_s=part.silence_s, coupled=part.coupled)
             yield part, before, after
             before = after
-
-
-def limiter(params):
-    return SafetyLimiter(SafetyParams(**params), tick_s=TICK_S, packet_s=0.008)
 
 
 def as_float(vector):
     return float(vector[0])
 
 
-@given(limits, stretches(1))
+@given(bounds, stretches(1))
 def test_a_force_on_one_axis_keeps_size_and_slew(params, story):
-    safety = limiter(params)
+    safety = ForceLimits(**params)
     for part, before, after in play(safety, story, as_float):
         assert abs(after - before) <= params["max_slew"] * TICK_S * (1 + 1e-12) + 1e-15
         assert abs(after) <= params["max_force"] * (1 + 1e-12)
         assert safety.state != SafetyState.COUPLED or part.coupled
 
 
-@given(limits, stretches(3))
+@given(bounds, stretches(3))
 def test_a_force_vector_keeps_length_and_slew(params, story):
-    for _, before, after in play(limiter(params), story, np.array):
+    for _, before, after in play(ForceLimits(axes=3, **params), story, np.array):
         change = np.linalg.norm(after - before)
         assert change <= params["max_slew"] * TICK_S * (1 + 1e-12) + 1e-15
         assert np.linalg.norm(after) <= params["max_force"] * (1 + 1e-12)
@@ -92,7 +91,7 @@ def test_a_force_vector_keeps_length_and_slew(params, story):
 class OnlySaturation:
     """What many rigs have: the force is clipped, nothing else."""
 
-    def step(self, f, x, xd, *, silence_s, coupled):
+    def __call__(self, f, xd, *, x, silence_s, coupled):
         return max(-8.0, min(8.0, f))
 
 
@@ -109,9 +108,9 @@ def test_control_clipping_alone_makes_steps_and_full_force_of_no_number():
     assert forces[-1] == 8.0
 
 
-@given(limits, stretches(1))
+@given(bounds, stretches(1))
 def test_every_soft_start_begins_with_its_first_share_of_the_force(params, story):
-    safety, rising = limiter(params), False
+    safety, rising = ForceLimits(**params), False
     share = TICK_S / params["soft_start_s"] * (1 + 1e-9)
     for part, before, after in play(safety, story, as_float):
         if safety.reason == "soft start" and not rising:
@@ -119,9 +118,9 @@ def test_every_soft_start_begins_with_its_first_share_of_the_force(params, story
         rising = safety.reason == "soft start"
 
 
-@given(limits, stretches(1))
+@given(bounds, stretches(1))
 def test_in_a_fault_the_force_only_falls(params, story):
-    safety, faulty = limiter(params), False
+    safety, faulty = ForceLimits(**params), False
     for part, before, after in play(safety, story, as_float):
         if faulty and not part.rearm:
             assert safety.state == SafetyState.FAULT or not part.coupled
@@ -129,51 +128,51 @@ def test_in_a_fault_the_force_only_falls(params, story):
         faulty = safety.state == SafetyState.FAULT
 
 
-@given(limits, st.floats(-20.0, 20.0), st.floats(-1.0, 1.0), st.floats(-20.0, 20.0))
+@given(bounds, st.floats(-20.0, 20.0), st.floats(-1.0, 1.0), st.floats(-20.0, 20.0))
 def test_half_a_second_into_silence_nothing_pushes(params, f, xd, f_before):
-    safety = limiter(params | {"timeout_s": 0.03, "release_s": 60.0, "max_slew": 2000.0})
-    for _ in range(200):
-        safety.step(f_before, 0.0, 0.0, silence_s=0.0, coupled=True)
-    for _ in range(500):
-        applied = safety.step(f, 0.0, xd, silence_s=0.2, coupled=True)
+    calm = {"timeout_s": 0.03, "release_s": 60.0, "max_slew": 2000.0}
+    safety = ForceLimits(**params | calm)
+    safety(f_before, ticks=200)
+    applied = safety(f, xd, silence_s=0.2, ticks=500)
     assert applied * xd >= 0.0
     assert applied == 0.0 or f * xd > 0.0
 
 
-@given(st.lists(limits, min_size=2, max_size=4), stretches(1), st.integers(0, 2**32 - 1))
-def test_a_batch_is_its_runs_side_by_side(rows, story, seed):
+@given(st.lists(bounds, min_size=2, max_size=4), stretches(1), st.integers(0, 2**32 - 1))
+def test_limits_of_many_runs_are_those_of_each_by_itself(rows, story, seed):
     """Each run has other limits, other inputs and its own silence."""
-    same = {name: rows[0][name] for name in ("timeout_s", "release_s")}
-    rows = [row | same for row in rows]
-    stacked = {name: np.array([[row[name]] for row in rows]) for name in rows[0]} | same
-    batch, singles = limiter(stacked), [limiter(row) for row in rows]
+    runs = len(rows)
+    singles = [ForceLimits(**row) for row in rows]
+    p, s, step = stacked([rig.p for rig in singles]), singles[0].s, lifted(limits)
+    s = s._replace(silence_s=p.timeout_s)
     rng = np.random.default_rng(seed)
     for part in story:
-        scale = rng.uniform(-2.0, 2.0, (len(rows), 1))
+        scale = rng.uniform(-2.0, 2.0, runs)
         with np.errstate(over="ignore"):
-            f, xd = part.f * scale, np.asarray(part.xd) * scale
-        silence_s = part.silence_s * (scale > 0.0) if part.silence_s < math.inf else scale * 0.0
+            f, xd = part.f[0] * scale, part.xd[0] * scale
+        silence_s = np.where(scale > 0.0, min(part.silence_s, 1e9), 0.0)
+        inputs = (elements(f),), (1.0,), (elements(xd),), elements(silence_s)
         together, alone = [], []
         for _ in range(part.ticks):
-            stepped = batch.step(f, np.ones_like(f), xd, silence_s=silence_s, coupled=part.coupled)
-            together.append(np.broadcast_to(np.ravel(stepped), len(rows)))
-            alone += [
-                single.step(
-                    float(f[run, 0]),
-                    1.0,
-                    float(xd[run, 0]),
-                    silence_s=float(silence_s[run, 0]),
-                    coupled=part.coupled,
-                )
-                for run, single in enumerate(singles)
-            ]
-        np.testing.assert_allclose(np.ravel(together), alone, rtol=1e-12, atol=1e-15)
-        states = np.broadcast_to(np.ravel(batch.state), len(rows))
-        np.testing.assert_array_equal(states, [single.state for single in singles])
-        events = np.broadcast_to(np.ravel(batch.events), len(rows))
-        np.testing.assert_array_equal(events, [single.events for single in singles])
-        reasons = batch.reason if isinstance(batch.reason, list) else [batch.reason] * len(rows)
-        assert reasons == [single.reason for single in singles]
+            asked = LimitsInput(*inputs, part.coupled, True, False, False)
+            with np.errstate(all="ignore"):
+                s, (stepped,) = step(s, asked, p)
+            together.append(as_columns(stepped, 1, runs)[0])
+            alone.append(
+                [
+                    rig(f_of, xd_of, x=1.0, silence_s=silent, coupled=part.coupled)
+                    for rig, f_of, xd_of, silent in zip(
+                        singles, f.tolist(), xd.tolist(), silence_s.tolist(), strict=True
+                    )
+                ]
+            )
+        np.testing.assert_allclose(together, alone, rtol=1e-12, atol=1e-15)
+        causes = as_columns(s.cause, 1, runs)[0]
+        assert [state_of(cause) for cause in causes] == [rig.state for rig in singles]
+        events = as_columns(s.interventions.events, 1, runs)[0]
+        np.testing.assert_array_equal(events, [rig.events for rig in singles])
+        found = [text_of(*both) for both in zip(causes, (r.params for r in singles), strict=True)]
+        assert found == [rig.reason for rig in singles]
 
 
 mostly_calm = st.lists(
@@ -189,29 +188,44 @@ mostly_calm = st.lists(
 )
 
 
-@given(limits, mostly_calm)
-def test_an_inactive_tick_equals_the_tick_computed_in_full(params, story):
-    """Forces, states and events are the same bits as without the glance."""
-    glancing, working = limiter(params), limiter(params)
-    glances = 0
+@given(bounds, mostly_calm)
+def test_a_calm_tick_lets_the_force_through_bit_for_bit(params, story):
+    safety, calm_ticks = ForceLimits(**params), 0
     for what, share, ticks in story:
-        f = (
-            share
-            * params["max_force"]
-            * {"limit": 3.0, "edge": 1.0 / (abs(share) or 1.0)}.get(what, 0.9)
-        )
-        f = math.nan if what == "nan" else f
-        xd = params["damper_velocity"] * (1.5 if what == "fast" else 0.3) * share
-        silence_s = 2.0 if what == "silent" else 0.0
+        f, xd, silence_s = asked_for(what, share, params)
         for _ in range(ticks):
-            working.inactive = False
-            both = [
-                safety.step(f, 0.0, xd, silence_s=silence_s, coupled=what != "away")
-                for safety in (glancing, working)
-            ]
-            assert both[0] == both[1]
-            assert (glancing.state, glancing.reason) == (working.state, working.reason)
-            assert (glancing.events, glancing.ready) == (working.events, working.ready)
-            assert glancing._fading.gain == working._fading.gain
-            glances += glancing.inactive
-    event(f"calm ticks: {min(glances, 100) // 10 * 10}+")
+            before, was = safety.s.f[0], safety.reason
+            applied = safety(f, xd, silence_s=silence_s, coupled=what != "away")
+            calm = what == "keep" and was == "" and abs(f - before) <= safety.p.slew
+            assert (applied == f and safety.reason == "") or not calm
+            calm_ticks += calm
+    event(f"calm ticks: {min(calm_ticks, 100) // 10 * 10}+")
+
+
+def asked_for(what, share, params):
+    """Return force, velocity and silence of a stretch."""
+    wanted = {"limit": 3.0, "edge": 1.0 / (abs(share) or 1.0)}.get(what, 0.9)
+    f = math.nan if what == "nan" else share * params["max_force"] * wanted
+    xd = params["damper_velocity"] * (1.5 if what == "fast" else 0.3) * share
+    return f, xd, 2.0 if what == "silent" else 0.0
+
+
+@given(bounds, mostly_calm, stretches(1))
+def test_the_limits_as_a_loop_runs_them_have_the_same_bits(params, calm, story):
+    running, written = unrolled(limits, 1), ForceLimits(**params)
+    s = written.s
+    ticks = [
+        (*asked_for(what, share, params), 0.0, what != "away", count)
+        for what, share, count in calm
+    ]
+    ticks += [
+        (part.f[0], part.xd[0], part.silence_s, part.x[0], part.coupled, part.ticks)
+        for part in story
+    ]
+    for f, xd, silence_s, x, coupled, count in ticks:
+        inputs = (vector(value, 1) for value in (float(f), float(x), float(xd)))
+        asked = LimitsInput(*inputs, silence_s, coupled, True, False, False)
+        for _ in range(count):
+            s, applied = running(s, asked, written.p)
+            assert applied == (written(f, xd, x=x, silence_s=silence_s, coupled=coupled),)
+        assert repr(s) == repr(written.s)  # not-a-number equals itself

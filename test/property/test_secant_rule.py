@@ -7,13 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import plain as scenarios
+from support.law_rigs import Users
+from support.laws import in_bulk
 
 from pmwvc_analysis.prediction.environment import rule
-from pmwvc_core.controllers.ends import make_server
+from pmwvc_core.law.black_box import secant, seen
+from pmwvc_core.law.black_box.secant import Line, decoded
 from pmwvc_core.law.black_box.seen import REPAID
+from pmwvc_core.law.wave.wave import free_velocity, impedance, wave_v
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.black_box import port
-from pmwvc_core.server.black_box.secant import Line, Secant, decoded
 
 PERIOD_S = 0.02
 
@@ -22,20 +24,27 @@ def responds(k, damping, b, slope, *, repaid=REPAID, steps=4096):
     """Return the impulse responses v of ports to a wall, decoded with a given G (one axis) and
     repaying; parameters ``(ports,)``, result ``(steps, ports)``.
     """
-    x = xd = force = undelivered = np.zeros(len(b))
-    found = np.zeros((steps, len(b)))
-    apart = np.zeros((len(b), 1))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for n in range(steps):
-            u = 1.0 if n == 0 else 0.0
-            line = Line(force[:, None], slope[:, None, None], apart)
-            drive = np.sqrt(2.0 * b) * u + b * undelivered * (repaid / PERIOD_S)
-            xd = decoded(line, drive[:, None], b[:, None, None])[0][:, 0]
-            x = x + PERIOD_S * xd
-            force = k * x + damping * xd
-            found[n] = u - np.sqrt(2.0 / b) * force
-            undelivered = undelivered + PERIOD_S * ((u + found[n]) / np.sqrt(2.0 * b) - xd)
-    return found
+    found = np.zeros((len(b), steps))
+    for row, values in zip(found, zip(k, damping, b, slope, strict=True), strict=True):
+        RESPOND(*map(float, values), repaid, row)
+    return found.T
+
+
+def respond(k, damping, b, slope, repaid, found):
+    """Write the impulse response of one port."""
+    port, x, force, undelivered, apart = impedance(b), 0.0, 0.0, 0.0, (0.0,)
+    for n in range(len(found)):
+        u = 1.0 if n == 0 else 0.0
+        free = free_velocity(port, (u,))[0] + undelivered * (repaid / PERIOD_S)
+        (xd,), _ = decoded(Line((force,), ((slope,),), apart), port, (free,))
+        x += PERIOD_S * xd
+        force = k * x + damping * xd
+        v = wave_v(port, (u,), (force,))[0]
+        undelivered += PERIOD_S * (0.5 * free_velocity(port, (u + v,))[0] - xd)
+        found[n] = v
+
+
+RESPOND = in_bulk(respond)
 
 
 def gives_out_more(responses):
@@ -114,18 +123,20 @@ def test_the_power_of_the_proof_is_that_of_the_loop(repaid):
 @pytest.mark.parametrize("repaid", [0.0, REPAID])
 def test_the_running_port_responds_like_that(monkeypatch, repaid):
     """With a slope that stays, no compensation and a wall that holds on both sides."""
-    monkeypatch.setattr(port, "REPAID", repaid)
-    for name in ("_raise", "_decay"):
-        monkeypatch.setattr(Secant, name, lambda *_: None)
+    monkeypatch.setattr(seen, "REPAID", repaid)
+    for name in ("_raised", "_decayed"):
+        monkeypatch.setattr(secant, name, lambda slope, *_: slope)
     k, damping, b = 3000.0, 8.0, 25.0
     params = ServerParams(
         coupling="unknown", environment="wall", period_s=PERIOD_S, compensation="none"
     )
     contact = ContactParams(contact="bilateral", contact_stiffness=k, contact_damping=damping)
-    server = make_server("pmwvc", params, [contact], [b], dof=1, sides=[-1])
+    server = Users(params, [contact], b=b)
     server.join(0, 0.0)
-    server._secant._slope[...] = k
     server.step([1e-12])  # a line needs a force to begin with
+    (user,) = server.s.body.users
+    known = user._replace(secant=user.secant._replace(slope=((k,),)))
+    server.s = server.s._replace(body=server.s.body._replace(users=(known,)))
     found = [server.step([1.0 if n == 0 else 0.0])[0] for n in range(60)]
     expected = responds(*np.array([[k], [damping], [b], [k * PERIOD_S]]), repaid=repaid, steps=60)
     np.testing.assert_allclose(found, expected[:, 0], atol=1e-9)

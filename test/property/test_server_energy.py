@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.law_rigs import Users
 
-from pmwvc_core.controllers.ends import make_server
+from pmwvc_analysis.models.elements import as_columns, leaves, lifted, stacked
+from pmwvc_core.law.server.energies import environment_energies
+from pmwvc_core.law.server.server_port import environment_step
+from pmwvc_core.law.server_step import Came
 from pmwvc_core.params import ContactParams, ServerParams
 
 stiffnesses = st.one_of(st.just(0.0), st.floats(1e-2, 1e6))
@@ -32,36 +36,29 @@ server_params = st.builds(
 
 def power(wave):
     """Return |wave|^2/2, summed over the axes."""
-    return 0.5 * np.sum(np.square(wave), axis=-1, keepdims=True)
+    return 0.5 * np.dot(wave, wave)
 
 
-def random_waves(rng, shape, *, size, memory):
+def random_waves(rng, axes, *, size, memory):
     """Yield waves that forget with every step what ``memory`` leaves over."""
-    wave = np.zeros(shape)
+    wave = np.zeros(axes)
     while True:
-        wave = memory * wave + np.sqrt(1.0 - memory**2) * size * rng.normal(size=shape)
+        wave = memory * wave + np.sqrt(1.0 - memory**2) * size * rng.normal(size=axes)
         yield wave
 
 
-def as_signal(array):
-    """Return what a law runs on: a float where there is one axis and one run."""
-    return float(array[0]) if array.shape == (1,) else array
-
-
-def drive(server, rng, shape, *, size, memory, steps):
+def drive(server, rng, *, size, memory, steps):
     """Let all users join, feed random waves, yield energy and motion of every step."""
-    users = range(len(server.ports))
+    users, axes = range(len(server.present)), server.axes
     for i in users:
-        server.join(i, as_signal(rng.normal(0.0, 0.05, shape)))
-    waves = [random_waves(rng, shape, size=size, memory=memory) for _ in users]
+        server.join(i, rng.normal(0.0, 0.05, axes))
+    waves = [random_waves(rng, axes, size=size, memory=memory) for _ in users]
     for _ in range(steps):
         received = [next(wave) for wave in waves]
-        before = np.asarray(server.kinetic + server.potential), np.asarray(server.dissipated)
-        returned = server.step([as_signal(u) for u in received])
-        after = np.asarray(server.kinetic + server.potential), np.asarray(server.dissipated)
-        u = sum(power(wave) for wave in received)
-        v = sum(power(np.broadcast_to(wave, shape)) for wave in returned)
-        yield u, v, after[0] - before[0], after[1] - before[1]
+        stored, lost = server.stored, server.dissipated
+        returned = server.step(received)
+        u, v = sum(map(power, received)), sum(map(power, returned))
+        yield u, v, server.stored - stored, server.dissipated - lost
 
 
 @settings(max_examples=80)
@@ -69,24 +66,31 @@ def drive(server, rng, shape, *, size, memory, steps):
     params=server_params,
     contacts=st.lists(contact_params, min_size=1, max_size=8),
     dof=st.integers(1, 3),
-    runs=st.sampled_from([0, 0, 3]),
     size=st.sampled_from([1e-3, 0.3, 3.0]),
     memory=st.sampled_from([0.0, 0.9, 0.99]),
     seed=st.integers(0, 2**32 - 1),
 )
 def test_the_implicit_coupling_accounts_for_every_joule_at_every_step(
-    params, contacts, dof, runs, size, memory, seed
+    params, contacts, dof, size, memory, seed
 ):
     rng = np.random.default_rng(seed)
-    sides = [-1 if i % 2 == 0 else 1 for i in range(len(contacts))]
-    server = make_server("pmwvc", params, contacts, [25.0] * len(contacts), dof=dof, sides=sides)
-    shape = (runs, dof) if runs else (dof,)
+    server = Users(params, contacts, axes=dof)
     throughput = 0.0
-    for u, v, stored, lost in drive(server, rng, shape, size=size, memory=memory, steps=60):
-        throughput = throughput + params.period_s * (u + v)
+    for u, v, stored, lost in drive(server, rng, size=size, memory=memory, steps=60):
+        throughput += params.period_s * (u + v)
         residual = stored + lost - params.period_s * (u - v)
-        assert np.all(np.abs(residual) <= 1e-12 * throughput)
-        assert np.all(lost >= -1e-15 * throughput), "contacts and ground only take energy"
+        assert abs(residual) <= 1e-12 * throughput
+        assert lost >= -1e-15 * throughput, "contacts and ground only take energy"
+
+
+def wave_came(wave):
+    return Came(tuple(wave.tolist()), (0.0,) * len(wave), False, 0.0, ())
+
+
+def step_and_energies(p, s, came):
+    """A law of what the next test compares."""
+    s = environment_step(p, s, came)
+    return s, environment_energies(p, s)
 
 
 @settings(max_examples=40)
@@ -98,51 +102,35 @@ def test_the_implicit_coupling_accounts_for_every_joule_at_every_step(
     dof=st.sampled_from([1, 3]),
     seed=st.integers(0, 2**32 - 1),
 )
-def test_a_batch_is_the_same_as_its_runs_one_by_one(
+def test_runs_together_are_the_same_as_one_by_one(
     coupling, environment, integrator, contact, dof, seed
 ):
     rng = np.random.default_rng(seed)
     runs, users, steps = 2, 3, 25
     names = dict(coupling=coupling, environment=environment, integrator=integrator)
-    k, b_c = rng.uniform(0.0, 900.0, (runs, 1)), rng.uniform(0.0, 9.0, (runs, 1))
-    mass, ground = rng.uniform(0.5, 5.0, (runs, 1)), rng.uniform(0.0, 5.0, (runs, 1))
-    b = rng.uniform(15.0, 60.0, (runs, 1))
+    k, b_c = rng.uniform(0.0, 900.0, runs), rng.uniform(0.0, 9.0, runs)
+    mass, ground = rng.uniform(0.5, 5.0, runs), rng.uniform(0.0, 5.0, runs)
+    b = rng.uniform(15.0, 60.0, runs)
     starts = rng.normal(0.0, 0.03, (users, runs, dof))
     waves = rng.normal(0.0, 0.5, (steps, users, runs, dof))
-
-    def play(pick):
-        server = make_server(
-            "pmwvc",
-            ServerParams(object_mass=pick(mass), object_damping=pick(ground), **names),
-            [ContactParams(contact=contact, contact_stiffness=pick(k), contact_damping=pick(b_c))]
-            * users,
-            [pick(b)] * users,
-            dof=dof,
-            sides=[-1, 1, -1],
-        )
-        for i in range(users):
-            server.join(i, pick(starts[i]))
-        rows = []
-        for n in range(steps):
-            server.step([pick(waves[n, i]) for i in range(users)])
-            state = [*server.x_s, *server.f_s, *server.v_s, server.x_o, server.xd_o]
-            sums = [server.kinetic, server.potential, server.dissipated, *server.energy_v_s]
-            rows.append((state, sums))
-        return rows
-
-    together = play(lambda value: value)
+    alone = []
     for run in range(runs):
-        alone = play(lambda value, run=run: single(value[run]))
-        for (state, sums), (state_1, sums_1) in zip(together, alone, strict=True):
-            for many, one in zip((*state, *sums), (*state_1, *sums_1), strict=True):
-                # A wall's state is a plain zero in both.
-                many = np.broadcast_to(many, (runs, np.size(one)))[run]
-                np.testing.assert_allclose(many, np.ravel(one), rtol=1e-12, atol=1e-12)
-
-
-def single(values):
-    """Return one run's parameter or signal: a float for one number."""
-    return float(values[0]) if values.size == 1 else values
+        params = ServerParams(object_mass=mass[run], object_damping=ground[run], **names)
+        touch = ContactParams(contact=contact, contact_stiffness=k[run], contact_damping=b_c[run])
+        alone.append(Users(params, [touch] * users, b=b[run], axes=dof))
+        for i in range(users):
+            alone[run].join(i, starts[i, run])
+    p, together = stacked([each.p for each in alone]), stacked([each.s for each in alone])
+    for of_users in waves:
+        came = stacked([tuple(map(wave_came, of_users[:, run])) for run in range(runs)])
+        together, energies = lifted(step_and_energies)(p, together, came)
+        found = leaves((together, energies))
+        for run, server in enumerate(alone):
+            server.step(list(of_users[:, run]))
+            own = leaves((server.s, environment_energies(server.p, server.s)))
+            assert own.keys() == found.keys()
+            many = [as_columns(value, 1, runs)[0, run] for value in found.values()]
+            np.testing.assert_allclose(many, list(own.values()), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("coupling", ["one_step_delay", "one_frame_late", "unwrapped"])
@@ -150,13 +138,11 @@ def test_the_other_couplings_do_not_balance_on_a_cube(coupling):
     """The control: an account that closes for any coupling would prove nothing."""
     rng = np.random.default_rng(8)
     contacts = [ContactParams(contact="bilateral")] * 2
-    server = make_server(
-        "pmwvc", ServerParams(coupling=coupling), contacts, [25.0] * 2, dof=1, sides=[-1, 1]
-    )
+    server = Users(ServerParams(coupling=coupling), contacts)
     worst = throughput = 0.0
-    for u, v, stored, lost in drive(server, rng, (1,), size=0.3, memory=0.5, steps=200):
-        throughput = throughput + 0.008 * (u + v)
-        worst = max(worst, np.max(np.abs(stored + lost - 0.008 * (u - v)) / throughput))
+    for u, v, stored, lost in drive(server, rng, size=0.3, memory=0.5, steps=200):
+        throughput += 0.008 * (u + v)
+        worst = max(worst, abs(stored + lost - 0.008 * (u - v)) / throughput)
     assert worst > 1e-4
 
 
@@ -175,10 +161,8 @@ def test_no_wave_gets_more_out_of_the_implicit_server_than_was_put_in(
     contacts = [
         ContactParams(contact=contact, contact_stiffness=stiffness, contact_damping=damping)
     ] * 2
-    server = make_server(
-        "pmwvc", ServerParams(object_mass=mass), contacts, [25.0] * 2, dof=1, sides=[-1, 1]
-    )
+    server = Users(ServerParams(object_mass=mass), contacts)
     taken = given = 0.0
-    for u, v, _, _ in drive(server, rng, (1,), size=1.0, memory=0.9, steps=150):
+    for u, v, _, _ in drive(server, rng, size=1.0, memory=0.9, steps=150):
         taken, given = taken + 0.008 * (u - v), given + 0.008 * u
         assert taken >= -1e-13 * given

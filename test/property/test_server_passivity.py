@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from support.law_rigs import Users
 
-from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 
 
 def port_account(params, contact, waves):
     """Return the port's energy balance [J] after each wave, one user at a wall."""
-    server = make_server("pmwvc", params, [contact], [contact.impedance], dof=1, sides=[-1])
+    server = Users(params, [contact], b=contact.impedance, sides=[-1])
     server.join(0, 0.0)
     taken = []
     for wave in waves:
         server.step([wave])
-        taken.append(server.energy_u_s[0] - server.energy_v_s[0])
+        taken.append(server.taken_j)
     return np.array(taken)
 
 

@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.receiving import Playing, ReceivingEnd
 
 from pmwvc_core.numeric import squared
 from pmwvc_core.transport.packet import Packer
-from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.strict_receiver import StrictReceiver
-from pmwvc_core.wave.playout import Playout
 
 ROUNDING = 1e-12  # relative to the energy that arrived
 TIMEOUT_S = 0.03
@@ -37,24 +35,24 @@ schedules = st.fixed_dictionaries(
 )
 
 
-class Remembering(StrictReceiver):
+class Remembering(ReceivingEnd):
     """A receiver that notes the integral before its first packet."""
 
     before_first = 0.0
 
-    def _accept(self, packet, now_ns, *, fresh):
-        if self.newest is None:
+    def push(self, packet, now_ns):
+        if self.inbox.newest is None:
             self.before_first = packet.integral - packet.wave * packet.period
-        super()._accept(packet, now_ns, fresh=fresh)
+        super().push(packet, now_ns)
 
 
-def strict(dof, most_repaid=1.0, store_j=0.0):
-    times = {"period_s": PERIOD_S, "timeout_s": TIMEOUT_S}
-    return Remembering(dof, most_repaid=most_repaid, store_j=store_j, **times)
+def strict(dof, most_repaid=1.0, store_j=0.0, **own):
+    own |= {"most_repaid": most_repaid, "store_j": store_j}
+    return Remembering("strict", dof, period_s=PERIOD_S, timeout_s=TIMEOUT_S, **own)
 
 
 def plain(dof):
-    return Receiver(dof, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
+    return ReceivingEnd("plain", dof, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
 
 
 class Direction:
@@ -97,7 +95,7 @@ class Direction:
 
     def step(self, count):
         for _ in range(count):
-            wave = self.receiver.playout.step(STEP_S)
+            wave = self.receiver.step(STEP_S)
             assert np.all(np.isfinite(wave))
             self.given = self.given + squared(wave) * 0.5 * STEP_S
             self.out = self.out + wave * STEP_S
@@ -115,9 +113,9 @@ def test_energy_given_out_never_exceeds_what_was_paid(schedule):
     stored_j = schedule["store_j"]  # once a session, however often it is lent
     one = Direction(schedule, strict(schedule["dof"], store_j=stored_j)).run()
     assert one.least >= -stored_j - ROUNDING * one.moved
-    playout = one.receiver.playout
-    assert np.all(playout.given_j <= stored_j + playout.received_j * (1.0 + ROUNDING))
-    assert np.all(playout.received_j <= one.paid * (1.0 + ROUNDING))
+    moved = one.receiver.moved
+    assert moved.given_j <= stored_j + moved.received_j * (1.0 + ROUNDING)
+    assert np.all(moved.received_j <= one.paid * (1.0 + ROUNDING))
 
 
 @settings(max_examples=40)
@@ -125,10 +123,11 @@ def test_energy_given_out_never_exceeds_what_was_paid(schedule):
 def test_all_displacement_is_given_out_waiting_or_undelivered(schedule):
     receiver = strict(schedule["dof"], store_j=schedule["store_j"])
     one = Direction({**schedule, "restarts": False}, receiver).run()
-    if one.receiver.newest is None:
+    newest = one.receiver.inbox.newest
+    if newest is None:
         return
-    arrived = one.receiver.newest.integral - one.receiver.before_first
-    missing = arrived - one.out - one.receiver.playout.waiting
+    arrived = newest.integral - one.receiver.before_first
+    missing = arrived - one.out - one.receiver.waiting
     size = schedule["amplitude"] * 40 * 0.02
     assert np.all(np.abs(missing) <= 1e-11 * size)
 
@@ -138,14 +137,13 @@ def test_all_displacement_is_given_out_waiting_or_undelivered(schedule):
 def test_once_packets_come_evenly_everything_paid_for_is_given_out(schedule):
     receiver = strict(schedule["dof"], most_repaid=max(1.0, schedule["amplitude"]))
     one = Direction({**schedule, "underpaid": False, "restarts": False}, receiver).run()
-    playout = one.receiver.playout
-    before = float(np.max(np.abs(playout.waiting)))
+    before = float(np.max(np.abs(receiver.waiting)))
     one.packer.period = 8 * STEP_S
 
     def is_settled():
-        spent = float(np.max(playout.free_j)) < 1e-9 * one.moved + 1e-12
-        rest = float(np.max(np.abs(playout.waiting))) <= 1e-2 * before + 1e-12
-        return spent or (rest and playout.pace.store_s < 0.1)
+        spent = receiver.free_j < 1e-9 * one.moved + 1e-12
+        rest = float(np.max(np.abs(receiver.waiting))) <= 1e-2 * before + 1e-12
+        return spent or (rest and receiver.playout.pace.store_s < 0.1)
 
     for _ in range(1000):
         packet = one.packer.pack(
@@ -178,12 +176,12 @@ def test_the_plain_channel_gives_out_energy_that_never_came(fate):
 
 def test_runs_of_a_batch_are_played_like_single_runs():
     rng = np.random.default_rng(8)
-    waves = rng.normal(size=(60, 5, 1, 3))
-    batch = Playout(most_repaid=0.3)
-    single = [Playout(most_repaid=0.3) for _ in range(5)]
+    waves = rng.normal(size=(60, 5, 3))
+    batch = Playing(3, runs=5, most_repaid=0.3)
+    single = [Playing(3, most_repaid=0.3) for _ in range(5)]
     for k, wave in enumerate(waves):
         if k % 7 != 3:
-            paid = np.array([0.3, 0.9, 1.0, 1.5, 4.0])[:, None, None]
+            paid = np.array([0.3, 0.9, 1.0, 1.5, 4.0])[:, None]
             energy = paid * squared(wave) * 0.5 * PERIOD_S
             batch.add(wave * PERIOD_S, energy, PERIOD_S)
             for run, one in enumerate(single):
@@ -197,28 +195,22 @@ def test_runs_of_a_batch_are_played_like_single_runs():
 @given(st.floats(1.0, 1e9), st.integers(1, 6), st.integers(1, 20))
 def test_a_sender_that_claims_more_than_a_legal_wave_carries_adds_no_more(claim_j, dof, packets):
     longest = 3.0
-    receiver = StrictReceiver(
-        dof,
-        most_repaid=1.0,
-        period_s=PERIOD_S,
-        timeout_s=TIMEOUT_S,
-        max_wave=longest,
-    )
+    receiver = strict(dof, longest=longest)
     packer = Packer(1, period=PERIOD_S)
     rest = np.zeros(dof) if dof > 1 else 0.0
     for k in range(packets + 1):
         now_ns = k * 8_000_000
         receiver.push(packer.pack(rest, rest, now_ns, energy=claim_j * k), now_ns)
     legal_j = 0.5 * longest**2 * PERIOD_S * packets
-    assert receiver.playout.received_j == pytest.approx(min(claim_j * packets, legal_j))
+    assert receiver.moved.received_j == pytest.approx(min(claim_j * packets, legal_j))
 
 
-@pytest.mark.parametrize("runs", [None, 3])
+@pytest.mark.parametrize("runs", [0, 3])
 def test_beginning_anew_forgives_no_debt(runs):
-    playout = Playout(most_repaid=1.0)
-    ones = 1.0 if runs is None else np.ones((runs, 1))
+    playout = Playing(runs=runs)
+    ones = np.ones((runs, 1)) if runs else 1.0
     playout.add(0.01 * ones, 0.02 * ones, PERIOD_S)
-    playout.given_j = 0.03 * ones  # 10 mJ were lent
+    playout.give(0.03 * ones)  # 10 mJ were lent
     playout.begin()
     playout.add(0.01 * ones, 0.01 * ones, PERIOD_S)
     assert np.all(playout.step(PERIOD_S) == 0.0)
@@ -232,9 +224,7 @@ def test_beginning_anew_forgives_no_debt(runs):
 @given(st.integers(1, 6), st.sampled_from((-1e308, -1.0, 0.1, 1e308)), st.integers(1, 20))
 def test_wild_sums_of_one_packet_move_and_pay_no_more_than_a_legal_wave(dof, wild, packets):
     longest = 3.0
-    receiver = StrictReceiver(
-        dof, most_repaid=1.0, period_s=PERIOD_S, timeout_s=TIMEOUT_S, max_wave=longest
-    )
+    receiver = strict(dof, longest=longest)
     packer = Packer(1, period=PERIOD_S)
     wave = np.full(dof, 0.5) if dof > 1 else 0.5
     for k in range(packets + 40):
@@ -245,6 +235,6 @@ def test_wild_sums_of_one_packet_move_and_pay_no_more_than_a_legal_wave(dof, wil
         receiver.push(packet, now_ns)
     own_j = float(np.max(squared(wave))) * 0.5 * PERIOD_S
     legal_j = own_j * packets + 0.5 * longest**2 * PERIOD_S
-    assert receiver.playout.received_j <= max(own_j * (packets + 40), legal_j) + 1e-12
-    left = receiver.playout.waiting - wave * PERIOD_S * (packets + 40)  # the next sums were true
+    assert receiver.moved.received_j <= max(own_j * (packets + 40), legal_j) + 1e-12
+    left = receiver.waiting - wave * PERIOD_S * (packets + 40)  # the next sums were true
     assert np.all(np.abs(left) <= 1e-12)

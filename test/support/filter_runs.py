@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One filter of each kind, and a trace through it."""
+"""One filter of each kind, a trace through it, and holds."""
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from pmwvc_core.law.wave.anti_aliasing import (
     filter_step,
     resting_filter,
 )
+from pmwvc_core.law.wave.hold import Hold, hold, load
 from pmwvc_core.params import FilterParams
 from support.strategies import TICK_S
 
@@ -37,6 +38,22 @@ class Stage:
     def sample(self):
         self.s, y = filter_sample(self.s, self.p)
         return value(y)
+
+
+class Held:
+    """A hold with its state; a ramp of one tick is a zero-order hold."""
+
+    def __init__(self, kind, *, ticks, axes=1):
+        rest = (0.0,) * axes
+        self.ticks, self.axes = ticks if kind == "foh" else 1, axes
+        self.s = Hold(rest, rest, rest, 0)
+
+    def load(self, v):
+        self.s = load(self.s, vector(v, self.axes))
+
+    def step(self):
+        self.s, v = hold(self.s, self.ticks)
+        return value(v)
 
 
 def run(params, u, *, rate_drop=8):

@@ -52,10 +52,6 @@ class Wires:
         self.energies = []
         self.motions = 0
 
-    @property
-    def link(self):
-        return self
-
     def take(self):
         arrived, self.arrived = self.arrived, []
         return arrived
@@ -63,7 +59,7 @@ class Wires:
     def send(self, packet):
         self.sent.append(packet)
 
-    def publish_trace(self, block, loop):
+    def publish_trace(self, loop, block):
         series = {name: list(values) for name, values in block.series().items()}
         self.blocks.append((block.first_tick, block.start_ns, series))
         self.energies.append(block.energy)
@@ -90,7 +86,9 @@ class Rig:
         self.loop = MasterLoop(
             protocol,
             self.device,
-            wires=self.wires,
+            link=self.wires,
+            publish_trace=lambda *of: self.wires.publish_trace(*of),
+            publish_motion=self.wires.publish_motion,
             tick_s=0.001,
             dof=1,
             clock=lambda: self.now_ns,

@@ -69,7 +69,8 @@ class Rig:
                 epochs=[9, 9],
                 idle_until_joined=True,
             ),
-            wires=self.wires,
+            links=self.wires.links,
+            publish_trace=self.wires.publish_trace,
             clock=lambda: self.now_ns,
         )
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Computations that several appendices share: one user at a wall."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -88,8 +89,10 @@ def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
 
 def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
     """Return the middle of the bracket of each largest stiffness; None beyond the highest."""
-    how = {"highest": highest, "duration_s": LONG_S, "decay_ratio": CLEAR_RATIO}
-    brackets = [simulated_z_width(of, b, **how) for b in damping]
+    of_one = partial(
+        simulated_z_width, of, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
+    )
+    brackets = [of_one(b) for b in damping]
     return [None if high is None else 0.5 * (low + high) for low, high in brackets]
 
 

@@ -89,12 +89,6 @@ OF_BLACK_BOX = (
 # forces at the avatars; and what the environment does not report as stored.
 PORT = Passage("residual", ("ports",), ("avatars",), (), ("late_decoding", "withheld"))
 ENVIRONMENT = Passage("environment_heat", ("avatars",), ("contained",), ("reported",))
-DEFICIT = Entry("debt", "deficit, recovered from later waves", LEVEL)
-OF_LEDGER = (
-    Entry("tank", "energy tank of the server port", LEVEL),
-    Entry("granted", "taken from the allowance", LEVEL),
-    Entry("capped", "received above the cap, not stored", LEVEL),
-)
 
 # Controllers without waves, at either end.
 OF_PSPM = (

@@ -37,12 +37,11 @@ from pmwvc_core.numeric import (
     where,
 )
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.state import Stateful
 
 CATCH_UP_S = 0.1
 
 
-class SimulatedDevice(Stateful):
+class SimulatedDevice:
     """A damped mass with encoder and stops, at rest at the origin at first.
 
     Parameters

@@ -15,7 +15,6 @@ import numpy as np
 from pmwvc_core.numeric import Array, Value, dot
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.devices import along_first_axis
-from pmwvc_core.state import Stateful
 
 
 class Setting(NamedTuple):
@@ -28,7 +27,7 @@ class Setting(NamedTuple):
     dof: int  # number of axes, of which axis 0 carries the task
 
 
-class Operator(Stateful, ABC):
+class Operator(ABC):
     """The operator who holds the device. Its time starts with its first ``step``."""
 
     SIGNALS = "_x _f_h"

@@ -22,12 +22,11 @@ from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.playback import read_columns
 from pmwvc_core.plant.remote_hand import Target
 from pmwvc_core.plant.task import Task
-from pmwvc_core.state import Stateful
 
 POINTER_S = 0.016
 
 
-class GivenTargets(Stateful):
+class GivenTargets:
     """Targets at given ticks, in the order of time: when each comes, and where [m]; None lets go.
     Ticks count from the moment of coupling; with ``early`` from the start of the force loop.
     """
@@ -48,7 +47,7 @@ class GivenTargets(Stateful):
         return [target for _, target in targets[first : self._next]]
 
 
-class TaskTargets(Stateful):
+class TaskTargets:
     """The targets of somebody who carries out a task with a pointer."""
 
     early = False

@@ -12,7 +12,6 @@ import numpy as np
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import TaskParams
-from pmwvc_core.state import Stateful
 
 
 def minimum_jerk(progress: float) -> float:
@@ -57,30 +56,3 @@ class Task:
         if not self._closes:
             return 0.0
         return minimum_jerk((time_s - self.params.grip_s) / self.params.grip_rise_s)
-
-
-class ShownTarget(Stateful):
-    """The target as the server shows it, every ``period_s`` [s].
-
-    The hands begin once the force is there (``ForceLoop.ready``), so the target begins when all
-    users have been together for ``soft_start_s`` [s], the soft start of the masters.
-    """
-
-    MEMORY = "_time_s position_m"
-
-    def __init__(self, task: Task, *, period_s: float, soft_start_s: float, dof: int = 1) -> None:
-        self._task = task
-        self._dof = dof
-        self.period_s = period_s
-        self._time_s: float | None = None
-        self._soft_start_s = soft_start_s
-        self.position_m: Value = task.offset(0.0, dof=dof)
-
-    def step(self, *, together: bool) -> Value:
-        """Return the position [m] for a step, given whether all users are present."""
-        if self._time_s is not None:
-            self._time_s += self.period_s
-        elif together:
-            self._time_s = -self._soft_start_s
-        self.position_m = self._task.offset(self._time_s or 0.0, dof=self._dof)
-        return self.position_m

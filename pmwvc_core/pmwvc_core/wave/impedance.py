@@ -75,14 +75,6 @@ class MatrixImpedance:
             self._scaled = factor, MatrixImpedance(factor * self.values, self.axes)
         return self._scaled[1]
 
-    def to_principal(self, signal: Value) -> Array:
-        """Return a signal by its components along the principal axes."""
-        return np.asarray(signal @ self.axes)
-
-    def from_principal(self, signal: Value) -> Array:
-        """Return a signal given along the principal axes in the axes of the world."""
-        return np.asarray(signal @ self.axes.T)
-
     def __mul__(self, other: Value) -> Any:
         """Act on a signal, or scale by a number."""
         if isinstance(other, np.ndarray):
@@ -216,9 +208,3 @@ def longest_wave(impedance: Impedance, force: float, velocity: float) -> Value:
     if isinstance(impedance, MatrixImpedance):
         least, most = smallest(impedance), largest(impedance)
     return force / root(2.0 * least) + velocity * root(0.5 * most)
-
-
-def times(matrix: Array, signal: Value) -> Array:
-    """Return matrices ``(..., dof, dof)`` times signals ``(..., dof)``."""
-    product: Array = (matrix @ np.asarray(signal)[..., np.newaxis])[..., 0]
-    return product

@@ -49,13 +49,7 @@ def run(arguments: argparse.Namespace) -> Result:
     """Compute the map and write it."""
     scenario = scenario_of(arguments)
     from pmwvc_analysis.figures.map_figure import draw
-    from pmwvc_analysis.maps.map_files import (
-        Unfinished,
-        boundary_words,
-        is_stable,
-        key_of,
-        write_data,
-    )
+    from pmwvc_analysis.maps import map_files as files
     from pmwvc_analysis.maps.maps import Grid, compute
 
     if arguments.workers is not None and arguments.workers < 1:
@@ -65,10 +59,10 @@ def run(arguments: argparse.Namespace) -> Result:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
     measured = points_in([Path(folder) for folder in arguments.sessions], grid)
-    default = f"maps/{scenario.name}-{y.name}-{x.name}-{key_of(grid)[:6]}"
+    default = f"maps/{scenario.name}-{y.name}-{x.name}-{files.key_of(grid)[:6]}"
     folder = Path(arguments.out or default)
     console = terminal()
-    unfinished = Unfinished(folder, grid)
+    unfinished = files.Unfinished(folder, grid)
     with doing("computing the map") as work:
         known = finished = unfinished.known()
         size = unfinished.radius.size
@@ -82,19 +76,14 @@ def run(arguments: argparse.Namespace) -> Result:
 
         if 0 < known < size:
             console.print(f"{known} of {size} points were already computed")
-        radius = compute(
-            grid,
-            workers=arguments.workers,
-            dask=arguments.dask,
-            known=unfinished.radius,
-            done=done,
-        )
+        workers, dask = arguments.workers, arguments.dask
+        radius = compute(grid, workers=workers, dask=dask, known=unfinished.radius, done=done)
     with doing("drawing the map"):
-        paths = write_data(folder, grid, radius, measured)
+        paths = files.write_data(folder, grid, radius, measured)
         paths += draw(folder, grid, radius, measured)
-    stable = is_stable(radius).mean()
+    stable = files.is_stable(radius).mean()
     console.print(f"{radius.size} points, {stable:.1%} of them stable", markup=False)
-    console.print(boundary_words(grid, radius), markup=False)
+    console.print(files.boundary_words(grid, radius), markup=False)
     for path in paths:
         console.print(str(path), markup=False)
     return Result(document=(folder / "map.json").read_text("utf-8"))

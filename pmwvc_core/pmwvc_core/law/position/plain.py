@@ -128,7 +128,7 @@ def _budgeted_energies(s: Budgeted) -> Vector:
 
 
 @feedback.position_there.member(Published, Budgeted)
-def told_there(s: Any, there: bool) -> Any:
+def seen_there(s: Any, there: bool) -> Any:
     """Note whether the server is there."""
     return s._replace(error=error_there(s.error, there))
 

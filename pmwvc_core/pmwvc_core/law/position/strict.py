@@ -30,7 +30,7 @@ from pmwvc_core.law.position.error import (
     is_same_avatar,
     resting_error,
 )
-from pmwvc_core.law.position.plain import opened, told_there, wave_sent, wave_taken
+from pmwvc_core.law.position.plain import opened, seen_there, wave_sent, wave_taken
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
 from pmwvc_core.law.wave.wave import wave_u
 
@@ -114,7 +114,7 @@ def _energies(s: OnStrict) -> Vector:
     return (s.spent_j,)
 
 
-feedback.position_there.member(OnStrict)(told_there)
+feedback.position_there.member(OnStrict)(seen_there)
 feedback.position_up.member(OnStrict)(wave_taken)
 feedback.position_send.member(OnStrict)(wave_sent)
 feedback.position_opened.member(OnStrict)(opened)

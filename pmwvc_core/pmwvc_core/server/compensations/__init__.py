@@ -5,13 +5,20 @@ points of the group ``pmwvc.compensations``. Their laws are in
 :mod:`pmwvc_core.law.black_box.compensations`.
 """
 
-from pmwvc_core.controllers.accounts import DEFICIT, OF_LEDGER
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.law.black_box.compensations import AsPublished, Corrected, JointLedger, Untreated
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.compensations.record import Compensation
 
 __all__ = ["COMPENSATIONS", "Compensation"]
+
+DEFICIT = Entry("debt", "deficit, recovered from later waves", Role.LEVEL)
+OF_LEDGER = (
+    Entry("tank", "energy tank of the server port", Role.LEVEL),
+    Entry("granted", "taken from the allowance", Role.LEVEL),
+    Entry("capped", "received above the cap, not stored", Role.LEVEL),
+)
 
 
 def _no_allowance(params: ServerParams) -> bool:

@@ -64,6 +64,7 @@ UNKNOWN = Coupling(
     words="The environment is a black box: the server port accounts for the energy of late "
     "decoding, and its compensation limits it.",
     linear="unknown",
+    black_box=True,
     parameters=("compensation",),
     passive=lambda params: COMPENSATIONS.of(params.compensation).passive(params),
     least_impedance=least_impedance,

@@ -58,6 +58,8 @@ class Coupling(Record):
         Whether stored energy and heat balance the waves to rounding in every step.
     late
         Whether waves are decoded with the force of the step before, xd = sqrt(2/b) u - F'/b.
+    black_box
+        Whether the environment is known by its forces only.
     object_motion
         How the object moves: under the forces of the step ``held``, under those of the step
         before (``held_before``), or by the ``midpoint`` rule.
@@ -74,6 +76,7 @@ class Coupling(Record):
     balanced: bool = False
     exact: bool = False
     late: bool = False
+    black_box: bool = False
     object_motion: str = "held_before"
     passive: Callable[[ServerParams], bool] = never
     least_impedance: Callable[[ServerParams, ContactParams], float] | None = None
@@ -85,8 +88,3 @@ class Coupling(Record):
                 f"object_motion = {self.object_motion!r}: must be one of "
                 f"{', '.join(OBJECT_MOTIONS)}"
             )
-
-    @property
-    def black_box(self) -> bool:
-        """Whether the environment is known by its forces only."""
-        return self.name == "unknown"

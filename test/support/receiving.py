@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The receiving end of a link: its receiver, with the law of the channel for what it accepts; and
+a playout by itself.
+"""
+
+import math
+
+import numpy as np
+
+from pmwvc_analysis.models.elements import Elements, elements, lifted
+from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.law.channel import playout
+from pmwvc_core.law.channel.arrivals import (
+    ArrivalsParams,
+    anew,
+    arrivals_of,
+    arrive,
+    start_of,
+    wave_of,
+)
+from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
+
+UNMOVED = Moved(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class ReceivingEnd:
+    """What has come in at one end, and the wave given out."""
+
+    def __init__(
+        self,
+        channel,
+        dof=1,
+        *,
+        period_s,
+        timeout_s,
+        longest=math.inf,
+        inbox=Inbox,
+        most_repaid=1.0,
+        store_j=0.0,
+    ):
+        times = {"period_s": period_s, "timeout_s": timeout_s}
+        self.inbox = inbox("pmwvc", channel, dof, 25.0, from_server=False, **times)
+        self.inbox.max_wave = longest
+        played = PlayoutParams(most_repaid, RETURN_S, store_j)
+        strict, once = channel == "strict", channel == "zeroing"
+        self.p = ArrivalsParams(timeout_s, longest, once, strict, played)
+        self.s = arrivals_of(start_of(strict, timeout_s, period_s), (0.0,) * dof)
+
+    def push(self, packet, now_ns):
+        """Take a packet; return it as the laws have it, None where it is refused."""
+        for taken in self.inbox.take([packet], now_ns):
+            self.s = arrive(self.s, taken, now_ns, self.p)
+            self.inbox.expect(self.s.silence.limit_ns)
+            return taken
+        return None
+
+    def step(self, h):
+        """Return the wave of the next h seconds [sqrt(W)]."""
+        self.s, wave = wave_of(self.s, h, self.p)
+        return value(wave)
+
+    def anew(self):
+        """Let the sender be placed anew by its newest packet."""
+        self.s = anew(self.s)
+
+    playout = property(lambda self: self.s.playout)
+    moved = property(lambda self: self.s.playout.moved)
+    waiting = property(lambda self: value(playout.waiting(self.s.playout)))
+    free_j = property(lambda self: playout.free_j(self.s.playout))
+
+
+class Playing:
+    """A playout of one run, or of several that are stepped together: waves are floats, ``(dof,)``
+    or ``(runs, dof)``, energies floats or ``(runs, 1)``.
+    """
+
+    def __init__(self, dof=1, *, runs=0, most_repaid=1.0, rises_s=RETURN_S):
+        self.dof, self.runs = dof, runs
+        self.p = PlayoutParams(most_repaid, rises_s, 0.0)
+        self.s = playout.resting_playout((0.0,) * dof, UNMOVED)
+
+    def _call(self, law, *given):
+        return (lifted(law) if self.runs else law)(self.s, *given)
+
+    def _vector(self, signal):
+        if not self.runs:
+            return vector(signal, self.dof)
+        return tuple(elements(signal[:, axis]) for axis in range(self.dof))
+
+    def _number(self, number):
+        if self.runs:
+            return elements(np.ravel(number))
+        return np.ravel(number)[0].item()
+
+    def _value(self, signal):
+        if not self.runs:
+            return value(signal)
+        return np.stack([np.broadcast_to(each, self.runs) for each in signal], axis=-1)
+
+    def add(self, integral, energy_j, duration_s):
+        self.s = self._call(
+            playout.add, self._vector(integral), self._number(energy_j), duration_s
+        )
+
+    def step(self, h):
+        self.s, wave = self._call(playout.play, h, self.p)
+        return self._value(wave)
+
+    def spared(self, h, wanted):
+        self.s, energy_j = self._call(playout.spared, h, self._number(wanted))
+        return self._energy(energy_j)
+
+    def pass_by(self, lasted_s):
+        self.s = self._call(playout.pass_by, lasted_s)
+
+    def begin(self):
+        self.s = self._call(playout.begin)
+
+    def give(self, given_j):
+        """Let so much have been given out [J]."""
+        self.s = self.s._replace(moved=self.s.moved._replace(given_j=self._number(given_j)))
+
+    @staticmethod
+    def _energy(energy_j):
+        many = isinstance(energy_j, Elements)
+        return energy_j.view(np.ndarray)[:, None] if many else energy_j
+
+    received_j = property(lambda self: self._energy(self.s.moved.received_j))
+    given_j = property(lambda self: self._energy(self.s.moved.given_j))
+    released_j = property(lambda self: self._energy(self.s.moved.released_j))
+    discarded_j = property(lambda self: self._energy(self.s.moved.discarded_j))
+    free_j = property(lambda self: self._energy(self._call(playout.free_j)))
+    waiting = property(lambda self: self._value(self._call(playout.waiting)))
+    undelivered = property(lambda self: self._value(self.s.undelivered))
