@@ -111,11 +111,6 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         """Take the columns of what ``each`` returns apart."""
         target, value = node.targets[0], node.value
         known = self._kinds.named(target, value)
-        assigned = self._assign(node, target, value)
-        self._kinds.update(known)
-        return assigned
-
-    def _assign(self, node: ast.Assign, target: ast.expr, value: ast.expr) -> ast.stmt:
         if (
             isinstance(target, ast.Tuple)
             and isinstance(value, ast.Call)
@@ -130,8 +125,9 @@ class _Unrolling(Expressions, ast.NodeTransformer):
             other = self.called(vectors.columns, [ast.Name(t, ast.Load())])
             node.value = self.if_long(t, rows, found, other)
             node.targets = [self.visit(target)]
-            return node
-        self.generic_visit(node)
+        else:
+            self.generic_visit(node)
+        self._kinds.update(known)
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
@@ -184,8 +180,7 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         of_all = [self.visit(one) for one in shared]
         if any(isinstance(one, ast.Starred) for one in of_all):
             every = [ast.Tuple(of_rows, ast.Load()), *of_all]
-            each_ = self.alias(vectors.each, "each")
-            return ast.Call(each_, [self.visit(law), *every], [])
+            return self.called(vectors.each, [self.visit(law), *every])
         t = self.new()
         other = [self.held(row) for row in of_rows[1:]]
         for_all = [self.held(one) for one in of_all]
