@@ -62,12 +62,11 @@ def session(
     """Run a session; tell whether all went by the plan."""
     up, down, packets, signals = book.up, book.down, book.packets, book.signals
     blocks, steps, energies, presence = book.blocks, book.steps, book.energies, book.presence
-    axes = clock.axes
+    axes, posted = clock.axes, each(_none, (clock.users,))
     nothing = each(_zero, (axes,))
     ends = each(_opened_end, (ends,), nothing)
     guests = each(_opened_guest, (server.guests,), nothing)
     server = Server(guests, server.environment, server.task_s)
-    posted = each(_none, (clock.users,))
     empty = [ends[0].user.newest]
     empty.pop()
     none = each(_empty, (clock.users,), empty)
@@ -142,14 +141,12 @@ def _longest_down(p: EndParams) -> float:
 
 
 def _opened_end(s: End, nothing: Vector) -> End:
-    u = s.user
-    user = User(u.frames, u.frame_s, u.packing, arrivals_of(u.arrivals, nothing), u.newest,
-                u.servers, port_opened(u.port), u.limits, u.sensing, u.due, u.coupled)  # fmt: skip
-    return End(user, s.device, s.hand, s.acts, s.sent, s.blocks)
+    arrivals, port = arrivals_of(s.user.arrivals, nothing), port_opened(s.user.port)
+    return s._replace(user=s.user._replace(arrivals=arrivals, port=port))
 
 
 def _opened_guest(s: Guest, nothing: Vector) -> Guest:
-    return Guest(s.presence, s.anew, arrivals_of(s.arrivals, nothing), s.packing, s.extra)
+    return s._replace(arrivals=arrivals_of(s.arrivals, nothing))
 
 
 def _sent(s: End, p: EndParams, number: int, tick: int, now_ns: int, packets: Array) -> End:
