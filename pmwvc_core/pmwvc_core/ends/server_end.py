@@ -91,12 +91,8 @@ class ServerEnd(ServerView, Changing):
     ) -> None:
         super().__init__()
         self._users, self.params, self._epochs = list(users), server, list(epochs)
-        self._session: dict[str, Any] = {
-            "controller": controller,
-            "channel": channel,
-            "times": times,
-            "axes": dof,
-        }
+        self._session: dict[str, Any] = {"controller": controller, "channel": channel}
+        self._session |= {"times": times, "axes": dof}
         self.p = self._made(server.period_s)
         s = resting_server(
             users, self.p, controller=controller, server=server, axes=dof, own=own, call=call
@@ -113,9 +109,7 @@ class ServerEnd(ServerView, Changing):
         self._step = unrolled(server_step, dof)
         self._task, self._dof = Task(task), dof
         self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
-        self.steps = 0
-        self.paused = False
-        self._idle = idle_until_joined
+        self.steps, self.paused, self._idle = 0, False, idle_until_joined
 
     def _made(self, period_s: float) -> Any:
         server = dataclasses.replace(self.params, period_s=period_s)

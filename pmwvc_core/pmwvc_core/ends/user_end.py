@@ -79,12 +79,8 @@ class UserEnd(UserView, Changing):
     ) -> None:
         super().__init__()
         self._user, self._epoch, self._schedule, self._dof = user, epoch, schedule, dof
-        self._session: dict[str, Any] = {
-            "controller": controller,
-            "channel": channel,
-            "packet_s": server_period_s,
-            "workspace_m": workspace_m,
-        }
+        self._session: dict[str, Any] = {"controller": controller, "channel": channel}
+        self._session |= {"packet_s": server_period_s, "workspace_m": workspace_m}
         self.p = self._made()
         rest = (0.0,) * dof
         s = resting_user(user, self.p, controller=controller, axes=dof, packet_s=server_period_s)
@@ -204,7 +200,5 @@ class UserEnd(UserView, Changing):
         self.s, packet, sends = self._send(self.s, now_ns, sample, leaves, self.p)
         if not sends:
             return None
-        events, flags = self.safety_events, self.inbox.flags
-        if events != before and not leaves:
-            flags |= FLAG_LIMITED
-        return message(packet, self._epoch, flags, echo)
+        limited = self.safety_events != before and not leaves
+        return message(packet, self._epoch, self.inbox.flags | limited * FLAG_LIMITED, echo)
