@@ -80,7 +80,4 @@ class _Replacing(dict[type, Any]):
         return self[kind]
 
 
-@cache
-def replacing(names: tuple[str, ...]) -> _Replacing:
-    """Return the functions ``(s, values of these fields) -> s``, by the type of s."""
-    return _Replacing(names)
+replacing = cache(_Replacing)  # (names of fields): (s, their values) -> s, by the type of s

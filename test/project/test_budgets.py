@@ -12,7 +12,7 @@ from typing import NamedTuple
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-LONGEST_FILE = 297  # lines; goal 250
+LONGEST_FILE = 250  # lines
 
 
 class Room(NamedTuple):
@@ -28,19 +28,26 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "laws": Room(8_628, 6_000, inside("pmwvc_core", "law")),
+    "laws": Room(8_623, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        5_877,
+        5_875,
         2_500,
         inside(
             "pmwvc_core",
             *("wave", "master", "server", "baselines", "controllers", "made"),
-            *("compiled.py", "unrolled.py", "pieces.py", "kinds.py", "simulation/bulk"),
+            *(
+                "compiled.py",
+                "unrolled.py",
+                "expressions.py",
+                "pieces.py",
+                "kinds.py",
+                "simulation/bulk",
+            ),
         ),
     ),
     "links and packets": Room(3_402, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        6_978,
+        6_977,
         4_700,
         (
             *inside(
@@ -49,9 +56,9 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(2_201, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(2_198, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        6_800,
+        6_762,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -75,7 +82,7 @@ ROOMS = {
     "figures and reports": Room(
         3_751, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_950, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(4_946, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_695, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(4_714, 3_000, ("pmwvc_view",)),
 }

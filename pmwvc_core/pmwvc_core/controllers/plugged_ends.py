@@ -14,7 +14,6 @@ from pmwvc_core.law.port.master import (
     port_applied,
     port_energies,
     port_measure,
-    port_opened,
     port_packet,
     port_send,
     port_signals,
@@ -123,11 +122,6 @@ def _energies(s: Plugged, arrivals: Any, p: PluggedParams) -> Vector:
     given, taken, sent_j, received_j = s.energies
     of_port = (given, sent_j, received_j, taken) if p.waves else (given, given, taken, taken)
     return of_port + p.energies(s.law)
-
-
-@port_opened.member(Plugged)
-def _opened(s: Plugged) -> Plugged:
-    return s
 
 
 class Kept(NamedTuple):

@@ -13,7 +13,8 @@ from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.hands import Place, make_hand
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.loop import OF_PACKET, Book, Clock, End, EndParams, session
+from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
+from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
 from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_of, plan_of
 
 SIGNALS = 8  # of a tick
@@ -50,30 +51,13 @@ def prepared(scenario: Scenario) -> Prepared:
     """Return what the loop of a session begins with."""
     network = network_of(scenario)
     made = [_end(scenario, number) for number in range(len(scenario.users))]
-    p = server_params(
-        scenario.users,
-        controller=scenario.controller,
-        channel=scenario.channel,
-        server=scenario.server,
-        times=server_times(user.safety for user in scenario.users),
-        axes=scenario.dof,
-    )
-    server = resting_server(
-        scenario.users,
-        p,
-        controller=scenario.controller,
-        server=scenario.server,
-        axes=scenario.dof,
-    )
+    of: dict[str, Any] = {"controller": scenario.controller, "server": scenario.server}
+    of["axes"], times = scenario.dof, server_times(user.safety for user in scenario.users)
+    p = server_params(scenario.users, channel=scenario.channel, times=times, **of)
+    server = resting_server(scenario.users, p, **of)
     ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
-    clock = Clock(
-        network.ticks,
-        network.tick_ns,
-        network.rate_drops,
-        network.period_ticks,
-        tuple(range(len(users))),
-        tuple(range(scenario.dof)),
-    )
+    paces = network.ticks, network.tick_ns, network.rate_drops, network.period_ticks
+    clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
     return Prepared(ends, server, users, p, clock, network)
 
 
@@ -87,19 +71,13 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
 
 def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
     user, axes, tick_s = scenario.users[number], scenario.dof, scenario.tick_s
-    packet_s = scenario.server.period_s
-    p = user_params(
-        user,
-        controller=scenario.controller,
-        channel=scenario.channel,
-        packet_s=packet_s,
-        answer_tick=0,
-    )
+    of: dict[str, Any] = {"controller": scenario.controller, "packet_s": scenario.server.period_s}
+    p = user_params(user, channel=scenario.channel, answer_tick=0, **of)
     half = scenario.server.object_size_m / 2
     at = Place(user.side, half, user.side * (half + user.contact.gap_m), tick_s, axes)
     device = simulated_params(user.device, tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    loop = resting_user(user, p, controller=scenario.controller, axes=axes, packet_s=packet_s)
+    loop = resting_user(user, p, axes=axes, **of)
     start = End(loop, resting_device(at.start, device), hand, False, 0, 0)
     return start, EndParams(p, device, of_hand)
 

@@ -11,7 +11,7 @@ from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import add_learned
-from pmwvc_core.simulation.bulk.loop import OF_PACKET
+from pmwvc_core.simulation.bulk.book import OF_PACKET
 from pmwvc_core.simulation.bulk.run import Run
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.network_traces import fate_traces, taken_traces
@@ -56,10 +56,7 @@ def traces_of(run: Run) -> SessionTraces:
             arrived = [packet.seq - 1 for packet, _ in link.arrived]
             sent_ns = [packet.sent_ns for packet in link.sent]
             arrived_ns = [now_ns for _, now_ns in link.arrived]
-            for side, these, at_ns in (
-                (sender, sent, sent_ns),
-                (receiver, arrived, arrived_ns),
-            ):
+            for side, these, at_ns in ((sender, sent, sent_ns), (receiver, arrived, arrived_ns)):
                 packets = _packets(f"{side}/{topic}", link, rows, these, at_ns)
                 traces.packets[packets.topic] = packets
                 traces.counts[packets.topic] = {"messages": len(these), "missing": 0}
