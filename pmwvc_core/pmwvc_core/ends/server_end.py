@@ -21,6 +21,7 @@ from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_row import PRESENCES, row_of
 from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.law.channel.arrivals import arrivals_of
+from pmwvc_core.law.plant.task import offset, task_of
 from pmwvc_core.law.server.energies import port_shown
 from pmwvc_core.law.server.server_port import changed_port
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
@@ -31,7 +32,6 @@ from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
-from pmwvc_core.plant.task import Task
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.faults import Faults, Unsettled
@@ -119,7 +119,7 @@ class ServerEnd:
             for user in users
         ]
         self._step = unrolled(server_step, dof)
-        self._task, self._dof = Task(task), dof
+        self._task, self._dof = task_of(task, dof), dof
         self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
         self._changes = Changes()
         self.hand_over = self._changes.hand_over
@@ -165,7 +165,7 @@ class ServerEnd:
     def target_m(self) -> Value:
         """Where the object is to be brought [m]."""
         time_s = self.s.task_s
-        return self._task.offset(max(time_s, 0.0) if time_s < math.inf else 0.0, dof=self._dof)
+        return value(offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task))
 
     def avatar(self, user: int) -> tuple[Value, Value]:
         """Return where a user's avatar is [m], and its force on the object [N]."""

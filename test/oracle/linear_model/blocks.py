@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pmwvc_core.motion import motion
+from pmwvc_core.law.plant.motion import motion
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import DeviceParams
 

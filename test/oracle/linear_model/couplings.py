@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from oracle.linear_model.blocks import column
 
-from pmwvc_core.motion import motion
+from pmwvc_core.law.plant.motion import motion
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import sampled
