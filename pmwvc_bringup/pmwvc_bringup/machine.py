@@ -103,11 +103,8 @@ def _compiler() -> Outcome:
     found = [tool for tool in ("gcc", "g++", "make") if shutil.which(tool)]
     if len(found) < 3:
         missing = ", ".join({"gcc", "g++", "make"} - set(found))
-        return (
-            WARNING,
-            f"{missing} missing: messages cannot be rebuilt",
-            "run apt install build-essential",
-        )
+        text = f"{missing} missing: messages cannot be rebuilt"
+        return WARNING, text, "run apt install build-essential"
     return OK, " ".join(found), ""
 
 

@@ -5,20 +5,19 @@ source of the law itself, as what is compiled is (:mod:`.compiled`).
 
 A loop over axes becomes one expression per axis, a family is looked up where it is called, a
 NamedTuple is built, or has fields replaced, without the functions that ``typing`` makes for it; a
-law of one expression
-stands where it is called. Values and the order of additions stay the same, so results have the
-same bits. What is added or scaled has one element per axis; only rows, such as those of users, may
-have another number of elements, and take the way of the source.
+law of one expression stands where it is called. Values and the order of additions stay the same,
+so results have the same bits. What is added or scaled has one element per axis; only rows, such as
+those of users, may have another number of elements, and take the way of the source.
 """
 
 import ast
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from copy import deepcopy
 from functools import cache
-from itertools import count
 from types import FunctionType
 from typing import Any
 
+from pmwvc_core.expressions import BY_AXIS, Expressions
 from pmwvc_core.kinds import Kinds, replacing
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
@@ -36,19 +35,6 @@ from pmwvc_core.pieces import (
 
 LAWS = ("pmwvc_core.law", "pmwvc_core.simulation")
 LONGEST = 40  # nodes of an expression that stands where it is called
-
-# Per axis, and how the axes are joined: where empty, they make a vector.
-BY_AXIS: dict[Callable[..., Any], tuple[str, str]] = {
-    vectors.plus: ("{a}[{i}] + {b}[{i}]", ""),
-    vectors.minus: ("{a}[{i}] - {b}[{i}]", ""),
-    vectors.times: ("{a}[{i}] * {b}[{i}]", ""),
-    vectors.scaled: ("{a}[{i}] * {b}", ""),
-    vectors.zero: ("0.0", ""),
-    vectors.dot: ("{a}[{i}] * {b}[{i}]", " + "),
-    vectors.squared: ("{a}[{i}] * {a}[{i}]", " + "),
-    vectors.within: ("-{b} < {a}[{i}] < {b}", " and "),
-    vectors.is_zero: ("{a}[{i}] == 0.0", " and "),
-}
 
 
 @cache
@@ -71,43 +57,30 @@ class _Members(dict[type, Any]):
         return self[kind]
 
 
-@cache
-def _members(family: Family, axes: int) -> _Members:
-    return _Members(family, axes)
+_members = cache(_Members)
 
 
-class _Unrolling(ast.NodeTransformer):
+class _Unrolling(Expressions, ast.NodeTransformer):
     """One law under way. Globals get names of their own: other laws come to stand in it."""
 
     def __init__(self, axes: int) -> None:
-        self._axes = axes
-        self._globals: dict[str, Any] = {"new_": tuple.__new__, "len": len}
+        super().__init__(axes)
         self._of: FunctionType
         self._local: set[str] = set()
         self._kinds = Kinds(self._value)
-        self._temporary: Iterator[int] = count()
 
     def function(self, law: Any) -> Any:
         """Return the law."""
         tree = deepcopy(definition(law))
         self._enter(law)
-        made = ast.FunctionDef(
-            name=tree.name,
-            args=ast.arguments(
-                posonlyargs=[],
-                args=[ast.arg(each.arg) for each in tree.args.args],
-                vararg=tree.args.vararg and ast.arg(tree.args.vararg.arg),
-                kwonlyargs=[],
-                kw_defaults=[],
-                defaults=[],
-            ),
-            body=[self.visit(each) for each in tree.body if not is_text(each)],
-            decorator_list=[],
-            type_params=[],  # type: ignore[call-arg]
-        )
-        module = ast.fix_missing_locations(ast.Module([made], []))
-        exec(compile(module, f"<unrolled {law.__module__}>", "exec"), self._globals)
-        return self._globals[tree.name]
+        tree.decorator_list, tree.args.defaults, tree.returns = [], [], None
+        for each in ast.walk(tree.args):
+            if isinstance(each, ast.arg):
+                each.annotation = None
+        tree.body = [self.visit(each) for each in tree.body if not is_text(each)]
+        module = ast.fix_missing_locations(ast.Module([tree], []))
+        exec(compile(module, f"<unrolled {law.__module__}>", "exec"), self.globals)
+        return self.globals[tree.name]
 
     def _enter(self, law: Any) -> None:
         self._of, self._local = law, {*law.__code__.co_varnames}
@@ -120,20 +93,14 @@ class _Unrolling(ast.NodeTransformer):
         of_python = __builtins__ if isinstance(__builtins__, dict) else vars(__builtins__)
         return self._of.__globals__.get(node.id, of_python.get(node.id))
 
-    def _alias(self, value: Any, name: str) -> ast.Name:
-        """Return a name of the unrolled law for a value."""
-        alias = f"{name}_{id(value)}"
-        self._globals[alias] = value
-        return ast.Name(alias, ast.Load())
-
     def visit_Name(self, node: ast.Name) -> ast.expr:
         """Give globals the names under which they stand beside each other."""
         value = self._value(node)
         if value is None:
             return node
         if isinstance(value, FunctionType) and value.__module__.startswith(LAWS):
-            value = value if value in _BUILDING else unrolled(value, self._axes)
-        return self._alias(value, node.id)
+            value = value if value in _BUILDING else unrolled(value, self.axes)
+        return self.alias(value, node.id)
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.stmt:
         """Leave types out."""
@@ -154,14 +121,14 @@ class _Unrolling(ast.NodeTransformer):
             and isinstance(value, ast.Call)
             and self._value(value.func) is vectors.columns
         ):
-            rows, t = self.visit(value.args[0]), self._new()
+            rows, t = self.visit(value.args[0]), self.new()
             cells = [
-                f"({', '.join(f'{t}[{i}][{k}]' for i in range(self._axes))},)"
+                f"({', '.join(f'{t}[{i}][{k}]' for i in range(self.axes))},)"
                 for k in range(len(target.elts))
             ]
             found = expression_of(f"({', '.join(cells)},)")
-            other = self._called(vectors.columns, [ast.Name(t, ast.Load())])
-            node.value = self._if_long(t, rows, found, other)
+            other = self.called(vectors.columns, [ast.Name(t, ast.Load())])
+            node.value = self.if_long(t, rows, found, other)
             node.targets = [self.visit(target)]
             return node
         self.generic_visit(node)
@@ -183,20 +150,16 @@ class _Unrolling(ast.NodeTransformer):
         if isinstance(function, Family):
             return self._member(function, given)
         if function in BY_AXIS:
-            return self._by_axis(function, given)
-        if function is vectors.length and self._axes == 1:
-            return self._by_axis(function, given, ("abs({a}[{i}])", " + "))
+            return self.by_axis(function, given)
+        if function is vectors.length and self.axes == 1:
+            return self.by_axis(function, given, ("abs({a}[{i}])", " + "))
         if function in (min, max) and len(given) == 2:
-            return self._extreme("<" if function is max else ">", given)
+            return self.extreme("<" if function is max else ">", given)
         if isinstance(function, type) and hasattr(function, "_fields"):
-            return self._tuple(function, given)
+            return self.built(function, given)
         if isinstance(function, FunctionType) and _is_short(function):
             return self._in_place(function, given)
         return ast.Call(self.visit(node.func), given, [])
-
-    def _tuple(self, kind: type, fields: list[ast.expr]) -> ast.expr:
-        named = self._alias(kind, kind.__name__)
-        return ast.Call(ast.Name("new_", ast.Load()), [named, ast.Tuple(fields, ast.Load())], [])
 
     def _replace(self, of: ast.expr, keywords: list[ast.keyword]) -> ast.expr:
         """Return a NamedTuple with other fields: built here where its type is known."""
@@ -206,71 +169,28 @@ class _Unrolling(ast.NodeTransformer):
         in_order = [name for name in fields if name in given] == [*given]
         free = in_order or not any(map(names_values, given.values()))
         if kind is None or not isinstance(s, ast.Name) or not free:
-            t, makers = self._new(), replacing((*given,))
-            first = ast.NamedExpr(ast.Name(t, ast.Store()), s)
-            found = ast.Call(ast.Name("type", ast.Load()), [first], [])
-            maker = ast.Subscript(self._alias(makers, "replacing"), found, ast.Load())
-            return ast.Call(maker, [ast.Name(t, ast.Load()), *given.values()], [])
+            return self.by_type(replacing((*given,)), "replacing", [s, *given.values()])
         kept = (expression_of(f"{s.id}[{i}]") for i in range(len(fields)))
-        return self._tuple(
+        return self.built(
             kind, [given.get(name, old) for name, old in zip(fields, kept, strict=True)]
         )
 
     def _member(self, family: Family, given: list[ast.expr]) -> ast.expr:
         """Return the call of the law for the type of the first argument."""
-        t, members = self._new(), _members(family, self._axes)
-        first = ast.NamedExpr(ast.Name(t, ast.Store()), given[0])
-        kind = ast.Call(ast.Name("type", ast.Load()), [first], [])
-        law = ast.Subscript(self._alias(members, family.name), kind, ast.Load())
-        return ast.Call(law, [ast.Name(t, ast.Load()), *given[1:]], [])
-
-    def _new(self) -> str:
-        return f"t{next(self._temporary)}_"
-
-    def _if_long(self, t: str, value: ast.expr, then: ast.expr, other: ast.expr) -> ast.expr:
-        """Return ``then`` where a value, from here on ``t``, has one element per axis."""
-        named = ast.NamedExpr(ast.Name(t, ast.Store()), value)
-        size = ast.Call(ast.Name("len", ast.Load()), [named], [])
-        test = ast.Compare(size, [ast.Eq()], [ast.Constant(self._axes)])
-        return ast.IfExp(test, then, other)
-
-    def _called(self, function: Any, given: list[ast.expr]) -> ast.expr:
-        return ast.Call(self._alias(function, function.__name__), given, [])
-
-    def _held(self, value: ast.expr) -> tuple[str, str]:
-        """Return what stands for a value where it is first used, and after that."""
-        if isinstance(value, ast.Name | ast.Constant):
-            return ast.unparse(value), ast.unparse(value)
-        t = self._new()
-        return f"({t} := {ast.unparse(value)})", t
-
-    def _by_axis(
-        self, function: Any, given: list[ast.expr], how: tuple[str, str] | None = None
-    ) -> ast.expr:
-        form, joined = how or BY_AXIS[function]
-        (first, then), *others = map(self._held, given)
-        second, again = others[0] if others else ("", "")
-        cells = []
-        for i in range(self._axes):
-            text = form.replace("{a}", first, 1).replace("{b}", second, 1) if i == 0 else form
-            cells.append(text.format(a=then, b=again, i=i))
-        whole = joined.join(cells) if joined else f"({', '.join(cells)},)"
-        if "{a}" not in form and names_values(expression_of(first)):
-            whole = f"({first}, {whole})[-1]"  # what it names is needed later
-        return expression_of(whole)
+        return self.by_type(_members(family, self.axes), family.name, given)
 
     def _each(self, law: ast.expr, rows: list[ast.expr], shared: list[ast.expr]) -> ast.expr:
         of_rows = [self.visit(row) for row in rows]
         of_all = [self.visit(one) for one in shared]
         if any(isinstance(one, ast.Starred) for one in of_all):
             every = [ast.Tuple(of_rows, ast.Load()), *of_all]
-            each_ = self._alias(vectors.each, "each")
+            each_ = self.alias(vectors.each, "each")
             return ast.Call(each_, [self.visit(law), *every], [])
-        t = self._new()
-        other = [self._held(row) for row in of_rows[1:]]
-        for_all = [self._held(one) for one in of_all]
+        t = self.new()
+        other = [self.held(row) for row in of_rows[1:]]
+        for_all = [self.held(one) for one in of_all]
         chosen, cells = self._value(law), list[ast.expr]()
-        for i in range(self._axes):
+        for i in range(self.axes):
             of_one = [f"{t}[{i}]", *[f"{pair[i > 0]}[{i}]" for pair in other]]
             texts = [*of_one, *[pair[i > 0] for pair in for_all]]
             known = [expression_of(text) for text in texts]
@@ -282,13 +202,8 @@ class _Unrolling(ast.NodeTransformer):
                 cells.append(ast.Call(self.visit(deepcopy(law)), known, []))
         every = [ast.Name(t, ast.Load()), *map(deepcopy, of_rows[1:])]
         rest = [ast.Tuple(every, ast.Load()), *map(deepcopy, of_all)]
-        loop = self._called(vectors.each, [self.visit(law), *rest])
-        return self._if_long(t, of_rows[0], ast.Tuple(cells, ast.Load()), loop)
-
-    def _extreme(self, sign: str, given: list[ast.expr]) -> ast.expr:
-        """Return the larger (<) or smaller (>) of two, the first where none is."""
-        (first, a), (second, b) = map(self._held, given)
-        return expression_of(f"{b} if {first} {sign} {second} else {a}")
+        loop = self.called(vectors.each, [self.visit(law), *rest])
+        return self.if_long(t, of_rows[0], ast.Tuple(cells, ast.Load()), loop)
 
     def _in_place(self, law: FunctionType, given: list[ast.expr]) -> ast.expr:
         """Return the expression of a short law with its arguments put in."""
@@ -299,7 +214,7 @@ class _Unrolling(ast.NodeTransformer):
             if isinstance(value, ast.Name):
                 places.names[argument.arg] = value.id
                 continue
-            t, inside = self._new(), self._new()
+            t, inside = self.new(), self.new()
             places.names[argument.arg] = t
             # What names a value on its way must be evaluated, whichever way the law goes.
             once = uses(expression, argument.arg) == 1 and not names_values(value)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-LONGEST_FILE = 297  # lines; goal 250
+LONGEST_FILE = 250  # lines
 
 
 class Room(NamedTuple):
@@ -35,7 +35,14 @@ ROOMS = {
         inside(
             "pmwvc_core",
             *("wave", "master", "server", "baselines", "controllers", "made"),
-            *("compiled.py", "unrolled.py", "pieces.py", "kinds.py", "simulation/bulk"),
+            *(
+                "compiled.py",
+                "unrolled.py",
+                "expressions.py",
+                "pieces.py",
+                "kinds.py",
+                "simulation/bulk",
+            ),
         ),
     ),
     "links and packets": Room(3_402, 2_500, inside("pmwvc_core", "network", "transport")),

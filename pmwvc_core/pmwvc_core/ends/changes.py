@@ -6,26 +6,26 @@ from collections import deque
 from collections.abc import Callable
 
 
-class Changes:
-    """Changes handed over and not made yet.
+class Changing:
+    """An end whose parameters may change while it runs.
 
     Attributes
     ----------
-    made
+    changes
         Frames or steps that took changes over.
     """
 
     def __init__(self) -> None:
-        self.made = 0
+        self.changes = 0
         self._waiting: deque[Callable[[], None]] = deque()
 
     def hand_over(self, change: Callable[[], None]) -> None:
         """Have a change made at the next occasion; from any thread."""
         self._waiting.append(change)
 
-    def take(self) -> None:
+    def _take_changes(self) -> None:
         """Make the changes that were handed over."""
         if self._waiting:
-            self.made += 1
+            self.changes += 1
         while self._waiting:
             self._waiting.popleft()()

@@ -32,9 +32,9 @@ class Inbox(Receiver):
         channel: str,
         dof: int,
         impedance: Impedance,
-        *,
         period_s: float,
         timeout_s: float,
+        *,
         from_server: bool,
     ) -> None:
         self._waves = has_waves(controller)

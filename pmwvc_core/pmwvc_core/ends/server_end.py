@@ -14,22 +14,20 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from pmwvc_core.ends.changes import Changes
-from pmwvc_core.ends.forms import message, value
+from pmwvc_core.ends.changes import Changing
+from pmwvc_core.ends.forms import message
 from pmwvc_core.ends.guests import all_left, challenge, counted
 from pmwvc_core.ends.inbox import Inbox
-from pmwvc_core.ends.server_row import PRESENCES, row_of
-from pmwvc_core.frame.rows import Presence, ServerRow
+from pmwvc_core.ends.server_view import ServerView
+from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.plant.task import offset, task_of
-from pmwvc_core.law.server.energies import port_shown
+from pmwvc_core.law.plant.task import task_of
 from pmwvc_core.law.server.server_port import changed_port
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
 from pmwvc_core.made.accounts import accounts_of_server
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.server_changes import changed_server
 from pmwvc_core.made.waves import made_impedance
-from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
@@ -42,7 +40,7 @@ from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
 
 
-class ServerEnd:
+class ServerEnd(ServerView, Changing):
     """All users' ports around one environment.
 
     Parameters
@@ -91,6 +89,7 @@ class ServerEnd:
         call: Call = directly,
         idle_until_joined: bool = False,
     ) -> None:
+        super().__init__()
         self._users, self.params, self._epochs = list(users), server, list(epochs)
         self._session: dict[str, Any] = {
             "controller": controller,
@@ -106,23 +105,14 @@ class ServerEnd:
         guests = (guest._replace(arrivals=arrivals_of(guest.arrivals, rest)) for guest in s.guests)
         self.s = s._replace(guests=tuple(guests))
         self.faults = self._found_faults()
+        of = controller, channel, dof
         self.inboxes = [
-            Inbox(
-                controller,
-                channel,
-                dof,
-                user.server_impedance,
-                period_s=user.master.frame_s,
-                timeout_s=times.timeout_s,
-                from_server=False,
-            )
-            for user in users
+            Inbox(*of, u.server_impedance, u.master.frame_s, times.timeout_s, from_server=False)
+            for u in users
         ]
         self._step = unrolled(server_step, dof)
-        self._task, self._dof = task_of(task, dof), dof
+        self._task = task_of(task, dof)
         self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
-        self._changes = Changes()
-        self.hand_over = self._changes.hand_over
         self.steps = 0
         self.paused = False
         self._idle = idle_until_joined
@@ -130,56 +120,6 @@ class ServerEnd:
     def _made(self, period_s: float) -> Any:
         server = dataclasses.replace(self.params, period_s=period_s)
         return server_params(self._users, server=server, **self._session)
-
-    @property
-    def period_s(self) -> float:
-        """Time of the present step [s]."""
-        return self.p.period_s  # type: ignore[no-any-return]
-
-    @property
-    def presence(self) -> list[Presence]:
-        """State of every user."""
-        return [PRESENCES[guest.presence] for guest in self.s.guests]
-
-    @property
-    def changes(self) -> int:
-        """Steps that took changes over."""
-        return self._changes.made
-
-    @property
-    def other_controller(self) -> int:
-        """Packets of another kind of controller, which are ignored."""
-        return sum(inbox.other_controller for inbox in self.inboxes)
-
-    @property
-    def flags(self) -> int:
-        """Flags of all packets."""
-        return self.inboxes[0].flags
-
-    @property
-    def x_o(self) -> Value:
-        """Position of the object [m]."""
-        return value(self.s.environment.body.x)
-
-    @property
-    def target_m(self) -> Value:
-        """Where the object is to be brought [m]."""
-        time_s = self.s.task_s
-        return value(offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task))
-
-    def avatar(self, user: int) -> tuple[Value, Value]:
-        """Return where a user's avatar is [m], and its force on the object [N]."""
-        port = self.s.environment.ports[user]
-        return value(port.x_s), value(port.avatar.f)
-
-    def offset(self, user: int) -> Value:
-        """Return how far an avatar is from its device without a force [m]."""
-        return value(self.s.environment.ports[user].offset)
-
-    def learned(self, user: int) -> float | None:
-        """Return (K T + 2B)/b of what a user touches, where its port learns it."""
-        p, s = self.p.environment, self.s.environment
-        return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
@@ -211,16 +151,13 @@ class ServerEnd:
         asked = getattr(self.s.environment.body, "environment", None)
         if isinstance(asked, Outside):
             return asked.faults
-        coupling = getattr(self.p.environment, "coupling", None)
-        if isinstance(coupling, Contained):
-            return coupling.faults
-        return Faults("server.coupling", self.params.coupling)
+        coupling = _contained(self.p)
+        return coupling.faults if coupling else Faults("server.coupling", self.params.coupling)
 
     def _counting(self, p: Any) -> Any:
         """Let a coupling of another package go on counting its faults."""
-        coupling = getattr(p.environment, "coupling", None)
-        was = getattr(self.p.environment, "coupling", None)
-        if not (isinstance(coupling, Contained) and isinstance(was, Contained)):
+        coupling, was = _contained(p), _contained(self.p)
+        if coupling is None or was is None:
             return p
         coupling = coupling._replace(faults=was.faults)
         return p._replace(environment=p.environment._replace(coupling=coupling))
@@ -235,18 +172,17 @@ class ServerEnd:
         """Take other parameters of a user's contact, port and sender over."""
         self._users[user] = dataclasses.replace(self._users[user], contact=contact)
         e = self.s.environment
-        stiffness, damping = contact.contact_stiffness, contact.contact_damping
-        b = made_impedance(impedance)
-        port, lost_j = changed_port(e.ports[user], stiffness, damping, b)
+        law = contact.contact_stiffness, contact.contact_damping, made_impedance(impedance)
+        port, lost_j = changed_port(e.ports[user], *law)
         ports = (*e.ports[:user], port, *e.ports[user + 1 :])
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
-        arrivals = [guest.arrivals for guest in self.p.guests]
-        self.p = self._counting(self._made(self.period_s))
+        p = self._counting(self._made(self.period_s))
+        pairs = zip(p.guests, self.p.guests, strict=True)
         # What a receiver was made for stays; the longest wave is the receiver's to know.
-        guests = zip(self.p.guests, arrivals, strict=True)
-        kept = tuple(guest._replace(arrivals=of) for guest, of in guests)
-        self.p = self.p._replace(guests=kept)
+        self.p = p._replace(
+            guests=tuple(new._replace(arrivals=old.arrivals) for new, old in pairs)
+        )
         self.inboxes[user].match(impedance)
 
     def tick(
@@ -270,7 +206,7 @@ class ServerEnd:
         """
         if self.period_s != self.params.period_s:
             self._last(self.params.period_s)
-        self._changes.take()
+        self._take_changes()
         pairs = zip(self.inboxes, packets, strict=True)
         taken = tuple(inbox.take(arrived, now_ns) for inbox, arrived in pairs)
         nothing: list[WavePacket | None] = [None for _ in self.inboxes]
@@ -288,7 +224,7 @@ class ServerEnd:
             self.faults.note(Unsettled())
         self._expect()
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
-        return sent, row_of(self.s, self.p, self._accounts, self.target_m)
+        return sent, self._row()
 
     def _answered(self, user: int, answer: Answer, now_ns: int) -> WavePacket | None:
         """Return what goes back to a user; one that is to prove itself is asked to."""
@@ -305,3 +241,9 @@ class ServerEnd:
         """Tell the receivers from when on users are silent."""
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
             inbox.expect(guest.arrivals.silence.limit_ns)
+
+
+def _contained(p: Any) -> Contained | None:
+    """Return the coupling of another package, if that is what the parameters have."""
+    coupling = getattr(p.environment, "coupling", None)
+    return coupling if isinstance(coupling, Contained) else None

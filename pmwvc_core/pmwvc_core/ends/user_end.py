@@ -16,22 +16,22 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
-from pmwvc_core.ends.changes import Changes
+from pmwvc_core.ends.changes import Changing
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.ends.user_view import UserView
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.frame.schedule import FrameSchedule
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
+from pmwvc_core.law.port.master import port_opened, port_signals
 from pmwvc_core.law.port.sensing import NEVER_NS, Sample
 from pmwvc_core.law.safety.limits import rearm
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.made.accounts import accounts_of_user
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.made.user_changes import changed_master, changed_safety
-from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.scenario.scenario import User
@@ -41,7 +41,7 @@ from pmwvc_core.unrolled import unrolled
 NO_PACKETS: list[Packet] = []
 
 
-class UserEnd:
+class UserEnd(UserView, Changing):
     """One user's force loop.
 
     Parameters
@@ -77,6 +77,7 @@ class UserEnd:
         schedule: FrameSchedule,
         workspace_m: float | None = None,
     ) -> None:
+        super().__init__()
         self._user, self._epoch, self._schedule, self._dof = user, epoch, schedule, dof
         self._session: dict[str, Any] = {
             "controller": controller,
@@ -88,23 +89,13 @@ class UserEnd:
         rest = (0.0,) * dof
         s = resting_user(user, self.p, controller=controller, axes=dof, packet_s=server_period_s)
         self.s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
-        self.inbox = Inbox(
-            controller,
-            channel,
-            dof,
-            user.impedance,
-            period_s=server_period_s,
-            timeout_s=user.safety.timeout_s,
-            from_server=True,
-        )
+        of, timeout_s = (controller, channel, dof), user.safety.timeout_s
+        self.inbox = Inbox(*of, user.impedance, server_period_s, timeout_s, from_server=True)
         self._accounts: list[str] = []
         self._name_accounts()
-        self._tick, self._send, self._begin = (
-            unrolled(law, dof) for law in (user_tick, send, begin)
-        )
+        self._tick, self._send = unrolled(user_tick, dof), unrolled(send, dof)
+        self._begin = unrolled(begin, dof)
         self.ended: FrameReport | None = None
-        self._changes = Changes()
-        self.hand_over = self._changes.hand_over
         self._measured_ns = NEVER_NS
 
     def _made(self) -> Any:
@@ -114,75 +105,10 @@ class UserEnd:
 
     def _name_accounts(self) -> None:
         """Name the energies of the port; one that was ever kept goes on."""
-        kept = accounts_of_user(
-            self._session["controller"], self._session["channel"], self._user.master
-        )
+        of = self._session["controller"], self._session["channel"]
+        kept = accounts_of_user(*of, self._user.master)
         if len(kept) >= len(self._accounts):
             self._accounts = [entry.name for entry in kept]
-
-    @property
-    def rate_drop(self) -> int:
-        """Ticks of a frame."""
-        return self.p.frames.rate_drop  # type: ignore[no-any-return]
-
-    @property
-    def next_frame(self) -> int:
-        """Tick with which the next frame starts."""
-        return self.s.frames.next_frame
-
-    @property
-    def ready(self) -> bool:
-        """True once the server has answered and the soft start is over.
-
-        From then on a simulated hand may act against the force that the controller renders;
-        before, it would push the device away from its avatar against a force held back.
-        """
-        return self.s.limits.fading.ready
-
-    @property
-    def coupled(self) -> bool:
-        """Whether the server had answered and the soft start was over when an answer was taken."""
-        return self.s.coupled
-
-    @property
-    def x(self) -> Value:
-        """Last valid position [m]."""
-        return value(self.s.sensing.x)
-
-    @property
-    def late_samples(self) -> int:
-        """Ticks so far with an old sample, or none."""
-        return self.s.sensing.late
-
-    @property
-    def changes(self) -> int:
-        """Frames that took changes over."""
-        return self._changes.made
-
-    @property
-    def other_controller(self) -> int:
-        """Packets of another kind of controller, which are ignored."""
-        return self.inbox.other_controller
-
-    @property
-    def max_force(self) -> float:
-        """Longest force that the device is given [N]."""
-        return self.p.limits.max_force  # type: ignore[no-any-return]
-
-    @property
-    def state(self) -> int:
-        """State of the limits."""
-        return int(state_of(self.s.limits.cause))
-
-    @property
-    def reason(self) -> str:
-        """Why they are in that state."""
-        return str(text_of(self.s.limits.cause, self._user.safety))
-
-    @property
-    def safety_events(self) -> int:
-        """How often the limits intervened."""
-        return self.s.limits.interventions.events
 
     def configure(self, master: MasterParams) -> None:
         """Take other parameters of the master over, at a frame start."""
@@ -215,7 +141,7 @@ class UserEnd:
         if not self.starts(tick):
             return None
         packet = self._sent(now_ns, self._known(sample, now_ns), leaves=False)
-        self._changes.take()
+        self._take_changes()
         self.s = self._begin(self.s, tick, self.p)
         return packet
 
@@ -262,14 +188,6 @@ class UserEnd:
         packet = self._sent(now_ns, Sample(x, x, False, NEVER_NS), leaves=True)
         assert packet is not None  # no deadband holds a goodbye back
         return packet
-
-    def report(self) -> FrameReport:
-        """Return safety state and energies as they are now."""
-        s = self.s
-        energies = port_energies(s.port, s.arrivals, self.p.port)
-        accounts = dict(zip(self._accounts, energies[4:], strict=False))
-        u_m, u_tx, v_rx, v_m = energies[:4]
-        return FrameReport(self.state, self.reason, u_m, u_tx, v_rx, v_m, accounts)
 
     def _known(self, sample: DeviceSample, now_ns: int) -> Sample:
         """Return a sample as the laws have it."""

@@ -13,7 +13,8 @@ from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.loop import OF_PACKET, Book, Clock, End, EndParams, session
+from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
+from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
 from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_of, plan_of
 from pmwvc_core.simulation.conditions import place_of
 

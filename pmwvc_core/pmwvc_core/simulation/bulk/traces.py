@@ -11,7 +11,7 @@ from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import add_learned
-from pmwvc_core.simulation.bulk.loop import OF_PACKET
+from pmwvc_core.simulation.bulk.book import OF_PACKET
 from pmwvc_core.simulation.bulk.run import Run
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.network_traces import fate_traces, taken_traces

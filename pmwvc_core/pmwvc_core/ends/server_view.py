@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server's end of a session as others see it, between steps."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
+from pmwvc_core.law.plant.task import Task, offset
+from pmwvc_core.law.server.energies import PortShown, environment_energies, port_shown
+from pmwvc_core.law.server.server_port import UserPort
+from pmwvc_core.law.server_step import Server
+from pmwvc_core.numeric import Value
+
+PRESENCES = tuple(Presence)  # by the numbers of the law
+
+
+class ServerView:
+    """What is read of a server: its state ``s``, parameters ``p`` and ``inboxes``."""
+
+    s: Server
+    p: Any
+    inboxes: Sequence[Inbox]
+    _task: Task
+    _accounts: Sequence[str]
+
+    @property
+    def period_s(self) -> float:
+        """Time of the present step [s]."""
+        return self.p.period_s  # type: ignore[no-any-return]
+
+    @property
+    def presence(self) -> list[Presence]:
+        """State of every user."""
+        return [PRESENCES[guest.presence] for guest in self.s.guests]
+
+    @property
+    def other_controller(self) -> int:
+        """Packets of another kind of controller, which are ignored."""
+        return sum(inbox.other_controller for inbox in self.inboxes)
+
+    @property
+    def flags(self) -> int:
+        """Flags of all packets."""
+        return self.inboxes[0].flags
+
+    @property
+    def x_o(self) -> Value:
+        """Position of the object [m]."""
+        return value(self.s.environment.body.x)
+
+    @property
+    def target_m(self) -> Value:
+        """Where the object is to be brought [m]."""
+        time_s = self.s.task_s
+        return value(offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task))
+
+    def avatar(self, user: int) -> tuple[Value, Value]:
+        """Return where a user's avatar is [m], and its force on the object [N]."""
+        port = self.s.environment.ports[user]
+        return value(port.x_s), value(port.avatar.f)
+
+    def offset(self, user: int) -> Value:
+        """Return how far an avatar is from its device without a force [m]."""
+        return value(self.s.environment.ports[user].offset)
+
+    def learned(self, user: int) -> float | None:
+        """Return (K T + 2B)/b of what a user touches, where its port learns it."""
+        p, s = self.p.environment, self.s.environment
+        return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
+
+    def _row(self) -> ServerRow:
+        """Return all of it, with the energies that the environment counts by name."""
+        p, e = self.p.environment, self.s.environment
+        kinetic, potential, *energies = environment_energies(p, e)
+        shown = [port_shown(p, e, user) for user in range(len(e.ports))]
+        return ServerRow(
+            value(e.body.x),
+            value(e.body.xd),
+            self.target_m,
+            kinetic,
+            potential,
+            e.dissipated_j,
+            [_port(port, seen) for port, seen in zip(e.ports, shown, strict=True)],
+            tuple(self.presence),
+            dict(zip(self._accounts, energies, strict=False)),
+        )
+
+
+def _port(port: UserPort, shown: PortShown) -> PortRow:
+    a = port.avatar
+    return PortRow(
+        value(port.x_s),
+        value(a.xd),
+        value(a.f),
+        value(a.u),
+        value(shown.v_s),
+        port.sums.u_j,
+        port.sums.v_j,
+        shown.touches,
+    )
