@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.law.plant.hand import RecordedHand, recorded_motion
 from pmwvc_core.numeric import Array
-from pmwvc_core.plant.forces import Setting
-from pmwvc_core.plant.hand import RecordedHand
+from pmwvc_core.plant.hands import Made
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.conditions import Conditions, place_of
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
 
@@ -79,11 +79,10 @@ def raised_cosine(run: Presses, tick_s: float) -> Array:
 def simulated(scenario: Scenario, motion: Array) -> SessionTraces:
     """Return the session of a hand that repeats a motion from where the device is [m]."""
     (user,) = scenario.users
-    half = scenario.server.object_size_m / 2
-    at = Setting(user.side, half, user.side * (half + GAP_M), scenario.tick_s, 1)
+    at, rows = place_of(user, scenario), motion[:, np.newaxis]
 
-    def hand() -> RecordedHand:
-        return RecordedHand(user.operator, motion[:, np.newaxis], at)
+    def hand() -> Made:
+        return RecordedHand(0), recorded_motion(user.operator, rows, at.start, at.tick_s)
 
     (traces,) = simulate([scenario], conditions=Conditions(hands={user.name: hand}))
     return traces

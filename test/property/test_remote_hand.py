@@ -8,14 +8,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.operators import TICK_S, Hand, device, driven
 
-from pmwvc_core.params import DeviceParams, OperatorParams
+from pmwvc_core.law.plant.remote_hand import (
+    FADE_S,
+    SILENT_S,
+    TAKE_S,
+    remote_params,
+    remote_target,
+    resting_remote,
+)
+from pmwvc_core.params import OperatorParams
 from pmwvc_core.params.user import RemoteHandParams
-from pmwvc_core.plant.devices import SimulatedDevice
-from pmwvc_core.plant.remote_hand import FADE_S, SILENT_S, TAKE_S, RemoteHand
-from pmwvc_core.plant.targets import GivenTargets
 
-TICK_S = 0.001
 TICKS = 700
 PARAMS = OperatorParams(kind="remote")
 arms = st.builds(
@@ -48,14 +53,8 @@ def arrivals(gaps):
     return [(tick, place) for tick, (_, place) in zip(ticks, gaps, strict=True)]
 
 
-def remote(params=PARAMS, targets=(), kind=RemoteHand, dof=1):
-    made = kind(params, start=0.0, tick_s=TICK_S, dof=dof)
-    made.source = GivenTargets(targets)
-    return made
-
-
-def device(mass=0.25, dof=1):
-    return SimulatedDevice(DeviceParams(mass=mass, workspace_m=1e6), tick_s=TICK_S, dof=dof)
+def remote(params=PARAMS, targets=(), before=None):
+    return Hand(driven(params, list(targets)), before=before)
 
 
 def held(start, end, place=0.0):
@@ -64,8 +63,8 @@ def held(start, end, place=0.0):
 
 
 def held_terms(hand, moving, params):
-    """Energy of the forces held over a tick (see plant.remote_hand)."""
-    grip = hand._grip_ratio
+    """Energy of the forces held over a tick (see law/plant/remote_hand.py)."""
+    grip = hand.remote.grip
     beta = params.grip_damping + params.grip_stiffness * TICK_S / 2
     square = grip * beta * (hand.yd - moving.xd) ** 2
     return 0.25 * TICK_S * (square + (1.0 - grip) * params.remote.brake * moving.xd**2)
@@ -76,8 +75,8 @@ def stored(hand, moving, params, mass):
     return (
         0.5 * mass * moving.xd**2
         + 0.5 * params.remote.mass * hand.yd**2
-        + 0.5 * hand._grip_ratio * params.grip_stiffness * (hand.y - moving.x) ** 2
-        + 0.5 * hand._arm_ratio * params.remote.stiffness * (hand.target - hand.y) ** 2
+        + 0.5 * hand.remote.grip * params.grip_stiffness * (hand.y - moving.x) ** 2
+        + 0.5 * hand.remote.pull * params.remote.stiffness * (hand.target - hand.y) ** 2
         - held_terms(hand, moving, params)
     )
 
@@ -91,7 +90,7 @@ def excess(hand, moving, params, mass, pushes):
         came = hand.effort_j - effort - f_m * (moving.x - x)
         now = stored(hand, moving, params, mass)
         made = max(made, (now - before - came) / (1.0 + abs(now) + abs(came)))
-        work = hand.work_j + hand._f_h * (moving.x - hand._x)
+        work = hand.work_j + hand.last_j(moving.x)
         left = work - hand.effort_j - held_terms(hand, moving, params)
         surplus = max(surplus, left / (1.0 + abs(work)))
     return made, surplus
@@ -110,24 +109,32 @@ def test_no_tick_makes_energy_and_work_never_exceeds_the_effort(params, mass, ga
     assert surplus <= 1e-9
 
 
-class Stiffening(RemoteHand):
+def holds(s, p):
+    """Whether the hand will hold the handle in the tick that starts."""
+    due = s.next < len(p.ticks) and p.ticks[s.next] <= s.tick
+    wanted = p.rows[s.next, 0] if due else 0.0
+    usable = math.isfinite(wanted) if due else s.hand.newest.usable
+    return usable and (s.hand.holding or s.hand.grip == s.hand.pull == 0.0)
+
+
+def stiffening(s, x, p):
     """The control: the spring of the grip stiffens as it is."""
+    hand, ratio = s.hand, s.hand.grip
+    if not holds(s, p) or ratio == 0.0:
+        return s
+    share = 1.0 - math.sqrt(ratio / min(1.0, ratio + p.hand.rise))  # what the law will take away
+    (y,), (target,) = hand.arm.y, hand.arm.target
+    longer = (y - share * x[0]) / (1.0 - share)
+    arm = hand.arm._replace(y=(longer,), target=(target - share * (x[0] - longer),))
+    return s._replace(hand=hand._replace(arm=arm))
 
-    def _change_grip(self, x, xd):
-        y, target = (x, x) if self._grip_ratio == 0.0 else (self.y, self.target)
-        super()._change_grip(x, xd)
-        if self.holding:
-            self.y, self.target = y, target
 
-
-class Naive(RemoteHand):
+def naive(s, x, p):
     """The control: the arm stays at the origin while nobody holds, and the grip closes at once."""
-
-    def _change_grip(self, x, xd):
-        if self.holding and self._grip_ratio == 0.0:
-            self.y = self.target = 0.0
-            self._grip_ratio = 1.0
-        super()._change_grip(x, xd)
+    if not holds(s, p) or s.hand.grip > 0.0:
+        return s
+    arm = s.hand.arm._replace(y=(0.0,), target=(0.0,))
+    return s._replace(hand=s.hand._replace(arm=arm, holding=True, grip=1.0, pull=1.0))
 
 
 def test_a_grip_that_closes_at_once_or_stiffens_as_it_is_makes_energy():
@@ -135,14 +142,14 @@ def test_a_grip_that_closes_at_once_or_stiffens_as_it_is_makes_energy():
     targets = [*held(0, 100), (100, None), *held(400, TICKS)]
     pushes = [-3.0 if 200 <= tick < 420 else 0.0 for tick in range(TICKS)]
     made = {
-        kind: excess(remote(targets=targets, kind=kind), device(), PARAMS, 0.25, pushes)
-        for kind in (RemoteHand, Stiffening, Naive)
+        kind: excess(remote(targets=targets, before=kind), device(0.25), PARAMS, 0.25, pushes)
+        for kind in (None, stiffening, naive)
     }
-    assert made[RemoteHand][0] <= 1e-12
-    assert made[RemoteHand][1] <= 0.0
-    assert made[Stiffening][0] > 1e-5
-    assert made[Naive][0] > 0.1
-    assert made[Naive][1] > 1e-2
+    assert made[None][0] <= 1e-12
+    assert made[None][1] <= 0.0
+    assert made[stiffening][0] > 1e-5
+    assert made[naive][0] > 0.1
+    assert made[naive][1] > 1e-2
 
 
 @settings(max_examples=40)
@@ -158,14 +165,14 @@ def test_energy_only_falls_once_nobody_holds(params, mass, place, release):
             now = stored(hand, moving, params, mass) - (hand.effort_j if tick else 0.0)
             assert now <= before + 1e-9 * (1.0 + abs(now))
             before = now
-    assert hand._grip_ratio == hand._arm_ratio == 0.0
+    assert hand.remote.grip == hand.remote.pull == 0.0
     free = hand.step(moving.x, moving.xd)
     assert free == pytest.approx(-params.remote.brake * moving.xd)
 
 
 def letting_go(targets, ticks, params=PARAMS, push=0.0):
     """Forces, speeds, and whether the handle was held, tick by tick."""
-    hand, moving = remote(params, targets), device()
+    hand, moving = remote(params, targets), device(0.25)
     rows = []
     for _ in range(ticks):
         f_h = hand.step(moving.x, moving.xd)
@@ -210,11 +217,11 @@ def test_force_has_no_step_however_targets_jump(gaps, push):
 def taken_again(kind):
     """The largest change of force in a tick where the handle is taken far from the first place."""
     targets = [*held(0, 100), (100, None), *held(400, 900)]
-    hand, moving = remote(targets=targets, kind=kind), device()
+    hand, moving = remote(targets=targets, before=kind), device(0.25)
     for tick in range(400):
         moving.step(hand.step(moving.x, moving.xd), -3.0 if tick > 200 else 0.0)
     assert abs(moving.x) > 0.05
-    forces = [hand._f_h]
+    forces = [hand.f_h[0]]
     for _ in range(4):
         forces.append(hand.step(moving.x, moving.xd))
         moving.step(forces[-1], 0.0)
@@ -223,8 +230,8 @@ def taken_again(kind):
 
 
 def test_taken_again_the_hand_begins_at_the_handle_however_far_it_is():
-    assert taken_again(RemoteHand) < 0.2
-    assert taken_again(Naive) > 10.0  # the control
+    assert taken_again(None) < 0.2
+    assert taken_again(naive) > 10.0  # the control
 
 
 def test_target_is_slewed_and_never_out_of_reach():
@@ -236,13 +243,13 @@ def test_target_is_slewed_and_never_out_of_reach():
     target, y = np.array(seen).T
     assert np.diff(target).max() <= PARAMS.remote.speed_m_s * TICK_S + 1e-12
     assert (target - y).max() == pytest.approx(PARAMS.remote.reach_n / PARAMS.remote.stiffness)
-    assert hand._f_h < PARAMS.remote.reach_n + 1e-9
+    assert hand.f_h[0] < PARAMS.remote.reach_n + 1e-9
 
 
 def test_several_axes_are_a_vector_and_not_axis_by_axis():
     """The limits hold for its length."""
-    place = np.array([0.3, 0.4, 0.0])
-    hand = remote(targets=held(0, 300, place), dof=3)
+    hand = Hand((resting_remote((0.0,) * 3), remote_params(PARAMS, TICK_S)), axes=3)
+    hand.s = remote_target(hand.s, (0.3, 0.4, 0.0))
     for _ in range(40):
         hand.step(np.zeros(3), np.zeros(3))
     course = hand.target / np.linalg.norm(hand.target)

@@ -14,7 +14,7 @@ import dataclasses
 import numpy as np
 from scipy.linalg import null_space
 
-from pmwvc_core.motion import motion
+from pmwvc_core.law.plant.motion import advanced, motion
 from support.law_rigs import Port, Users
 
 # Sums of squares, which no signal depends on while nothing limits a force, and ratios.
@@ -103,7 +103,8 @@ class IdentityLoop:
             port.s, (x, xd, _) = of_ports[i], devices[i]
             port.receive(self._through(links[2 * i + 1], answers[i]))
             for _ in range(user.master.rate_drop):
-                x, xd = self.motions[i].advance(x, xd, -port.tick(xd, x=x))
+                f = -port.tick(xd, x=x)
+                (x,), (xd,) = advanced((x,), (xd,), (f,), self.motions[i])
             after.append((x, xd, port.send()))
         ports = tuple(port.s for port in self.ports)
         return floats((self._of_server(), ports, tuple(after), tuple(map(tuple, links))))

@@ -12,11 +12,10 @@ import math
 
 import numpy as np
 
-from pmwvc_core.ends.forms import vector
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.law.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.law.port.counts import resting_counts
-from pmwvc_core.plant.forces import RecordedForce
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.stepped import SteppedSession
@@ -88,12 +87,13 @@ def simulated(of, forces, *, live=False, on_step=None):
         Conditions(schedule=LIVE) if live else Conditions(),
     )
     for user, row in zip(batch.users, forces, strict=True):
-        opened(user.loop, vector(user.device.x, of.dof))
+        opened(user.loop, user.device.s.x)
         for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
         push = row.reshape(len(row), -1)
         force = np.concatenate([np.zeros((SETTLED, push.shape[1])), push])
-        user.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=of.dof)
+        p = recorded_params(force, of.dof, repeat=False, early=False)
+        user.device.hand, user.device._of_hand = RecordedForce(0), p
     if on_step:
         noted = batch.time._on_step
         batch.time._on_step = lambda *row: (noted(*row), on_step(batch.server))

@@ -1,25 +1,92 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Operators and the devices that they move."""
+"""Hands and the devices that they move: the laws of ``law/plant`` with their state."""
+
+import math
 
 import numpy as np
 
+from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.law.plant.forces import hand_force, hand_hold
+from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.law.plant.targets import TableHand, TableParams
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
-from pmwvc_core.plant.devices import SimulatedDevice
-from pmwvc_core.plant.forces import Setting
-from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.plant.hands import Place, make_hand
 
 TICK_S = 0.001
 HALF = 0.03
 
 
+class Hand:
+    """A hand with its state; ``before(s, x, p)`` changes it before each tick."""
+
+    def __init__(self, made, axes=1, before=None):
+        self.s, self.p = made
+        self.axes, self._before = axes, before
+        self.work_j, self.x, self.f_h = 0.0, None, (0.0,) * axes
+
+    def step(self, x, xd):
+        x, xd = vector(x, self.axes), vector(xd, self.axes)
+        if self.x is not None:
+            self.work_j += np.dot(self.f_h, np.subtract(x, self.x))
+        if self._before:
+            self.s = self._before(self.s, x, self.p)
+        self.x = x
+        self.s, self.f_h = hand_force(self.s, x, xd, self.p)
+        return value(self.f_h)
+
+    def hold(self, x=0.0):
+        self.s, f_h = hand_hold(self.s, vector(x, self.axes), self.p)
+        return value(f_h)
+
+    remote = property(lambda self: getattr(self.s, "hand", self.s))
+    arm = property(lambda self: getattr(self.remote, "arm", self.remote))
+    y = property(lambda self: value(self.arm.y))
+    yd = property(lambda self: value(self.arm.yd))
+    target = property(lambda self: value(self.arm.target))
+    effort_j = property(lambda self: self.remote.effort_j)
+    holding = property(lambda self: self.remote.holding)
+
+    def last_j(self, x):
+        """The work of the tick just done, which the next step books."""
+        return np.dot(self.f_h, np.subtract(vector(x, self.axes), self.x))
+
+
+class Device:
+    """A simulated device with its state."""
+
+    def __init__(self, params, *, x=0.0, xd=0.0, dof=1, tick_s=TICK_S):
+        self.axes, self.p = dof, simulated_params(params, tick_s)
+        start = (x, *(0.0,) * (dof - 1)) if np.ndim(x) == 0 else vector(x, dof)
+        self.s = resting_device(start, self.p)._replace(xd=vector(xd, dof))
+
+    def step(self, f_h, f_m):
+        f_h, f_m = vector(f_h, self.axes), vector(f_m, self.axes)
+        self.s, _, _ = device_step(self.s, f_h, f_m, self.p)
+
+    def read(self):
+        return value(self.s.read_x), value(self.s.read_xd)
+
+    x = property(lambda self: value(self.s.x))
+    xd = property(lambda self: value(self.s.xd))
+    work = property(lambda self: (self.s.against_j, self.s.by_hand_j))
+
+
 def operator(kind, *, task="free", side=-1, start=None, dof=1, tick_s=TICK_S, **params):
     times = {"grip_s": 0.1, "grip_rise_s": 0.2, "move_s": 0.5, "move_rise_s": 0.5}
-    return make_operator(
-        OperatorParams(kind=kind, **params),
-        TaskParams(kind=task, **times),
-        Setting(side, HALF, side * HALF if start is None else start, tick_s, dof),
-    )
+    at = Place(side, HALF, side * HALF if start is None else start, tick_s, dof)
+    made = make_hand(OperatorParams(kind=kind, **params), TaskParams(kind=task, **times), at)
+    return Hand(made, dof)
+
+
+def driven(params, targets, *, start=0.0, early=False):
+    """State and parameters of a remote hand along one axis with (tick, target) in order."""
+    ticks = np.array([tick for tick, _ in targets], dtype=np.int64)
+    rows = [math.nan if target is None else target for _, target in targets]
+    rows = np.reshape(np.array(rows, dtype=float), (-1, 1))
+    p = TableParams(remote_params(params, TICK_S), ticks, rows, (0,), early)
+    return TableHand(resting_remote((start,)), 0, 0), p
 
 
 def forces(made, ticks, x=0.0, xd=0.0):
@@ -27,6 +94,4 @@ def forces(made, ticks, x=0.0, xd=0.0):
 
 
 def device(mass, *, x=0.0, dof=1):
-    made = SimulatedDevice(DeviceParams(mass=mass, workspace_m=1e6), tick_s=TICK_S, dof=dof)
-    made.place(x)
-    return made
+    return Device(DeviceParams(mass=mass, workspace_m=1e6), x=x, dof=dof)

@@ -6,26 +6,25 @@ import dataclasses
 
 import numpy as np
 import pytest
+from support.operators import TICK_S, Device
 
+from pmwvc_analysis.budget.moving import damper_heat, device_account
 from pmwvc_core.account import Account, Passage
 from pmwvc_core.controllers.accounts import CONTACTS
-from pmwvc_core.motion import damper_heat, motion
+from pmwvc_core.law.plant.motion import advanced, motion
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.devices import SimulatedDevice, device_account
 
-TICK_S = 0.001
 DEVICE = DeviceParams(mass=0.3, damping=2.0, workspace_m=0.02)
 
 
 def driven(params, dof):
     """A device under changing forces that meets its stops: motion and forces per tick."""
     random = np.random.default_rng(dof)
-    plant = SimulatedDevice(params, tick_s=TICK_S, dof=dof)
+    plant = Device(params, dof=dof)
     f_h, f_m = 8.0 * random.standard_normal((2, 400, dof)).cumsum(axis=1) / 20.0
     x, xd = [np.zeros(dof)], [np.zeros(dof)]
     for hand, force in zip(f_h, f_m, strict=True):
-        one = (float(hand[0]), float(force[0])) if dof == 1 else (hand, force)
-        plant.step(*one)
+        plant.step(hand, force)
         x.append(np.atleast_1d(plant.x).copy())
         xd.append(np.atleast_1d(plant.xd).copy())
     return np.array(x), np.array(xd), f_h, f_m, plant
@@ -55,9 +54,7 @@ def test_a_device_accounts_for_one_tick_as_for_a_trace(dof, hand):
     )
     for row in (0, 57, 399):
         values = [x[row], xd[row], x[row + 1], xd[row + 1], f_h[row], f_m[row]]
-        if dof == 1:
-            values = [float(value[0]) for value in values]
-        before_x, before_xd, after_x, after_xd, by_hand, by_controller = values
+        before_x, before_xd, after_x, after_xd, by_hand, by_controller = np.array(values)[:, None]
         one = device_account(
             DEVICE,
             TICK_S,
@@ -67,14 +64,16 @@ def test_a_device_accounts_for_one_tick_as_for_a_trace(dof, hand):
             by_controller,
         )
         for whole, single in zip(trace, one, strict=True):
-            np.testing.assert_allclose(whole[row], single, rtol=1e-12, atol=1e-18)
+            np.testing.assert_allclose(whole[row], single[0], rtol=1e-12, atol=1e-18)
 
 
 def test_the_heat_of_a_damper_is_what_the_forces_lose():
     mass, damping, period, xd, force = 0.2, 3.0, 0.01, 0.4, -2.0
-    moved, after = motion(mass, damping, period).advance(0.0, xd, force)
+    (moved,), (after,) = advanced((0.0,), (xd,), (force,), motion(mass, damping, period))
     lost = force * moved - 0.5 * mass * (after**2 - xd**2)
-    assert damper_heat(mass, damping, period, xd, force) == pytest.approx(lost, rel=1e-9)
+    assert damper_heat(
+        mass, damping, period, *np.array([[[xd]], [[force]]])
+    ).item() == pytest.approx(lost, rel=1e-9)
 
 
 def test_an_account_adds_up():

@@ -9,13 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import integrate, signal
+from support.operators import TICK_S, Device
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.motion import SERIES_BELOW, motion
+from pmwvc_core.law.plant.motion import SERIES_BELOW, motion
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.devices import SimulatedDevice
 
-TICK_S = 0.001
 masses = st.floats(0.01, 10.0)
 dampings = st.one_of(st.just(0.0), st.floats(1e-9, 1e4))
 forces = st.floats(-20.0, 20.0)
@@ -23,10 +22,8 @@ speeds = st.floats(-2.0, 2.0)
 
 
 def device(*, tick_s=TICK_S, dof=1, x=0.0, xd=0.0, **params):
-    made = SimulatedDevice(DeviceParams(**{"workspace_m": 1e3} | params), tick_s=tick_s, dof=dof)
-    made.place(x)
-    made.xd = xd + 0.0 * made.xd
-    return made
+    params = DeviceParams(**{"workspace_m": 1e3} | params)
+    return Device(params, x=x, xd=xd, dof=dof, tick_s=tick_s)
 
 
 @given(masses, dampings, forces, speeds)
@@ -42,10 +39,10 @@ def test_a_tick_is_the_zero_order_hold_of_mass_and_damper(mass, damping, force, 
 
 
 def test_the_coefficients_have_no_seam_where_series_and_closed_form_meet():
-    z = SERIES_BELOW * np.array([[1.0 - 1e-9], [1.0], [1.0 + 1e-9]])
-    f_x = np.asarray(motion(1.0, z, 1.0).f_x).ravel()
+    z = SERIES_BELOW * np.array([1.0 - 1e-9, 1.0, 1.0 + 1e-9])
+    f_x = np.array([motion(1.0, each, 1.0).f_x for each in z])
     np.testing.assert_allclose(f_x, f_x[1], rtol=1e-9)
-    np.testing.assert_allclose(f_x, ((z + np.expm1(-z)) / z**2).ravel(), rtol=1e-13)
+    np.testing.assert_allclose(f_x, (z + np.expm1(-z)) / z**2, rtol=1e-13)
 
 
 def test_without_damping_a_constant_force_gives_a_parabola():
@@ -150,13 +147,12 @@ def test_a_stop_takes_all_of_the_motion_and_gives_none(force, xd, x):
 
 def test_a_device_cannot_start_outside_its_workspace():
     with pytest.raises(ParameterError, match=r"0\.3.*outside its workspace of \+-0\.2 m"):
-        SimulatedDevice(DeviceParams(), tick_s=TICK_S, dof=1).place(0.3)
+        Device(DeviceParams(), x=0.3)
 
 
 def test_the_encoder_shows_the_nearest_step():
-    made = device(encoder_step_m=0.01)
     for x, shown in ((0.0149, 0.01), (0.0151, 0.02), (-0.0149, -0.01), (-0.0151, -0.02)):
-        made.place(x)
+        made = device(encoder_step_m=0.01, x=x)
         assert made.read() == (pytest.approx(shown), 0.0)
     assert made.x == -0.0151
 
@@ -169,8 +165,7 @@ def test_a_difference_of_readings_is_the_mean_velocity_of_the_tick():
         speeds.append(made.read()[1])
     true = 4.0 * TICK_S * (np.arange(5) + 0.5)
     np.testing.assert_allclose(speeds, true, rtol=1e-9)
-    made.place(0.5)
-    assert made.read() == (0.5, 0.0)
+    assert device(velocity="euler", x=0.5).read() == (0.5, 0.0)
 
 
 def test_a_coarse_encoder_makes_a_difference_of_whole_steps():
@@ -184,41 +179,6 @@ def test_a_coarse_encoder_makes_a_difference_of_whole_steps():
     assert np.mean(steps) == pytest.approx(0.3, abs=0.01)
 
 
-def test_a_place_along_one_axis_leaves_the_others_at_zero():
-    made = device(dof=3)
-    made.place(0.1)
-    np.testing.assert_array_equal(made.x, [0.1, 0.0, 0.0])
-    made.place(np.array([0.1, 0.2, 0.3]))
-    np.testing.assert_array_equal(made.x, [0.1, 0.2, 0.3])
-    made.place(np.array([[0.1], [0.2]]))
-    np.testing.assert_array_equal(made.x, [[0.1, 0.0, 0.0], [0.2, 0.0, 0.0]])
-
-
-def test_a_batch_is_its_runs_side_by_side():
-    rng = np.random.default_rng(11)
-    rows = [
-        {"mass": 0.1, "damping": 0.0, "friction": 0.0, "workspace_m": 0.05},
-        {"mass": 0.5, "damping": 4.0, "friction": 0.4, "workspace_m": 0.2},
-        {"mass": 0.2, "damping": 1e-6, "friction": 1.0, "workspace_m": 0.01},
-    ]
-    steps = (0.0, 1e-4, 1e-5)
-    rows = [row | {"encoder_step_m": step} for row, step in zip(rows, steps, strict=True)]
-    stacked = {name: np.array([[row[name]] for row in rows]) for name in rows[0]}
-    batch = device(velocity="euler", **stacked)
-    singles = [device(velocity="euler", **row) for row in rows]
-    for force in 3.0 * rng.standard_normal((400, 3, 1)):
-        batch.step(force, 0.2)
-        for single, push in zip(singles, force[:, 0], strict=True):
-            single.step(float(push), 0.2)
-        np.testing.assert_allclose(
-            np.ravel(batch.x), [single.x for single in singles], rtol=1e-12, atol=1e-15
-        )
-        np.testing.assert_allclose(
-            np.ravel(batch.read()[1]), [s.read()[1] for s in singles], rtol=1e-9, atol=1e-9
-        )
-    assert all(isinstance(single.x, float) for single in singles)
-
-
 def turned(points, angle):
     cosine, sine = math.cos(angle), math.sin(angle)
     return points @ np.array([[cosine, sine], [-sine, cosine]])
@@ -226,9 +186,7 @@ def turned(points, angle):
 
 def rubbed(angle, *, steps=400, friction=0.3):
     """Return the path of a device in a plane under forces that are turned by an angle."""
-    made = SimulatedDevice(
-        DeviceParams(mass=0.2, damping=0.5, friction=friction), tick_s=TICK_S, dof=2
-    )
+    made = Device(DeviceParams(mass=0.2, damping=0.5, friction=friction), dof=2)
     rng = np.random.default_rng(4)
     path = []
     for force in np.repeat(rng.normal(0.0, 0.5, (steps // 20, 2)), 20, axis=0):
@@ -264,8 +222,7 @@ def test_friction_in_a_plane_only_takes_energy_and_no_more_than_it_can(
 ):
     mass = 0.3
     params = DeviceParams(mass=mass, damping=0.0, friction=friction, workspace_m=1e3)
-    made = SimulatedDevice(params, tick_s=TICK_S, dof=2)
-    made.xd = xd * np.random.default_rng(seed).normal(size=2)
+    made = Device(params, xd=xd * np.random.default_rng(seed).normal(size=2), dof=2)
     for _ in range(20):
         push = np.array([one, two])
         before, start = 0.5 * mass * made.xd @ made.xd, made.x

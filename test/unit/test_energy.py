@@ -18,7 +18,7 @@ from pmwvc_analysis.budget.energy import (
     running,
     user_energies,
 )
-from pmwvc_core.motion import motion
+from pmwvc_core.law.plant.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
 
 PER_TICK = "time_s tick x_m xd_m f_h f_m f_applied u_m u_m_lp v_m lateness_s compute_s".split()
@@ -268,11 +268,11 @@ def true_motion(user, scenario):
     """Where the device of a user really was: its motion under the recorded forces."""
     known = next(each for each in scenario.users if each.name == user.name)
     device = known.device
-    advance = motion(device.mass, device.damping, user.tick_s).advance
+    p = motion(device.mass, device.damping, user.tick_s)
     x, xd, found = known.side * (scenario.server.object_size_m / 2 + known.contact.gap_m), 0.0, []
     for force in (user.f_h - user.f_applied)[:, 0].tolist():
         found.append(x)
-        x, xd = advance(x, xd, force)
+        (x,), (xd,) = advanced((x,), (xd,), (force,), p)
     return np.array([*found, x])
 
 

@@ -12,6 +12,7 @@ from geometry_msgs.msg import PointStamped
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Bool
 from support import plain as scenarios
+from support.operators import driven
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.hand_targets import hand_targets, is_of_hand
@@ -19,8 +20,6 @@ from pmwvc_analysis.recording.mcap.salvage import RawMessage
 from pmwvc_analysis.replay.hands import remote_hand
 from pmwvc_analysis.replay.run import replay, reproduced
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.plant.remote_hand import RemoteHand
-from pmwvc_core.plant.targets import GivenTargets
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import HandTargets
@@ -79,9 +78,8 @@ def pulled(scenario):
     places = [-0.03 + 0.01 * (tick > 1000) for tick in ticks]
 
     def hand():
-        made = RemoteHand(scenario.users[0].operator, start=-0.03, tick_s=0.001, dof=1)
-        made.source = GivenTargets(zip(ticks, places, strict=True), early=True)
-        return made
+        targets = list(zip(ticks, places, strict=True))
+        return driven(scenario.users[0].operator, targets, start=-0.03, early=True)
 
     traces = simulate_one(scenario, Conditions(hands={"user1": hand}))
     position = np.zeros((len(ticks), 3))
@@ -110,11 +108,9 @@ def test_targets_stay_at_their_ticks_behind_a_pause_of_the_loop():
     )
     ran_ns = 1_000_000 * np.arange(800)
     ran_ns[100:350] = -1
-    hand = remote_hand(scenario.users[0], recorded, ran_ns, tick_s=0.001, dof=1)
-    came = [bool(hand.source.take()) for _ in range(300)]
+    _, table = remote_hand(scenario.users[0], recorded, ran_ns, tick_s=0.001, dof=1)
     made_up_for = 99
-    assert came.index(True) == 100 + made_up_for + 50
-    assert sum(came) == 1
+    assert list(table.ticks) == [100 + made_up_for + 50]
 
 
 def test_a_live_sessions_changes_of_parameters_are_replayed_but_for_what_is_set():

@@ -34,7 +34,7 @@ class LocalPort:
         self.s = resting_local(self.p, 1)
 
     def offer(self, x=0.0):
-        self.s, v0, gain = local_offer(self.s, (x,), self.p, self.b)
+        self.s, v0, (gain,) = local_offer(self.s, (x,), self.p, self.b)
         return v0[0], gain
 
     def step(self, u):

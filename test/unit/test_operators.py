@@ -12,6 +12,7 @@ from scipy import signal
 from support.operators import HALF, TICK_S, device, forces, operator
 
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.law.plant.hand import grip_force
 from pmwvc_core.params import TaskParams
 
 device_masses = st.floats(0.05, 1.0)
@@ -61,7 +62,7 @@ def test_work_is_force_times_displacement():
 
 
 def energies(hand, moving, params, device_mass):
-    """Return kinetic and grip-spring energy, less that of the held damper (see plant.hand)."""
+    """Return kinetic and grip-spring energy, less that of the held damper (law/plant/hand.py)."""
     e, w = hand.y - moving.x, hand.yd - moving.xd
     beta = params["grip_damping"] + params["grip_stiffness"] * TICK_S / 2
     return (
@@ -77,8 +78,8 @@ def energies(hand, moving, params, device_mass):
 def test_grip_and_arm_change_their_energy_by_exactly_what_dampers_take(params, mass, pushes):
     """With the target at rest, what the device's own force brings is all that comes in."""
     hand, moving = operator("hand", start=0.0, side=-1, **params), device(mass)
-    hand._face, hand._gap = 0.0, 0.0
-    hand.target = hand._aim(0)
+    hand.p = hand.p._replace(face=(0.0,), gap=(0.0,))
+    hand.s = hand.s._replace(target=(0.0,))
     for f_m in pushes:
         before = energies(hand, moving, params, mass)
         x, y, w = moving.x, hand.y, hand.yd - moving.xd
@@ -113,9 +114,10 @@ def radius(force, arm_mass, device_mass):
 def test_a_grip_without_damper_keeps_its_energy_where_a_spring_held_naively_gains(
     mass, grip_stiffness
 ):
-    grip = operator("hand", grip_stiffness=grip_stiffness, grip_damping=0.0)._grip
+    grip = operator("hand", grip_stiffness=grip_stiffness, grip_damping=0.0).p.grip
     # Two eigenvalues at 1 (free motion, a double root) are known to about the root of rounding.
-    assert radius(grip.force, 0.8, mass) < 1.0 + 1e-7
+    held = radius(lambda lead, rate: grip_force((lead,), (rate,), grip)[0], 0.8, mass)
+    assert held < 1.0 + 1e-7
     naive = radius(lambda lead, rate: grip_stiffness * lead, 0.8, mass)
     assert naive > 1.0 + 0.2 * grip_stiffness * TICK_S**2 / mass
 
@@ -125,7 +127,7 @@ def test_a_hand_left_alone_comes_to_rest_and_does_no_lasting_work(params, mass):
     params = params | {"stiffness": 50.0 + params["stiffness"], "damping": 5.0 + params["damping"]}
     params |= {"grip_stiffness": 100.0 + params["grip_stiffness"], "grip_damping": 5.0}
     hand, moving = operator("hand", **params), device(mass, x=-HALF)
-    moving.xd = 0.3
+    moving.s = moving.s._replace(xd=(0.3,))
     start = 0.5 * mass * 0.3**2
     for _ in range(6000):
         moving.step(hand.step(moving.x, moving.xd), 0.0)
@@ -146,14 +148,9 @@ def test_a_hand_at_work_gives_no_more_than_its_effort(params, mass, side, seed):
     for f_m in rng.normal(0.0, 3.0, 300).cumsum() * 0.1:
         moving.step(hand.step(moving.x, moving.xd), f_m)
         w = hand.yd - moving.xd
-        held_j = 0.25 * beta * TICK_S * w**2  # the grip's, see plant.hand
-        given_now = hand.work_j + dot_last(hand, moving)
+        held_j = 0.25 * beta * TICK_S * w**2  # the grip's, see law/plant/hand.py
+        given_now = hand.work_j + hand.last_j(moving.x)
         assert given_now <= hand.effort_j + held_j + 1e-9 * (1.0 + abs(hand.effort_j))
-
-
-def dot_last(hand, moving):
-    """Return the work of the tick just done, which the hand books with its next step."""
-    return hand._f_h * (moving.x - hand._x)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -209,24 +206,6 @@ def test_a_hand_in_three_axes_works_along_the_first():
         f = hand.step(np.array([-HALF, 0.0, 0.0]), np.zeros(3))
         np.testing.assert_allclose(f, [single.step(-HALF, 0.0), 0.0, 0.0], atol=1e-15)
     assert hand.effort_j == pytest.approx(single.effort_j)
-
-
-@pytest.mark.parametrize("kind", ["constant", "sinusoid", "chirp", "hand"])
-def test_a_batch_is_its_runs_side_by_side(kind):
-    rows = [
-        {"force": f, "frequency_hz": 3.0 * f, "squeeze": f, "mass": f, "grip_stiffness": 300.0 * f}
-        for f in (0.5, 1.0, 2.0)
-    ]
-    stacked = {name: np.array([[row[name]] for row in rows]) for name in rows[0]}
-    batch = operator(kind, task="carry", **stacked)
-    singles = [operator(kind, task="carry", **row) for row in rows]
-    rng = np.random.default_rng(5)
-    for x, xd in rng.normal(0.0, 0.01, (600, 2)):
-        together = batch.step(np.full((3, 1), x), np.full((3, 1), xd))
-        alone = [single.step(x, xd) for single in singles]
-        np.testing.assert_allclose(np.ravel(together), alone, rtol=1e-12, atol=1e-15)
-        assert all(isinstance(f, float) for f in alone)
-    np.testing.assert_allclose(np.ravel(batch.work_j), [s.work_j for s in singles], rtol=1e-9)
 
 
 def test_forces_on_floats_stay_floats():

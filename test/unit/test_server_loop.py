@@ -8,9 +8,9 @@ import pytest
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
+from pmwvc_core.law.plant.task import offset, task_of
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
-from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING, Packer
@@ -211,7 +211,7 @@ def test_the_target_rests_until_all_are_there():
     assert rig.loop.protocol.target_m == 0.0
     rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
     moving_s = round(0.5 / PERIOD_S) * PERIOD_S - SOFT_START_S
-    expected = Task(TASK).offset(moving_s, dof=1)
+    (expected,) = offset(moving_s, task_of(TASK, 1))
     assert rig.loop.protocol.target_m == pytest.approx(expected, rel=1e-9)
     assert expected > 0.0
 

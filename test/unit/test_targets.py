@@ -6,28 +6,25 @@ import math
 
 import numpy as np
 import pytest
+from support.operators import HALF, operator
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import OperatorParams, TaskParams
-from pmwvc_core.plant.forces import Setting
-from pmwvc_core.plant.operators import make_operator
-
-TICK_S = 0.001
-HALF = 0.03
 
 
 def remote(*, dof=1, task="free", **params):
-    times = {"grip_s": 0.1, "grip_rise_s": 0.2, "move_s": 0.5, "move_rise_s": 0.5}
-    return make_operator(
-        OperatorParams(kind="remote", **params),
-        TaskParams(kind=task, **times),
-        Setting(-1, HALF, -HALF - 0.01, TICK_S, dof),
-    )
+    return operator("remote", task=task, start=-HALF - 0.01, dof=dof, **params)
 
 
 def taken(hand, ticks):
-    """Targets by the tick at which they come."""
-    return {tick: found for tick in range(ticks) if (found := list(hand.source.take()))}
+    """The newest target by the tick at which it comes, None where it lets go."""
+    found = {}
+    for tick in range(ticks):
+        hand.step(0.0, 0.0)
+        newest = hand.remote.newest
+        if newest.age == 0:
+            found[tick] = newest.wanted if newest.usable else None
+    return found
 
 
 def file(tmp_path, text):
@@ -40,17 +37,17 @@ def test_a_file_gives_its_targets_at_their_times_and_nan_lets_go(tmp_path):
     params = file(tmp_path, "time_s,x\n0.0,0.01\n0.0035,20e-3\n0.0035,0.03\n0.010,nan\n")
     found = taken(remote(**params, scale=2.0, offset=0.001), 20)
     assert found == {
-        0: [pytest.approx(0.021)],
-        4: [pytest.approx(0.041), pytest.approx(0.061)],
-        10: [None],
+        0: (pytest.approx(0.021),),
+        4: (pytest.approx(0.061),),  # the last of two
+        10: None,
     }
 
 
 def test_a_file_with_a_column_per_axis_or_one_for_the_first(tmp_path):
     params = file(tmp_path, "time_s,x,y\n0.0,0.01,0.02\n")
-    (target,) = taken(remote(**params, dof=2, columns="x,y"), 1)[0]
+    target = taken(remote(**params, dof=2, columns="x,y"), 1)[0]
     np.testing.assert_allclose(target, [0.01, 0.02])
-    (target,) = taken(remote(**params, dof=3, columns="y"), 1)[0]
+    target = taken(remote(**params, dof=3, columns="y"), 1)[0]
     np.testing.assert_allclose(target, [0.02, 0.0, 0.0])
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pmwvc_core.law.plant.task import closing, minimum_jerk, offset, task_of
 from pmwvc_core.params import TaskParams
-from pmwvc_core.plant.task import Task, minimum_jerk
 
 STEP_S = 1e-6
 tasks = st.builds(
@@ -36,34 +36,35 @@ def _slope(value, at):
 
 
 def test_carrying_goes_there_and_back_with_pauses():
-    task = Task(TaskParams(kind="carry", move_s=4.0, distance_m=0.05, move_rise_s=3.0, rest_s=1.0))
+    params = TaskParams(kind="carry", move_s=4.0, distance_m=0.05, move_rise_s=3.0, rest_s=1.0)
+    task = task_of(params, 1)
     at = {0.0: 0.0, 4.0: 0.0, 5.5: 0.025, 7.0: 0.05, 7.9: 0.05, 9.5: 0.025, 11.0: 0.0, 15.0: 0.05}
     for time_s, place in at.items():
-        assert task.offset(time_s, dof=1) == pytest.approx(place, abs=1e-12), time_s
-    slopes = [_slope(lambda at: task.offset(at, dof=1), time_s) for time_s in (5.5, 9.5)]
+        assert offset(time_s, task)[0] == pytest.approx(place, abs=1e-12), time_s
+    slopes = [_slope(lambda at: offset(at, task)[0], time_s) for time_s in (5.5, 9.5)]
     assert slopes == pytest.approx([0.05 * 1.875 / 3.0, -0.05 * 1.875 / 3.0])
 
 
 @given(tasks, st.floats(0.0, 40.0))
 def test_the_target_stays_on_its_way_and_hands_close_once(params, time_s):
-    task = Task(params)
+    task = task_of(params, 1)
     low, high = sorted((0.0, params.distance_m))
-    assert low - 1e-12 <= task.offset(time_s, dof=1) <= high + 1e-12
-    closing = [task.closing(t) for t in np.linspace(0.0, time_s, 20)]
-    assert all(0.0 <= share <= 1.0 for share in closing)
-    assert closing == sorted(closing)
+    assert low - 1e-12 <= offset(time_s, task)[0] <= high + 1e-12
+    closed = [closing(t, task) for t in np.linspace(0.0, time_s, 20)]
+    assert all(0.0 <= share <= 1.0 for share in closed)
+    assert closed == sorted(closed)
 
 
 def test_in_several_axes_the_way_is_a_straight_line():
-    task = Task(TaskParams(kind="carry", distance_m=0.05, sideways_m=-0.02))
+    params = TaskParams(kind="carry", distance_m=0.05, sideways_m=-0.02)
     for time_s in (0.0, 5.0, 6.3, 20.0):
-        along = task.offset(time_s, dof=1)
-        np.testing.assert_allclose(task.offset(time_s, dof=3), [along, -0.4 * along, 0.0])
+        (along,) = offset(time_s, task_of(params, 1))
+        np.testing.assert_allclose(offset(time_s, task_of(params, 3)), [along, -0.4 * along, 0.0])
 
 
 @pytest.mark.parametrize(("kind", "closes"), [("free", 0.0), ("hold", 1.0), ("carry", 1.0)])
 def test_only_carrying_moves_and_a_free_hand_does_not_close(kind, closes):
-    task = Task(TaskParams(kind=kind))
-    assert task.closing(100.0) == closes
-    moved = any(task.offset(time_s, dof=1) for time_s in np.linspace(0.0, 30.0, 100))
+    task = task_of(TaskParams(kind=kind), 1)
+    assert closing(100.0, task) == closes
+    moved = any(offset(time_s, task)[0] for time_s in np.linspace(0.0, 30.0, 100))
     assert moved == (kind == "carry")

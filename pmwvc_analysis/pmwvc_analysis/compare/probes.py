@@ -26,9 +26,10 @@ import numpy as np
 
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import untouched
+from pmwvc_core.law.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.numeric import Array
-from pmwvc_core.plant.forces import Operator, RecordedForce
+from pmwvc_core.plant.hands import Made
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
@@ -44,7 +45,7 @@ AT_REST, BACK = 0.02, 0.05  # of the step: motion in the last second, distance o
 START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
 
-Make = Callable[[], Operator]
+Make = Callable[[], Made]
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,10 @@ def _roomy(scenario: Scenario) -> Scenario:
     return dataclasses.replace(scenario, users=users, task=task, changes="", disturbances="")
 
 
+def _pushed(force: Array, axes: int) -> Made:
+    return RecordedForce(0), recorded_params(force, axes, repeat=False, early=False)
+
+
 def _responses(
     scenario: Scenario, forces: dict[str, Array], duration_s: float
 ) -> tuple[Array, Array] | None:
@@ -152,8 +157,9 @@ def _responses(
     None where the session diverged or never began.
     """
     forces = {name: force.reshape(len(force), -1) for name, force in forces.items()}
-    of_force = partial(RecordedForce, repeat=False, tick_s=scenario.tick_s, dof=scenario.dof)
-    hands: dict[str, Make] = {name: partial(of_force, force) for name, force in forces.items()}
+    hands: dict[str, Make] = {
+        name: partial(_pushed, force, scenario.dof) for name, force in forces.items()
+    }
     of = dataclasses.replace(scenario, duration_s=duration_s)
     user = simulate_one(of, Conditions(hands=hands)).users[0]
     applied, x = user.f_h[:, 0], user.x_m[:, 0]

@@ -5,17 +5,18 @@
 import numpy as np
 
 from pmwvc_analysis.replay.loop_times import tick_numbers
+from pmwvc_core.ends.simulated_device import CATCH_UP_S
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.numeric import Flags, Integers, signal
-from pmwvc_core.plant.devices import CATCH_UP_S
-from pmwvc_core.plant.forces import ForceOnRecord, Operator
-from pmwvc_core.plant.remote_hand import RemoteHand, Target
-from pmwvc_core.plant.targets import GivenTargets
+from pmwvc_core.law.plant.forces import RecordedForce, recorded_params
+from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.law.plant.targets import TableHand, TableParams
+from pmwvc_core.numeric import Flags, Integers
+from pmwvc_core.plant.hands import Made
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 
-def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: int) -> Operator:
+def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: int) -> Made:
     """Return the recorded force, tick for tick; RecordingError where there is none.
 
     The force in ticks that did not run is interpolated; ``ran_ns`` is negative for these.
@@ -30,12 +31,13 @@ def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: in
     rows = np.stack([np.interp(every, at, axis) for axis in force.T], axis=-1)
     recorded = at < len(ran_ns)
     rows[at[recorded]] = force[recorded]
-    return ForceOnRecord(rows[_passing(ran_ns, tick_s)], tick_s=tick_s, dof=dof)
+    rows = rows[_passing(ran_ns, tick_s)]
+    return RecordedForce(0), recorded_params(rows, dof, repeat=False, early=True)
 
 
 def remote_hand(
     user: User, traces: SessionTraces, ran_ns: Integers, *, tick_s: float, dof: int
-) -> Operator:
+) -> Made:
     """Return the remote hand with recorded targets, each at the first tick that ran after its
     arrival; RecordingError for a replay: it has none.
     """
@@ -44,27 +46,21 @@ def remote_hand(
             f"{user.name}: a {traces.source} session holds no targets of a remote hand; replay "
             "the recording that it was made from"
         )
-    hand = RemoteHand(user.operator, start=0.0, tick_s=tick_s, dof=dof)
     found = traces.targets.get(user.name)
-    if found is None:
-        hand.source = GivenTargets([], early=True)
-        return hand
-    ran = np.flatnonzero(ran_ns >= 0)
-    rows = np.searchsorted(ran_ns[ran], np.rint(found.time_s * 1e9))
-    taken = rows < len(ran)
-    passed = np.cumsum(_passing(ran_ns, tick_s)) - 1
-    ticks = passed[ran[rows[taken]]].tolist()
-    targets: list[Target] = [
-        signal(point[:dof].tolist(), dof) if np.isfinite(point[:dof]).all() else None
-        for point in found.position[taken]
-    ]
-    hand.source = GivenTargets(zip(ticks, targets, strict=True), early=True)
-    return hand
+    ticks, rows = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
+    if found is not None:
+        ran = np.flatnonzero(ran_ns >= 0)
+        next_ran = np.searchsorted(ran_ns[ran], np.rint(found.time_s * 1e9))
+        taken = next_ran < len(ran)
+        passed = np.cumsum(_passing(ran_ns, tick_s)) - 1
+        ticks, rows = passed[ran[next_ran[taken]]], found.position[taken, :dof]
+    p = TableParams(remote_params(user.operator, tick_s), ticks, rows, tuple(range(dof)), True)
+    return TableHand(resting_remote((0.0,) * dof), 0, 0), p
 
 
 def _passing(ran_ns: Integers, tick_s: float) -> Flags:
     """Tell in which ticks of the session a hand moves: those that ran, and after each as many that
-    did not as a simulated device makes up for (:data:`pmwvc_core.plant.devices.CATCH_UP_S`).
+    did not as a simulated device makes up for (``CATCH_UP_S``).
     """
     ran, every = ran_ns >= 0, np.arange(len(ran_ns))
     latest = np.maximum.accumulate(np.where(ran, every, -1))

@@ -30,7 +30,7 @@ from pmwvc_analysis.traces.stages import stages as stages_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.numeric import Integers
-from pmwvc_core.plant.forces import Operator
+from pmwvc_core.plant.hands import Made
 from pmwvc_core.scenario.changes import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions, Steps
@@ -85,7 +85,7 @@ def prescription(
     if traces.live:
         replayed, changed = _with_changes(recorded, replayed, stages, ran_ns, steps)
         notes += changed
-    makers: dict[str, Callable[[], Operator]] = {}
+    makers: dict[str, Callable[[], Made]] = {}
     for user, trace in zip(replayed.users, users, strict=True):
         if hands[user.name] == "force":
             make = partial(recorded_force, trace)

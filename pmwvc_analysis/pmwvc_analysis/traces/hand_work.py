@@ -24,10 +24,12 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.sums import ran_s, up_to
+from pmwvc_core.law.plant.device import Device, device_step, simulated_params
+from pmwvc_core.law.vectors import zero
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.traces import UserTraces
+from pmwvc_core.unrolled import unrolled
 
 SAME_RELATIVE = 1e-9
 SAME_J = 1e-12
@@ -125,19 +127,15 @@ def true_motion(user: UserTraces, params: DeviceParams) -> TrueMotion | None:
     """Return the motion of a device whose sensors show another; None where it cannot be told."""
     if not complete(user) or not np.isfinite(user.f_h).all():
         return None
-    dof = user.x_m.shape[-1]
-    plant = SimulatedDevice(params, tick_s=user.tick_s, dof=dof)
-    plain = dof == 1
-    plant.x = float(user.x_m[0, 0]) if plain else user.x_m[0].copy()
-    plant.xd = 0.0 * plant.x
-    hand = user.f_h[:, 0].tolist() if plain else list(user.f_h)
-    force = user.f_applied[:, 0].tolist() if plain else list(user.f_applied)
-    x, xd = [plant.x], [plant.xd]
-    for f_h, f in zip(hand, force, strict=True):
-        plant.step(f_h, f)
-        x.append(plant.x)
-        xd.append(plant.xd)
-    found = TrueMotion(np.reshape(x, (-1, dof)), np.reshape(xd, (-1, dof)))
+    first = tuple(user.x_m[0].tolist())
+    rest, p = zero(first), simulated_params(params, user.tick_s)
+    s, step = Device(first, rest, first, rest, 0.0, 0.0), unrolled(device_step, len(first))
+    x, xd = [s.x], [s.xd]
+    for f_h, f in zip(user.f_h.tolist(), user.f_applied.tolist(), strict=True):
+        s, _, _ = step(s, f_h, f, p)
+        x.append(s.x)
+        xd.append(s.xd)
+    found = TrueMotion(np.array(x), np.array(xd))
     off = found.x[:-1] - user.x_m
     if (np.ptp(off, axis=0) > float(params.encoder_step_m) + ROUNDING_M).any():
         return None

@@ -12,11 +12,11 @@ from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.assembly import user_end_of
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
-from pmwvc_core.plant.forces import Setting
-from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server import environments
+from pmwvc_core.simulation.conditions import place_of
 
 # Of a core, with a force loop of 1 kHz: a master takes 12 to 25 %, its share of server, emulator
 # and recorder up to 15 %.
@@ -88,12 +88,8 @@ def _require_device(name: str) -> None:
 
 
 def _problems(user: User, scenario: Scenario) -> Iterator[str]:
-    half = float(scenario.server.object_size_m) / 2.0
-
     def operator() -> None:
-        start = user.side * (half + float(user.contact.gap_m))
-        at = Setting(user.side, half, start, scenario.tick_s, scenario.dof)
-        make_operator(user.operator, scenario.task, at)
+        make_hand(user.operator, scenario.task, place_of(user, scenario))
 
     def master() -> None:
         user_end_of(scenario, scenario.users.index(user))

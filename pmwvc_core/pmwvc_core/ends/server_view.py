@@ -9,11 +9,11 @@ from typing import Any
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
+from pmwvc_core.law.plant.task import Task, offset
 from pmwvc_core.law.server.energies import PortShown, environment_energies, port_shown
 from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.numeric import Value
-from pmwvc_core.plant.task import Task
 
 PRESENCES = tuple(Presence)  # by the numbers of the law
 
@@ -25,7 +25,6 @@ class ServerView:
     p: Any
     inboxes: Sequence[Inbox]
     _task: Task
-    _dof: int
     _accounts: Sequence[str]
 
     @property
@@ -57,7 +56,7 @@ class ServerView:
     def target_m(self) -> Value:
         """Where the object is to be brought [m]."""
         time_s = self.s.task_s
-        return self._task.offset(max(time_s, 0.0) if time_s < math.inf else 0.0, dof=self._dof)
+        return value(offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task))
 
     def avatar(self, user: int) -> tuple[Value, Value]:
         """Return where a user's avatar is [m], and its force on the object [N]."""

@@ -85,7 +85,7 @@ def _filters(s: Any, p: Any, q: Any, new: MasterParams, anew: bool) -> tuple[Any
     near, force = s.near, s.force
     if anew:
         near, force = _counting_on(rest.near, near), _counting_on(rest.force, force)
-    return Filtered(near, _bank(s.far, p.far, q.far), force, s.held, s.gain), q
+    return Filtered(near, _bank(s.far, p.far, q.far), force, s.held, s.gains), q
 
 
 def _counting_on(rest: Any, before: Any) -> Any:

@@ -15,7 +15,7 @@ from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
 from pmwvc_core.law.port.local_model import acts_of, spring_damper
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
-from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
+from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, same_gain
 from pmwvc_core.law.port.strict_state import (
     Node,
     StrictEnergies,
@@ -53,6 +53,9 @@ def made_impedance(b: Any) -> Any:
         _rows(twice.matrix),
         _rows(over.matrix),
         tuple(range(len(b.values))),
+        tuple(b.values.tolist()),
+        _rows(b.axes.T),
+        _rows(b.axes),
     )
 
 
@@ -99,14 +102,11 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
 
 def _local(master: MasterParams, b: Any) -> Any:
     """Return the parameters of the local model behind an impedance."""
-    if isinstance(b, MatrixImpedance):
-        raise ParameterError(
-            f"bank.kind = {master.bank.kind}: must be none where master.impedance couples the axes"
-        )
     local = master.local_model
     if not local.is_plugin:
         return spring_damper(local, master.tick_s)
-    return PluggedLocalParams(local, b.b, acts_of(local), local.begins_m, master.tick_s)
+    matched = sum(b.values) / len(b.values)
+    return PluggedLocalParams(local, matched, acts_of(local), local.begins_m, master.tick_s)
 
 
 def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothing:
@@ -119,7 +119,7 @@ def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothi
         near = (resting_complementary if splits else resting_exact)(axes, p.near)
     far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
     force = resting_in_force(axes, p.force) if master.velocity_filter.in_force else NOTHING
-    return Filtered(near, far, force, (0.0,) * axes, 0.0)
+    return Filtered(near, far, force, (0.0,) * axes, same_gain(p.impedance, 0.0))
 
 
 def resting_waves(

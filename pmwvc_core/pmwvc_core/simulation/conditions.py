@@ -9,13 +9,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pmwvc_core.ends.simulated_device import SimulatedDevice
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.plant.devices import SimulatedDevice
-from pmwvc_core.plant.forces import Operator, Setting
-from pmwvc_core.plant.operators import make_operator
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.plant.hands import Made, Place, make_hand
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.ticks import Ticks
 
 
@@ -55,7 +54,7 @@ class Conditions:
     links
         Makes the link of one direction, ``user1/up``.
     hands
-        Makes the operator of a user.
+        Makes the hand of a user: state and parameters of its law.
     """
 
     schedule: FrameSchedule = AT_ONCE
@@ -63,7 +62,7 @@ class Conditions:
     ran_ns: Mapping[str, Integers] = field(default_factory=dict)
     steps: Steps | None = None
     links: Mapping[str, Callable[[], RecordedLink]] = field(default_factory=dict)
-    hands: Mapping[str, Callable[[], Operator]] = field(default_factory=dict)
+    hands: Mapping[str, Callable[[], Made]] = field(default_factory=dict)
 
     def ticks_of(self, name: str, *, ticks: int, tick_ns: int) -> Ticks:
         """Return the ticks of a user's loop in a session of so many."""
@@ -79,17 +78,20 @@ class Conditions:
         missed = np.setdiff1d(every[ran[0] :], ran)
         return Ticks(first, int(ran[0]), times, frozenset(missed.tolist()))
 
-    def device_and_hand(self, scenario: Scenario, index: int) -> tuple[SimulatedDevice, Operator]:
+    def device_of(self, scenario: Scenario, index: int) -> SimulatedDevice:
         """Return device and hand of the user with a number (from 0), where a session begins."""
-        user, dof, tick_s = scenario.users[index], scenario.dof, scenario.tick_s
-        half = scenario.server.object_size_m / 2
-        start = user.side * (half + user.contact.gap_m)
-        device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
-        device.place(start)
-        if hand := self.hands.get(user.name):
-            return device, hand()
-        at = Setting(user.side, half, start, tick_s, dof)
-        return device, make_operator(user.operator, scenario.task, at)
+        user = scenario.users[index]
+        at = place_of(user, scenario)
+        own = self.hands.get(user.name)
+        hand = own() if own else make_hand(user.operator, scenario.task, at)
+        return SimulatedDevice(user.device, hand, at.start, tick_s=at.tick_s)
 
 
 FROM_SCENARIO = Conditions()
+
+
+def place_of(user: User, scenario: Scenario) -> Place:
+    """Return where a user's hand is: its device starts in front of its face of the object."""
+    half_m = scenario.server.object_size_m / 2
+    start_m = user.side * (half_m + user.contact.gap_m)
+    return Place(user.side, half_m, start_m, scenario.tick_s, scenario.dof)

@@ -79,10 +79,8 @@ class SteppedSession:
         buffer.write_ticks(frame)
         if frame.ends is not None:
             loop = user.loop
-            given_j, by_hand_j = (float(np.sum(each)) for each in user.device.work)
-            buffer.write_block(
-                frame.ends, loop.report(), (given_j, by_hand_j), changes=loop.changes
-            )
+            work = user.device.s.against_j, user.device.s.by_hand_j
+            buffer.write_block(frame.ends, loop.report(), work, changes=loop.changes)
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
         server = self.server

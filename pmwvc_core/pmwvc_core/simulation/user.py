@@ -6,9 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pmwvc_core.ends.assembly import user_end_of
-from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.ends.simulated_device import CATCH_UP_S
 from pmwvc_core.numeric import Value
-from pmwvc_core.plant.devices import CATCH_UP_S
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.links import links_of
@@ -34,7 +33,7 @@ class SimulatedUser:
         self.settings = user = scenario.users[index]
         self.loop: Any = user_end_of(scenario, index, schedule=conditions.schedule)
         self.up, self.down = links_of(scenario, index, (inbox, self.loop.inbox), conditions.links)
-        self.device, self.operator = conditions.device_and_hand(scenario, index)
+        self.device = conditions.device_of(scenario, index)
         tick_ns = round(scenario.tick_s * 1e9)
         self.ticks = conditions.ticks_of(user.name, ticks=ticks, tick_ns=tick_ns)
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
@@ -42,7 +41,6 @@ class SimulatedUser:
         self._live = conditions.schedule.answer_s > 0.0
         self._acts = False
         self._f: Value = 0.0  # of the last tick [N]
-        self._sample = DeviceSample(*self.device.read())
 
     def send(self, until_ns: int) -> bool:
         """Send the packet of a frame that starts by an instant [ns]; tell whether a tick is due by
@@ -51,12 +49,11 @@ class SimulatedUser:
         ticks = self.ticks
         if not ticks.are_due(until_ns):
             return False
-        device, operator, sample = self.device, self.operator, self._sample
         for _ in ticks.passing(self._catch_up):
-            f_h = operator.step(device.x, device.xd) if self._acts else operator.hold()
-            sample.x, sample.xd = device.step(f_h, self._f)
+            self.device.sense(self._acts)
+            self.device.step(self._f)
         now_ns = ticks.at_ns[ticks.next]
-        packet = self.loop.start_frame(ticks.next - ticks.first, now_ns, sample)
+        packet = self.loop.start_frame(ticks.next - ticks.first, now_ns, self.device.sample)
         if packet is not None:
             self.up.send(packet, now_ns)
         return True
@@ -71,7 +68,7 @@ class SimulatedUser:
 
     def _advance(self, ticks: range, times_ns: Sequence[int]) -> list[Value]:
         """Run ticks of one frame; return their signals."""
-        device, operator, sample, loop = self.device, self.operator, self._sample, self.loop
+        device, loop = self.device, self.loop
         first, acts = self.ticks.first, self._acts
         numbers = range(ticks.start - first, ticks.stop - first)
         packets: Sequence[WavePacket] = ()
@@ -80,14 +77,13 @@ class SimulatedUser:
         for number, now_ns in zip(numbers, times_ns, strict=True):
             if not acts:
                 acts = loop.coupled or (loop.ready and not self._live)
-            # The hand is in touch with the device itself, not with its encoder.
-            sample.f_h = f_h = operator.step(device.x, device.xd) if acts else operator.hold()
+            sample = device.sense(acts)
             if due_ns is not None and due_ns <= now_ns:
                 packets = self.down.collect(now_ns)
                 due_ns = self.down.link.next_due_ns
             f, _, row = loop.tick(number, now_ns, sample, packets)
             packets = ()
-            sample.x, sample.xd = device.step(f_h, f)
+            device.step(f)
             values += row
         self._f, self._acts = f, acts or loop.coupled
         return values

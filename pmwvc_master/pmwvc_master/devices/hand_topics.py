@@ -14,9 +14,9 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Bool
 
+from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import signal
-from pmwvc_core.plant.remote_hand import Target
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_master.devices import cdr
 
@@ -28,11 +28,9 @@ HAND_QOS = QoSProfile(
 
 
 class HandTopics:
-    """See :class:`pmwvc_core.plant.remote_hand.TargetSource`; topics are relative to the node's.
-    ParameterError where a point cannot hold that many axes.
+    """A :class:`pmwvc_core.ends.simulated_device.TargetSource`; topics are relative to the
+    node's. ParameterError where a point cannot hold that many axes.
     """
-
-    early = True
 
     def __init__(self, node: Node, *, dof: int) -> None:
         if dof > MOST_AXES:

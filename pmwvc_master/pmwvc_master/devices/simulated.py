@@ -4,22 +4,20 @@
 
 Time passes on the loop's grid: a read advances the device from the last read to now, tick by
 tick, with the force written last held. A tick that the loop missed passes too, as it would on a
-real device, but not more than ``CATCH_UP_S`` at once (:mod:`pmwvc_core.plant.devices`).
+real device, but not more than ``CATCH_UP_S`` at once.
 """
 
+from pmwvc_core.ends.simulated_device import CATCH_UP_S
+from pmwvc_core.ends.simulated_device import SimulatedDevice as Plant
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
-from pmwvc_core.plant.devices import CATCH_UP_S
-from pmwvc_core.plant.devices import SimulatedDevice as Plant
-from pmwvc_core.plant.forces import Setting
-from pmwvc_core.plant.operators import make_operator
-from pmwvc_core.plant.remote_hand import RemoteHand
+from pmwvc_core.plant.hands import Place, make_hand
 from pmwvc_master.devices.hand_topics import HandTopics
 from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
 
 
 class SimulatedDevice:
-    """A mass with a hand; see :mod:`pmwvc_core.plant` for the equations of both."""
+    """A mass with a hand; see :mod:`pmwvc_core.law.plant` for the equations of both."""
 
     def __init__(self, setup: DeviceSetup) -> None:
         self.info = DeviceInfo(
@@ -34,40 +32,28 @@ class SimulatedDevice:
         )
         self._tick_ns = round(setup.tick_s * 1e9)
         self._catch_up = max(1, round(CATCH_UP_S / setup.tick_s))
-        self._plant = Plant(setup.device, tick_s=setup.tick_s, dof=setup.dof)
-        self._plant.place(setup.start_m)
-        at = Setting(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)
-        self._operator = make_operator(setup.operator, setup.task, at)
-        hand = self._operator
-        if isinstance(hand, RemoteHand) and setup.node is not None and not setup.operator.file:
-            hand.source = HandTopics(setup.node, dof=setup.dof)
+        at = Place(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)
+        hand = make_hand(setup.operator, setup.task, at)
+        self._plant = Plant(setup.device, hand, at.start, tick_s=at.tick_s)
+        if setup.node is not None and setup.operator.from_outside:
+            self._plant.listen(HandTopics(setup.node, dof=setup.dof))
         self._coupled = False
         self._f_m: Value = 0.0
         self._last_ns: int | None = None
-        self._sample = DeviceSample()
 
     def open(self) -> None:
         """Nothing to open."""
 
     def read(self, due_ns: int) -> DeviceSample:
         """Let the time up to ``due_ns`` pass, then return state and hand force."""
-        sample = self._sample
         if self._last_ns is not None:
             ticks = (due_ns - self._last_ns + self._tick_ns // 2) // self._tick_ns
             for missed in range(min(ticks, self._catch_up)):
                 if missed:
-                    self._sense(sample)
-                self._plant.step(sample.f_h, self._f_m)
+                    self._plant.sense(self._coupled)
+                self._plant.step(self._f_m)
         self._last_ns = due_ns
-        self._sense(sample)
-        return sample
-
-    def _sense(self, sample: DeviceSample) -> None:
-        """Note the state at the start of a tick, and what the hand does during it."""
-        sample.x, sample.xd = x, xd = self._plant.read()
-        sample.work = self._plant.work
-        operator = self._operator
-        sample.f_h = operator.step(x, xd) if self._coupled else operator.hold()
+        return self._plant.sense(self._coupled)
 
     def write(self, f_m: Value) -> None:
         """Hold the force until the next tick."""

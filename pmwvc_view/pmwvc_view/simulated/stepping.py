@@ -10,9 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.frame.rows import SIGNALS, ServerRow
 from pmwvc_core.numeric import Array, Value
-from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.ticks import Frame
@@ -28,8 +29,6 @@ _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
 class PageTargets:
     """The targets that a page gives to a hand: the newest one [m], once; None: it is open."""
-
-    early = True
 
     def __init__(self) -> None:
         self._new: list[Target] = []
@@ -61,9 +60,9 @@ class Simulation:
         self._users, self.tick_ns = self._time.users, self._time.tick_ns
         self.targets: dict[str, PageTargets] = {}
         for user in self._users:
-            if isinstance(user.operator, RemoteHand) and not user.settings.operator.file:
-                self.targets[user.settings.name] = source = PageTargets()
-                user.operator.source = source
+            source = PageTargets()
+            if user.device.listen(source):
+                self.targets[user.settings.name] = source
         self.tick = 0
 
     def run(self, until_tick: int) -> None:
@@ -90,10 +89,10 @@ class Simulation:
         """Return the target of every remote hand that is closed, by column [m]."""
         found: dict[str, Value | None] = {}
         for user in self._users:
-            if isinstance(user.operator, RemoteHand):
+            if hand := user.device.remote:
                 source = self.targets.get(user.settings.name)
-                followed = user.operator.target if source is None else source.newest
-                found[f"{user.settings.name}.target"] = followed if user.operator.holding else None
+                followed = value(hand.arm.target) if source is None else source.newest
+                found[f"{user.settings.name}.target"] = followed if hand.holding else None
         return found
 
     def _show_step(self, _: int, now_ns: int, row: ServerRow) -> None:
@@ -123,7 +122,7 @@ class Simulation:
         if self._waves:
             kept = {name: _one(value) for name, value in report.accounts.items()}
             up, down = ways(_one(report.u_m), _one(report.u_tx), _one(report.v_m), kept)
-        sums = MasterSums(times[-1], self._epoch, up, down, _one(user.device.work[0]))
+        sums = MasterSums(times[-1], self._epoch, up, down, user.device.s.against_j)
         block = Block(
             start_ns=times[0],
             period_ns=self.tick_ns,

@@ -14,8 +14,8 @@ force acts: one of the motions that are no instability (:mod:`.rigid`).
 from typing import Protocol
 
 import numpy as np
+from oracle.linear_model.motion import motion
 
-from pmwvc_core.motion import motion
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import DeviceParams
 

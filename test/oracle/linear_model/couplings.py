@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from oracle.linear_model.blocks import column
+from oracle.linear_model.motion import motion
 
 from pmwvc_core.law.server import sampled
-from pmwvc_core.motion import motion
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ServerParams
 

@@ -31,6 +31,13 @@ hand_hold = Family(
 )  # (s, x, p) -> (s, f_h [N]) while there is nothing to do yet
 
 
+def hand_step(s: Any, x: Vector, xd: Vector, acts: bool, p: Any) -> tuple[Any, Vector]:
+    """Return the force of a hand that acts, or waits, over the tick that starts now [N]."""
+    if acts:
+        return hand_force(s, x, xd, p)
+    return hand_hold(s, x, p)
+
+
 class ConstantForce(NamedTuple):
     """The same force along axis 0 all the time."""
 

@@ -39,7 +39,7 @@ from pmwvc_core.law.wave.cascade import (
     resting_cascade,
     sections_of,
 )
-from pmwvc_core.law.wave.wave import wave_j
+from pmwvc_core.law.wave.wave import along, wave_j
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.design.bank_design import bank_filters
 
@@ -110,12 +110,16 @@ def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
 
 
 @port_filters.part_offer.member(Bank)
-def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector, float]:
-    local, v0, gain = local_offer(s.local, x, p.local, impedance)
+def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector, Vector]:
+    local, v0, gains = local_offer(s.local, x, p.local, impedance)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
-    answer = plus(down, scaled(plus(v0, scaled(up, gain)), gain_of(p.high_down)))
+    answer = plus(down, scaled(plus(v0, along(impedance, gains, up)), gain_of(p.high_down)))
     s = s._replace(local=local)
-    return s, answer, gain * (gain_of(p.high_up) * gain_of(p.high_down))
+    return s, answer, each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
+
+
+def _through(gain: float, of_filters: float) -> float:
+    return gain * of_filters
 
 
 @port_filters.part_up.member(Bank)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, each, plus, scaled, squared, zero
-from pmwvc_core.law.wave.wave import Impedance, free_velocity, wave_v, wave_velocity
+from pmwvc_core.law.wave.wave import along, free_velocity, wave_v, wave_velocity
 from pmwvc_core.params import LocalModelParams
 
 EVERYWHERE, ABOVE, BELOW = 0, 1, 2
@@ -62,22 +62,26 @@ local_stored_j = Family("local_stored_j")  # (s, p) -> energy held [J]
 changed_local = Family("changed_local")  # (s, old p, p) -> s: other parameters from here on
 
 
-def local_offer(s: Any, device_x: Vector, p: Any, b: Impedance) -> tuple[Any, Vector, float]:
-    """Return v0 [sqrt(W)] and g of the answer v0 + g u2."""
+def local_offer(s: Any, device_x: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector]:
+    """Return v0 [sqrt(W)] and g of the answer v0 + g u2, for each eigenvalue of b."""
     s = local_offered(s, device_x, p)
-    ratio = 1.0 + s.slope / b.b
-    v0 = each(_over, (wave_v(b, zero(s.f0), s.f0),), ratio)
-    return s, v0, 2.0 / ratio - 1.0
+    shares = each(_share, (b.values,), s.slope)
+    v0 = along(b, shares, wave_v(b, zero(s.f0), s.f0))
+    return s, v0, each(_reflection, (shares,))
 
 
-def _over(a: float, b: float) -> float:
-    return a / b
+def _share(b: float, slope: float) -> float:
+    return 1.0 / (1.0 + slope / b)
 
 
-def local_answer(s: Any, u2: Vector, p: Any, b: Impedance) -> tuple[Any, Vector]:
+def _reflection(share: float) -> float:
+    return 2.0 * share - 1.0  # (b - G)/(b + G)
+
+
+def local_answer(s: Any, u2: Vector, p: Any, b: Any) -> tuple[Any, Vector]:
     """Take the wave of the tick; return the one that comes back [sqrt(W)]."""
     loose = plus(s.f0, scaled(free_velocity(b, u2), s.slope))
-    f = each(_over, (loose,), 1.0 + s.slope / b.b)
+    f = along(b, each(_share, (b.values,), s.slope), loose)
     xd, v2 = wave_velocity(b, u2, f), wave_v(b, u2, f)
     return local_moved(s, f, xd if s.there else zero(xd), p), v2
 

@@ -144,7 +144,7 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     if f != s.f_m or deficit_j > 0.0:
         # The difference is formed from the two forces, so that equal forces cancel exactly.
         missing = 2.0 * dot(minus(f, s.f_m), s.xd) - deficit_j / half_s
-        u_m, v_m, deficit = wave_shortened(s.filters, u_m, v_m, missing)
+        u_m, v_m, deficit = wave_shortened(s.filters, u_m, v_m, missing, p.impedance)
         deficit_j = deficit * half_s
     spent, came = wave_j(u_m, p.tick_s), wave_j(v_m, p.tick_s)
     energies = PlainEnergies(e.u_m + spent, e.u_tx, e.v_rx, e.v_m + came, deficit_j)

@@ -3,7 +3,7 @@
 """The filters between a device and its wave port, and the loop through them.
 
 A filter lets through w of the returning wave v, and answers the outgoing wave u_m within the tick,
-with v0 + g u_m, |g| < 1, so that
+with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
 
     v_m = w + v0 + g u_m,   u_m = (sqrt(2b) xd - w - v0)/(1 + g)
 
@@ -16,12 +16,12 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts, passed
-from pmwvc_core.law.vectors import Vector, dot, plus, scaled, squared, zero
-from pmwvc_core.law.wave.wave import wave_u
+from pmwvc_core.law.vectors import Vector, dot, each, plus, scaled, squared, zero
+from pmwvc_core.law.wave.wave import along, wave_u
 
 
 def _wave_shortened(
-    s: Any, u_m: Vector, v_m: Vector, missing: float
+    s: Any, u_m: Vector, v_m: Vector, missing: float, impedance: Any
 ) -> tuple[Vector, Vector, float]:
     """Shorten u_m to |u|^2 <= |u_m|^2 + missing."""
     natural = squared(u_m)
@@ -33,8 +33,25 @@ def _wave_shortened(
     return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
 
 
-def _no_answer(s: Any, x: Vector, p: Any, impedance: Any) -> tuple[Any, Vector, float]:
-    return s, zero(x), 0.0
+def _no_answer(s: Any, x: Vector, p: Any, impedance: Any) -> tuple[Any, Vector, Vector]:
+    return s, zero(x), same_gain(impedance, 0.0)
+
+
+def same_gain(impedance: Any, gain: float) -> Vector:
+    """Return a gain for each eigenvalue of an impedance."""
+    return each(_same, (impedance.values,), gain)
+
+
+def _same(value: float, gain: float) -> float:
+    return gain
+
+
+def _both(gain: float, other: float) -> float:
+    return gain + other
+
+
+def _closed(gain: float) -> float:
+    return gain / (1.0 + gain)
 
 
 # (s, v, x, xd, p, impedance) -> (s, v_m): the wave at the port, with the answer to its own u_m
@@ -42,13 +59,13 @@ answered = Family("answered", passed)
 force_velocity = Family(
     "force_velocity", passed
 )  # (s, xd, p, impedance) -> (s, velocity for the force)
-# (s, u_m, v_m, missing) -> (u_m, v_m, deficit): the longest wave that is paid for with so much
-# more than twice its own power [W], and what is not paid for then
+# (s, u_m, v_m, missing, impedance) -> (u_m, v_m, deficit): the longest wave that is paid for with
+# so much more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened", _wave_shortened)
 filters_energies = Family("filters_energies", no_accounts)  # (s, p) -> those of its parts [J]
 filters_up = Family("filters_up", passed)  # (s, u, p) -> (s, what of the outgoing wave goes on)
 part_down = Family("part_down", passed)  # (s, v, p) -> (s, what it lets through of the wave)
-# (s, x, p, impedance) -> (s, v0, g): its answer v0 + g u to the wave of the tick
+# (s, x, p, impedance) -> (s, v0, gains): its answer v0 + g u to the wave of the tick
 part_offer = Family("part_offer", _no_answer)
 part_up = Family(
     "part_up", passed
@@ -63,14 +80,14 @@ part_velocity = Family(
 
 class Filtered(NamedTuple):
     """A port with filters: that nearest to the device, the other one, and that of the force's
-    velocity; what is in v_m whatever u_m is, and the gain of their answer.
+    velocity; what is in v_m whatever u_m is, and the gains of their answer.
     """
 
     near: Any
     far: Any
     force: Any
     held: Vector  # w + v0 [sqrt(W)]
-    gain: float
+    gains: Vector
 
 
 class FilteredParams(NamedTuple):
@@ -87,13 +104,13 @@ def _filtered(
     s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, impedance: Any
 ) -> tuple[Filtered, Vector]:
     far, v = part_down(s.far, v, p.far)
-    far, answer, gain = part_offer(far, x, p.far, impedance)
+    far, answer, gains = part_offer(far, x, p.far, impedance)
     near, v = part_down(s.near, v, p.near)
-    near, own, slope = part_offer(near, x, p.near, impedance)
-    held, gain = plus(v, plus(answer, own)), gain + slope
+    near, own, others = part_offer(near, x, p.near, impedance)
+    held, gains = plus(v, plus(answer, own)), each(_both, (gains, others))
     natural = wave_u(impedance, xd, held)
-    v_m = plus(held, scaled(natural, gain / (1.0 + gain)))
-    return Filtered(near, far, s.force, held, gain), v_m
+    v_m = plus(held, along(impedance, each(_closed, (gains,)), natural))
+    return Filtered(near, far, s.force, held, gains), v_m
 
 
 @force_velocity.member(Filtered)
@@ -106,12 +123,12 @@ def _filtered_velocity(
 
 @wave_shortened.member(Filtered)
 def _filtered_shortened(
-    s: Filtered, u_m: Vector, v_m: Vector, missing: float
+    s: Filtered, u_m: Vector, v_m: Vector, missing: float, impedance: Any
 ) -> tuple[Vector, Vector, float]:
     """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + twice the power: that is
     a s^2 - 2 c s <= p with a = |u|^2 - |g u|^2 > 0, c = w . g u.
     """
-    answer = scaled(u_m, s.gain)
+    answer = along(impedance, s.gains, u_m)
     a, c = squared(u_m) - squared(answer), dot(s.held, answer)
     most = a - 2.0 * c + missing  # without what is missing: what p has to be for s = 1
     ratio = 1.0
@@ -119,7 +136,7 @@ def _filtered_shortened(
         ratio = c + math.sqrt(max(c * c + a * most, 0.0))
         ratio = max(min(ratio / a if a > 0.0 else ratio, 1.0), 0.0)
     u_m = scaled(u_m, ratio)
-    v_m = plus(s.held, scaled(u_m, s.gain))
+    v_m = plus(s.held, along(impedance, s.gains, u_m))
     return u_m, v_m, max((a * ratio - 2.0 * c) * ratio - most, 0.0)
 
 

@@ -103,8 +103,9 @@ def _exact_down(s: Exact, v: Vector, p: VelocityParams) -> tuple[Exact, Vector]:
 @port_filters.part_offer.member(Exact)
 def _exact_offer(
     s: Exact, x: Vector, p: VelocityParams, impedance: Any
-) -> tuple[Exact, Vector, float]:
-    return s, scaled(each(rest_of, (s.high,), p.high), p.share), p.share * gain_of(p.high)
+) -> tuple[Exact, Vector, Vector]:
+    gains = port_filters.same_gain(impedance, p.share * gain_of(p.high))
+    return s, scaled(each(rest_of, (s.high,), p.high), p.share), gains
 
 
 @port_filters.part_up.member(Exact)
@@ -134,10 +135,11 @@ def _complementary_down(
 @port_filters.part_offer.member(Complementary)
 def _complementary_offer(
     s: Complementary, x: Vector, p: VelocityParams, impedance: Any
-) -> tuple[Complementary, Vector, float]:
+) -> tuple[Complementary, Vector, Vector]:
     gain = gain_of(p.high)
+    gains = port_filters.same_gain(impedance, p.share * gain * gain)
     first, second = each(rest_of, (s.first,), p.high), each(rest_of, (s.second,), p.high)
-    return s, scaled(plus(scaled(first, gain), second), p.share), p.share * gain * gain
+    return s, scaled(plus(scaled(first, gain), second), p.share), gains
 
 
 @port_filters.part_up.member(Complementary)

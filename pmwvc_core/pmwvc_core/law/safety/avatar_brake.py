@@ -49,7 +49,7 @@ def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
     return MatrixImpedance(
         each(scaled, (p.b,), n), each(scaled, (p.inverse,), 1.0 / n),
         each(scaled, (p.root_2b,), root), each(scaled, (p.root_2_over_b,), 1.0 / root),
-        p.numbers,
+        p.numbers, scaled(p.values, n), p.to_axes, p.from_axes,
     )  # fmt: skip
 
 

@@ -18,28 +18,29 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.vectors import Vector, dot, each, minus, scaled, squared
+from pmwvc_core.law.vectors import Vector, dot, each, minus, scaled, squared, times
 
 
 class Impedance(NamedTuple):
-    """One wave impedance b [N s/m] for all axes, and its roots."""
+    """One wave impedance b [N s/m] for all axes, its roots, and its only eigenvalue."""
 
     b: float
     root_2b: float
     root_2_over_b: float
+    values: Vector
 
 
 def impedance(b: float) -> Impedance:
     """Return the impedance b [N s/m] with its roots."""
-    return Impedance(b, math.sqrt(2.0 * b), math.sqrt(2.0 / b))
+    return Impedance(b, math.sqrt(2.0 * b), math.sqrt(2.0 / b), (b,))
 
 
 Rows = tuple[Vector, ...]
 
 
 class MatrixImpedance(NamedTuple):
-    """A symmetric positive wave impedance B [N s/m], by rows: itself, its inverse, its roots; and
-    the numbers of the axes, 0, 1 ...
+    """A symmetric positive wave impedance B [N s/m], by rows: itself, its inverse, its roots; the
+    numbers of the axes, 0, 1 ...; its eigenvalues, and the matrices to and from its own axes.
     """
 
     b: Rows
@@ -47,6 +48,9 @@ class MatrixImpedance(NamedTuple):
     root_2b: Rows
     root_2_over_b: Rows
     numbers: tuple[int, ...]
+    values: Vector
+    to_axes: Rows
+    from_axes: Rows
 
 
 def applied(matrix: Rows, a: Vector) -> Vector:
@@ -58,6 +62,7 @@ damper = Family("damper")  # (impedance, xd) -> b xd [N]
 rooted = Family("rooted")  # (impedance, a) -> sqrt(2b) a
 free_velocity = Family("free_velocity")  # (impedance, u) -> xd [m/s] of one that touches nothing
 loaded = Family("loaded")  # (impedance, free, f) -> xd [m/s] of one that bears a force, free - f/b
+along = Family("along")  # (impedance, gains, a) -> a with a gain for each eigenvalue
 
 
 @damper.member(Impedance)
@@ -83,6 +88,16 @@ def _loaded(p: Impedance, free: Vector, f: Vector) -> Vector:
 def loaded_axis(free: float, f: float, b: float) -> float:
     """Return free - f/b along an axis [m/s]."""
     return free - f / b
+
+
+@along.member(Impedance)
+def _along(p: Impedance, gains: Vector, a: Vector) -> Vector:
+    return scaled(a, gains[0])
+
+
+@along.member(MatrixImpedance)
+def _matrix_along(p: MatrixImpedance, gains: Vector, a: Vector) -> Vector:
+    return applied(p.from_axes, times(applied(p.to_axes, a), gains))
 
 
 @damper.member(MatrixImpedance)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.plant.device import device_step
-from pmwvc_core.law.plant.forces import hand_force, hand_hold
+from pmwvc_core.law.plant.forces import hand_step
 from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
 from pmwvc_core.law.port.sensing import Sample
 from pmwvc_core.law.server_step import Answer, Guest, GuestParams, Server, server_step
@@ -172,10 +172,8 @@ def _ran(
 ) -> End:  # fmt: skip
     """Run a tick of a user's loop and device."""
     device, acts = s.device, s.acts or s.user.limits.fading.ready
-    if acts:  # the hand is in touch with the device itself, not with its encoder
-        hand, f_h = hand_force(s.hand, device.x, device.xd, p.hand)
-    else:
-        hand, f_h = hand_hold(s.hand, device.x, p.hand)
+    # The hand is in touch with the device itself, not with its encoder.
+    hand, f_h = hand_step(s.hand, device.x, device.xd, acts, p.hand)
     sample = Sample(device.read_x, device.read_xd, True, now_ns)
     user, out = user_tick(s.user, tick, now_ns, sample, packets, p.user)
     u_m, u_m_lp, v_m = port_signals(user.port)

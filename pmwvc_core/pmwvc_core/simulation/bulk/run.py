@@ -11,11 +11,12 @@ from pmwvc_core.law.plant.device import resting_device, simulated_params
 from pmwvc_core.made.server import of_library, resting_server, server_params
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
-from pmwvc_core.plant.hands import Place, make_hand
+from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
 from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
 from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_of, plan_of
+from pmwvc_core.simulation.conditions import place_of
 
 SIGNALS = 8  # of a tick
 OF_BLOCK = 4 + 21  # cause, interventions, work; energies of a port at most
@@ -70,12 +71,11 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
 
 
 def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
-    user, axes, tick_s = scenario.users[number], scenario.dof, scenario.tick_s
+    user, axes = scenario.users[number], scenario.dof
     of: dict[str, Any] = {"controller": scenario.controller, "packet_s": scenario.server.period_s}
     p = user_params(user, channel=scenario.channel, answer_tick=0, **of)
-    half = scenario.server.object_size_m / 2
-    at = Place(user.side, half, user.side * (half + user.contact.gap_m), tick_s, axes)
-    device = simulated_params(user.device, tick_s)
+    at = place_of(user, scenario)
+    device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
     loop = resting_user(user, p, axes=axes, **of)
     start = End(loop, resting_device(at.start, device), hand, False, 0, 0)

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A simulated device with a hand on it, as a force loop meets it: the laws of ``law/plant`` with
+their state. What is sensed at the start of a tick is the sample; then the controller's force is
+held for the tick.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeAlias
+
+from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.law.plant.forces import hand_step
+from pmwvc_core.law.plant.remote_hand import RemoteHand, remote_target
+from pmwvc_core.law.plant.targets import TaskHand
+from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import DeviceParams
+from pmwvc_core.unrolled import unrolled
+
+# Time that a loop misses passes at the device, with the last force held, but no more than this at
+# once: beyond it the device stands still, as one with a watchdog.
+CATCH_UP_S = 0.1
+Target: TypeAlias = Value | None  # of a remote hand [m]; None lets go
+
+
+class TargetSource(Protocol):
+    """Where the targets of a remote hand come from."""
+
+    def take(self) -> Sequence[Target]:
+        """Return what came since the last tick."""
+
+
+class SimulatedDevice:
+    """A simulated device and the hand on it: state and parameters of its law.
+
+    Raises
+    ------
+    ParameterError
+        If the device starts outside its workspace.
+    """
+
+    def __init__(
+        self, device: DeviceParams, hand: tuple[Any, Any], start: Vector, *, tick_s: float
+    ) -> None:
+        self._p = simulated_params(device, tick_s)
+        self.s = resting_device(start, self._p)
+        self.hand, self._of_hand = hand
+        self._source: TargetSource | None = None
+        self._axes, self._f_h = len(start), zero(start)
+        self._device_step = unrolled(device_step, self._axes)
+        self._hand_step = unrolled(hand_step, self._axes)
+        self.sample = DeviceSample(value(self.s.read_x), value(self.s.read_xd), work=(0.0, 0.0))
+
+    @property
+    def remote(self) -> RemoteHand | None:
+        """The hand that follows targets, if it is such a one."""
+        hand = getattr(self.hand, "hand", self.hand)
+        return hand if isinstance(hand, RemoteHand) else None
+
+    def listen(self, source: TargetSource) -> bool:
+        """Take targets from a source in place of the task's; tell whether the hand follows any."""
+        if not isinstance(self.hand, TaskHand):
+            return False
+        self.hand, self._of_hand, self._source = self.hand.hand, self._of_hand.hand, source
+        return True
+
+    def sense(self, acts: bool) -> DeviceSample:
+        """Return the sample at the start of a tick; the hand acts over the tick, or waits. It is
+        in touch with the device itself, not with its encoder.
+        """
+        hand = self.hand
+        if self._source is not None:
+            for target in self._source.take():
+                wanted = math.nan if target is None else target
+                hand = remote_target(hand, vector(wanted, self._axes))
+        self.hand, self._f_h = self._hand_step(hand, self.s.x, self.s.xd, acts, self._of_hand)
+        self.sample.f_h = value(self._f_h)
+        return self.sample
+
+    def step(self, f_m: Value) -> DeviceSample:
+        """Advance one tick with both forces held; return the sample at its end."""
+        f, sample = vector(f_m, self._axes), self.sample
+        self.s, x, xd = self._device_step(self.s, self._f_h, f, self._p)
+        sample.x, sample.xd = value(x), value(xd)
+        sample.work = self.s.against_j, self.s.by_hand_j
+        return sample
