@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.law.plant.hand import RecordedHand, recorded_motion
 from pmwvc_core.numeric import Array
-from pmwvc_core.plant.hands import Made
+from pmwvc_core.plant.hand import RecordedHand, recorded_motion
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions, place_of
 from pmwvc_core.simulation.session import simulate
@@ -80,10 +79,7 @@ def simulated(scenario: Scenario, motion: Array) -> SessionTraces:
     """Return the session of a hand that repeats a motion from where the device is [m]."""
     (user,) = scenario.users
     at, rows = place_of(user, scenario), motion[:, np.newaxis]
-
-    def hand() -> Made:
-        return RecordedHand(0), recorded_motion(user.operator, rows, at.start, at.tick_s)
-
+    hand = RecordedHand(0), recorded_motion(user.operator, rows, at.start, at.tick_s)
     (traces,) = simulate([scenario], conditions=Conditions(hands={user.name: hand}))
     return traces
 

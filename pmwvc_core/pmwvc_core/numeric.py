@@ -74,33 +74,6 @@ def exponential(value: Value) -> Value:
     return np.exp(value) if isinstance(value, np.ndarray) else math.exp(value)
 
 
-def clip(value: Value, low: Value, high: Value) -> Value:
-    """Limit elementwise to ``low..high``."""
-    return where(value < low, low, where(value > high, high, value))
-
-
-def minimum(left: Value, right: Value) -> Value:
-    """Return the smaller one, elementwise."""
-    less = left < right
-    if less is True:
-        return left
-    return right if less is False else where(less, left, right)
-
-
-def maximum(left: Value, right: Value) -> Value:
-    """Return the larger one, elementwise."""
-    more = left > right
-    if more is True:
-        return left
-    return right if more is False else where(more, left, right)
-
-
-def limit_length(value: Value, longest: Value) -> Value:
-    """Shorten a vector to at most ``longest``, keeping its direction."""
-    length = root(squared(value))
-    return where(length > longest, value * (longest / where(length > 0.0, length, 1.0)), value)
-
-
 def finite(value: Value) -> bool:
     """Tell whether every element is a finite number."""
     if type(value) is float:

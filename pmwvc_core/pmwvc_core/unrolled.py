@@ -33,7 +33,7 @@ from pmwvc_core.pieces import (
     uses,
 )
 
-LAWS = ("pmwvc_core.law", "pmwvc_core.simulation")
+LAWS = ("pmwvc_core.law", "pmwvc_core.plant", "pmwvc_core.simulation")
 LONGEST = 40  # nodes of an expression that stands where it is called
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from pmwvc_core.compiled import compiled
-from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
-from pmwvc_core.law.plant.forces import RecordedForce, hand_force, hand_hold, recorded_params
-from pmwvc_core.law.plant.hand import RecordedHand, recorded_motion
-from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.law.plant.targets import TableHand, TableParams
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_core.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.plant.forces import RecordedForce, hand_force, hand_hold, recorded_params
+from pmwvc_core.plant.hand import RecordedHand, recorded_motion
 from pmwvc_core.plant.hands import Place, make_hand
+from pmwvc_core.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.plant.targets import TableHand, TableParams
 
 H = 0.001
 TICKS = 2000

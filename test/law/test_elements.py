@@ -8,9 +8,9 @@ from support import linear_loops
 
 from pmwvc_analysis.models import elements, loop
 from pmwvc_analysis.models.elements import UnlikeError, as_columns, leaves, lifted, stacked
-from pmwvc_core.law.plant.device import device_step
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.plant.device import device_step
 
 COUNT, TICKS = 5, 240
 PLAIN = {"SEND": send, "BEGIN": begin, "TICK": user_tick, "STEP": server_step}

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from support.law_rigs import Port
 
 from pmwvc_core.law.channel.playout import PlayoutParams
-from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.params import DeviceParams, MasterParams
+from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 
 M, TICK_S, ROUNDING_J = 8, 0.001, 1e-12
 PLAYOUT = PlayoutParams(most_repaid=0.1, rises_s=0.1, store_j=0.0)

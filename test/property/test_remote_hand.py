@@ -10,7 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.operators import TICK_S, Hand, device, driven
 
-from pmwvc_core.law.plant.remote_hand import (
+from pmwvc_core.params import OperatorParams
+from pmwvc_core.params.user import RemoteHandParams
+from pmwvc_core.plant.remote_hand import (
     FADE_S,
     SILENT_S,
     TAKE_S,
@@ -18,8 +20,6 @@ from pmwvc_core.law.plant.remote_hand import (
     remote_target,
     resting_remote,
 )
-from pmwvc_core.params import OperatorParams
-from pmwvc_core.params.user import RemoteHandParams
 
 TICKS = 700
 PARAMS = OperatorParams(kind="remote")
@@ -63,7 +63,7 @@ def held(start, end, place=0.0):
 
 
 def held_terms(hand, moving, params):
-    """Energy of the forces held over a tick (see law/plant/remote_hand.py)."""
+    """Energy of the forces held over a tick (see plant/remote_hand.py)."""
     grip = hand.remote.grip
     beta = params.grip_damping + params.grip_stiffness * TICK_S / 2
     square = grip * beta * (hand.yd - moving.xd) ** 2

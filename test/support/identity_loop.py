@@ -14,7 +14,7 @@ import dataclasses
 import numpy as np
 from scipy.linalg import null_space
 
-from pmwvc_core.law.plant.motion import advanced, motion
+from pmwvc_core.law.motion import advanced, motion
 from support.law_rigs import Port, Users
 
 # Sums of squares, which no signal depends on while nothing limits a force, and ratios.

@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Hands and the devices that they move: the laws of ``law/plant`` with their state."""
+"""Hands and the devices that they move: the laws of ``plant`` with their state."""
 
 import math
 
 import numpy as np
 
 from pmwvc_core.ends.forms import value, vector
-from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
-from pmwvc_core.law.plant.forces import hand_force, hand_hold
-from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.law.plant.targets import TableHand, TableParams
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_core.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.plant.forces import hand_force, hand_hold
 from pmwvc_core.plant.hands import Place, make_hand
+from pmwvc_core.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.plant.targets import TableHand, TableParams
 
 TICK_S = 0.001
 HALF = 0.03

@@ -12,7 +12,7 @@ from scipy import integrate, signal
 from support.operators import TICK_S, Device
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.plant.motion import SERIES_BELOW, motion
+from pmwvc_core.law.motion import SERIES_BELOW, motion
 from pmwvc_core.params import DeviceParams
 
 masses = st.floats(0.01, 10.0)

@@ -18,7 +18,7 @@ from pmwvc_analysis.budget.energy import (
     running,
     user_energies,
 )
-from pmwvc_core.law.plant.motion import advanced, motion
+from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
 
 PER_TICK = "time_s tick x_m xd_m f_h f_m f_applied u_m u_m_lp v_m lateness_s compute_s".split()

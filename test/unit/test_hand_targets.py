@@ -76,11 +76,8 @@ def pulled(scenario):
     """A session as if recorded live: its hand gets targets from outside, with a gap."""
     ticks = [tick for tick in range(700, 2900, 14) if not 2000 < tick < 2300]
     places = [-0.03 + 0.01 * (tick > 1000) for tick in ticks]
-
-    def hand():
-        targets = list(zip(ticks, places, strict=True))
-        return driven(scenario.users[0].operator, targets, start=-0.03, early=True)
-
+    targets = list(zip(ticks, places, strict=True))
+    hand = driven(scenario.users[0].operator, targets, start=-0.03, early=True)
     traces = simulate_one(scenario, Conditions(hands={"user1": hand}))
     position = np.zeros((len(ticks), 3))
     position[:, 0] = places

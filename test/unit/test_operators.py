@@ -12,8 +12,8 @@ from scipy import signal
 from support.operators import HALF, TICK_S, device, forces, operator
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.plant.hand import grip_force
 from pmwvc_core.params import TaskParams
+from pmwvc_core.plant.hand import grip_force
 
 device_masses = st.floats(0.05, 1.0)
 grips = st.fixed_dictionaries(
@@ -62,7 +62,7 @@ def test_work_is_force_times_displacement():
 
 
 def energies(hand, moving, params, device_mass):
-    """Return kinetic and grip-spring energy, less that of the held damper (law/plant/hand.py)."""
+    """Return kinetic and grip-spring energy, less that of the held damper (plant/hand.py)."""
     e, w = hand.y - moving.x, hand.yd - moving.xd
     beta = params["grip_damping"] + params["grip_stiffness"] * TICK_S / 2
     return (
@@ -148,7 +148,7 @@ def test_a_hand_at_work_gives_no_more_than_its_effort(params, mass, side, seed):
     for f_m in rng.normal(0.0, 3.0, 300).cumsum() * 0.1:
         moving.step(hand.step(moving.x, moving.xd), f_m)
         w = hand.yd - moving.xd
-        held_j = 0.25 * beta * TICK_S * w**2  # the grip's, see law/plant/hand.py
+        held_j = 0.25 * beta * TICK_S * w**2  # the grip's, see plant/hand.py
         given_now = hand.work_j + hand.last_j(moving.x)
         assert given_now <= hand.effort_j + held_j + 1e-9 * (1.0 + abs(hand.effort_j))
 

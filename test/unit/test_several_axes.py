@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sessions with one to six axes, for every controller: no axis is special, no batch differs."""
 
-import functools
-
 import numpy as np
 import pytest
 from support import plain as scenarios
@@ -14,8 +12,8 @@ from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.params.server import COUPLINGS
+from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
@@ -59,11 +57,8 @@ def scenario_of(dof, *, matrix=None, **overrides):
 def pushed(scenario, forces):
     """Simulate users whose hands push with forces ``(users, ticks, dof)``."""
 
-    def pushed(rows):
-        return RecordedForce(0), recorded_params(rows, scenario.dof, repeat=False, early=True)
-
     hands = {
-        user.name: functools.partial(pushed, rows)
+        user.name: (RecordedForce(0), recorded_params(rows, scenario.dof, False, early=True))
         for user, rows in zip(scenario.users, forces, strict=True)
     }
     return simulate_one(scenario, Conditions(hands=hands))

@@ -3,7 +3,7 @@
 """The accounts of a user's blocks, summed over the recorded ticks [J].
 
 ======================  ==========================================================================
-device                  ``budget.moving.device_account``; x and xd are the true motion, behind an
+device                  ``plant.energies.device_account``; x and xd are the true motion, behind an
                         encoder that of :mod:`..traces.hand_work`
 safety                  F xd dt less (|u_m|^2 - |v_m|^2) dt/2, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.moving import device_account
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Series, Sums
 from pmwvc_analysis.traces.hand_work import TrueMotion, complete, hand_work, measured, true_motion
@@ -31,6 +30,7 @@ from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.numeric import Array, dot, squared, where
 from pmwvc_core.params import DeviceParams
+from pmwvc_core.plant.energies import device_account
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.transport.packet import LINK, LINK_DOWN, LINK_UP

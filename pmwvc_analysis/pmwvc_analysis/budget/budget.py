@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.counts import behind_counts, counts_j
 from pmwvc_analysis.budget.energy import declared
-from pmwvc_analysis.budget.moving import damper_heat
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
@@ -35,6 +34,7 @@ from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT
 from pmwvc_core.numeric import Array, Value, dot, squared
+from pmwvc_core.plant.energies import damper_heat
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces

@@ -18,18 +18,15 @@ or does not come back, has no stiffness at rest.
 """
 
 import dataclasses
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import untouched
-from pmwvc_core.law.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.numeric import Array
-from pmwvc_core.plant.hands import Made
+from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
@@ -44,8 +41,6 @@ RISE_S, HOLD_S = 1.0, 4.0
 AT_REST, BACK = 0.02, 0.05  # of the step: motion in the last second, distance on return
 START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
-
-Make = Callable[[], Made]
 
 
 @dataclass(frozen=True)
@@ -146,10 +141,6 @@ def _roomy(scenario: Scenario) -> Scenario:
     return dataclasses.replace(scenario, users=users, task=task, changes="", disturbances="")
 
 
-def _pushed(force: Array, axes: int) -> Made:
-    return RecordedForce(0), recorded_params(force, axes, repeat=False, early=False)
-
-
 def _responses(
     scenario: Scenario, forces: dict[str, Array], duration_s: float
 ) -> tuple[Array, Array] | None:
@@ -157,8 +148,9 @@ def _responses(
     None where the session diverged or never began.
     """
     forces = {name: force.reshape(len(force), -1) for name, force in forces.items()}
-    hands: dict[str, Make] = {
-        name: partial(_pushed, force, scenario.dof) for name, force in forces.items()
+    hands = {
+        name: (RecordedForce(0), recorded_params(force, scenario.dof, repeat=False, early=False))
+        for name, force in forces.items()
     }
     of = dataclasses.replace(scenario, duration_s=duration_s)
     user = simulate_one(of, Conditions(hands=hands)).users[0]

@@ -20,7 +20,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.family import Family
 from pmwvc_core.numeric import Array, Flags
 
-LAWS = "pmwvc_core.law"
+LAWS = ("pmwvc_core.law", "pmwvc_core.plant")
 
 
 class DividedError(Exception):
@@ -116,7 +116,7 @@ def _module(law: Any) -> dict[str, Any]:
 
 
 def _value(value: Any, module: str) -> Any:
-    if isinstance(value, FunctionType) and value.__module__.startswith((LAWS, module)):
+    if isinstance(value, FunctionType) and value.__module__.startswith((*LAWS, module)):
         return lifted(value)
     if isinstance(value, Family):
         return _family(value)

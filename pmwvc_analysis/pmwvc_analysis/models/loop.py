@@ -15,11 +15,11 @@ from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.links import Line, line_of, modelled_ticks, sums_anew
 from pmwvc_analysis.models.rest import rest_of, settled_paces, with_settled_paces
 from pmwvc_analysis.models.variation import lengths
-from pmwvc_core.law.plant.device import device_step
 from pmwvc_core.law.port.sensing import Sample
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.law.vectors import Vector
+from pmwvc_core.plant.device import device_step
 from pmwvc_core.scenario.scenario import Scenario
 
 SEND, BEGIN, TICK = lifted(send), lifted(begin), lifted(user_tick)

@@ -42,7 +42,7 @@ from pmwvc_analysis.models.links import (
 )
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.playout_lag import strict_lag_s
-from pmwvc_core.law.plant.motion import motion
+from pmwvc_core.law.motion import motion
 from pmwvc_core.network.effects import active, is_random, mean_s
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User

@@ -7,11 +7,11 @@ import numpy as np
 from pmwvc_analysis.replay.loop_times import tick_numbers
 from pmwvc_core.ends.simulated_device import CATCH_UP_S
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.law.plant.forces import RecordedForce, recorded_params
-from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.law.plant.targets import TableHand, TableParams
 from pmwvc_core.numeric import Flags, Integers
+from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.plant.hands import Made
+from pmwvc_core.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.plant.targets import TableHand, TableParams
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import SessionTraces, UserTraces
 

@@ -14,9 +14,8 @@ only the force is known. A remote hand is an operator whose targets are the reco
 replay: at the server with the step that took it over, at a master within a frame.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -85,15 +84,13 @@ def prescription(
     if traces.live:
         replayed, changed = _with_changes(recorded, replayed, stages, ran_ns, steps)
         notes += changed
-    makers: dict[str, Callable[[], Made]] = {}
+    made: dict[str, Made] = {}
     for user, trace in zip(replayed.users, users, strict=True):
+        ran = ran_ns[user.name]
         if hands[user.name] == "force":
-            make = partial(recorded_force, trace)
+            made[user.name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
         elif user.operator.from_outside and not traces.simulated:
-            make = partial(remote_hand, user, traces)
-        else:
-            continue
-        makers[user.name] = partial(make, ran_ns[user.name], tick_s=tick_s, dof=recorded.dof)
+            made[user.name] = remote_hand(user, traces, ran, tick_s=tick_s, dof=recorded.dof)
     conditions = Conditions(
         schedule=schedule,
         first={
@@ -103,7 +100,7 @@ def prescription(
         ran_ns=ran_ns,
         steps=steps,
         links=networks,
-        hands=makers,
+        hands=made,
     )
     if traces.server is None:
         notes.append("no server trace was recorded: the server is stepped at its nominal times")

@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.sums import ran_s, up_to
-from pmwvc_core.law.plant.device import Device, device_step, simulated_params
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import DeviceParams
+from pmwvc_core.plant.device import Device, device_step, simulated_params
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.unrolled import unrolled
 

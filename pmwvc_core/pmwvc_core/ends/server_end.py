@@ -21,7 +21,6 @@ from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.plant.task import task_of
 from pmwvc_core.law.server.server_port import changed_port
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
 from pmwvc_core.made.accounts import accounts_of_server
@@ -30,6 +29,7 @@ from pmwvc_core.made.server_changes import changed_server
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.faults import Faults, Unsettled

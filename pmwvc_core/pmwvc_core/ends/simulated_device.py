@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated device with a hand on it, as a force loop meets it: the laws of ``law/plant`` with
+"""A simulated device with a hand on it, as a force loop meets it: the laws of ``plant`` with
 their state. What is sensed at the start of a tick is the sample; then the controller's force is
 held for the tick.
 """
@@ -11,13 +11,13 @@ from typing import Any, Protocol, TypeAlias
 
 from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.frame.device_sample import DeviceSample
-from pmwvc_core.law.plant.device import device_step, resting_device, simulated_params
-from pmwvc_core.law.plant.forces import hand_step
-from pmwvc_core.law.plant.remote_hand import RemoteHand, remote_target
-from pmwvc_core.law.plant.targets import TaskHand
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams
+from pmwvc_core.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.plant.forces import hand_step
+from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
+from pmwvc_core.plant.targets import TaskHand
 from pmwvc_core.unrolled import unrolled
 
 # Time that a loop misses passes at the device, with the last force held, but no more than this at

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.law.plant.forces import (
+from pmwvc_core.law.vectors import Vector
+from pmwvc_core.params import OperatorParams, TaskParams
+from pmwvc_core.plant.forces import (
     Chirp,
     ConstantForce,
     ForceParams,
@@ -18,19 +20,17 @@ from pmwvc_core.law.plant.forces import (
     recorded_params,
     rows_of,
 )
-from pmwvc_core.law.plant.hand import (
+from pmwvc_core.plant.hand import (
     RecordedHand,
     grip_of,
     hand_params,
     recorded_motion,
     resting_hand,
 )
-from pmwvc_core.law.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.law.plant.targets import POINTER_S, PointerParams, TableHand, TableParams, TaskHand
-from pmwvc_core.law.plant.task import task_of
-from pmwvc_core.law.vectors import Vector
-from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.plant.playback import load_recording, read_columns
+from pmwvc_core.plant.remote_hand import remote_params, resting_remote
+from pmwvc_core.plant.targets import POINTER_S, PointerParams, TableHand, TableParams, TaskHand
+from pmwvc_core.plant.task import task_of
 
 
 class Place(NamedTuple):

@@ -54,7 +54,7 @@ class Conditions:
     links
         Makes the link of one direction, ``user1/up``.
     hands
-        Makes the hand of a user: state and parameters of its law.
+        The hand of a user: state and parameters of its law.
     """
 
     schedule: FrameSchedule = AT_ONCE
@@ -62,7 +62,7 @@ class Conditions:
     ran_ns: Mapping[str, Integers] = field(default_factory=dict)
     steps: Steps | None = None
     links: Mapping[str, Callable[[], RecordedLink]] = field(default_factory=dict)
-    hands: Mapping[str, Callable[[], Made]] = field(default_factory=dict)
+    hands: Mapping[str, Made] = field(default_factory=dict)
 
     def ticks_of(self, name: str, *, ticks: int, tick_ns: int) -> Ticks:
         """Return the ticks of a user's loop in a session of so many."""
@@ -82,8 +82,7 @@ class Conditions:
         """Return device and hand of the user with a number (from 0), where a session begins."""
         user = scenario.users[index]
         at = place_of(user, scenario)
-        own = self.hands.get(user.name)
-        hand = own() if own else make_hand(user.operator, scenario.task, at)
+        hand = self.hands.get(user.name) or make_hand(user.operator, scenario.task, at)
         return SimulatedDevice(user.device, hand, at.start, tick_s=at.tick_s)
 
 

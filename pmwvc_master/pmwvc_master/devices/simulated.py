@@ -17,7 +17,7 @@ from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
 
 
 class SimulatedDevice:
-    """A mass with a hand; see :mod:`pmwvc_core.law.plant` for the equations of both."""
+    """A mass with a hand; see :mod:`pmwvc_core.plant` for the equations of both."""
 
     def __init__(self, setup: DeviceSetup) -> None:
         self.info = DeviceInfo(

@@ -102,17 +102,15 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
 arrivals_of = Family("arrivals_of")  # (start, nothing) -> s: nothing is the vector of zeros
 arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
 wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
-answer_of = Family(
-    "answer_of", _plays_on
-)  # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
+# (s, h, p) -> (s, wave of a frame); a playout goes on by itself
+answer_of = Family("answer_of", _plays_on)
 sparing = Family("sparing", _none_spared)  # (s, h, p) -> (s, energy that the other end lacks [J])
 anew = Family("anew", same)  # (s) -> s: the peer placed its position by the newest packet
 missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
 waits = Family("waits", never)  # (s) -> nothing is at hand, so the other end is told
 lacks = Family("lacks", never)  # (s) -> energy is short
-received_j = Family(
-    "received_j", none_j
-)  # (s) -> energy brought by the sums of packets, without waves
+# (s) -> energy brought by the sums of packets, without waves
+received_j = Family("received_j", none_j)
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 

@@ -56,9 +56,8 @@ def _closed(gain: float) -> float:
 
 # (s, v, x, xd, p, impedance) -> (s, v_m): the wave at the port, with the answer to its own u_m
 answered = Family("answered", passed)
-force_velocity = Family(
-    "force_velocity", passed
-)  # (s, xd, p, impedance) -> (s, velocity for the force)
+# (s, xd, p, impedance) -> (s, velocity for the force)
+force_velocity = Family("force_velocity", passed)
 # (s, u_m, v_m, missing, impedance) -> (u_m, v_m, deficit): the longest wave that is paid for with
 # so much more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened", _wave_shortened)
@@ -67,15 +66,12 @@ filters_up = Family("filters_up", passed)  # (s, u, p) -> (s, what of the outgoi
 part_down = Family("part_down", passed)  # (s, v, p) -> (s, what it lets through of the wave)
 # (s, x, p, impedance) -> (s, v0, gains): its answer v0 + g u to the wave of the tick
 part_offer = Family("part_offer", _no_answer)
-part_up = Family(
-    "part_up", passed
-)  # (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
-part_energies = Family(
-    "part_energies", no_accounts
-)  # (s, p) -> sums and levels [J], as they are named
-part_velocity = Family(
-    "part_velocity", passed
-)  # (s, xd, p, impedance) -> (s, velocity for the force)
+# (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
+part_up = Family("part_up", passed)
+# (s, p) -> sums and levels [J], as they are named
+part_energies = Family("part_energies", no_accounts)
+# (s, xd, p, impedance) -> (s, velocity for the force)
+part_velocity = Family("part_velocity", passed)
 
 
 class Filtered(NamedTuple):

@@ -19,6 +19,5 @@ position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of 
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
 position_lent = Family("position_lent", none_j)  # (s, p) -> energy lent at the start [J]
 position_opened = Family("position_opened", same)  # (s) -> s, its lists made here
-position_energies = Family(
-    "position_energies", no_accounts
-)  # (s) -> sums and levels [J], as they are named
+# (s) -> sums and levels [J], as they are named
+position_energies = Family("position_energies", no_accounts)

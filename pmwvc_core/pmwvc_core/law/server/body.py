@@ -16,7 +16,7 @@ Equations: docs/theory.md 4.2.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.plant.motion import Motion, advanced, motion
+from pmwvc_core.law.motion import Motion, advanced, motion
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 
 

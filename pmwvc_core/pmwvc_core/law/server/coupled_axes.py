@@ -20,15 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.server.contacts import (
-    Contact,
-    ContactLaw,
-    Spring,
-    contact_unwrapped,
-    spring_answer,
-    touching,
-    unwrapped_axis,
-)
+from pmwvc_core.law.server.contacts import Contact, contact_unwrapped, touching
+from pmwvc_core.law.server.springs import ContactLaw, Spring, spring_answer, unwrapped_axis
 from pmwvc_core.law.vectors import Vector, dot, each, plus, scaled, times
 from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, Rows, applied, loaded
 

@@ -44,21 +44,17 @@ def _no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
     return law, -1.0
 
 
-device_moved = Family(
-    "device_moved", same
-)  # (law, before, now, p) -> law: moved since the last tick
-device_sends = Family(
-    "device_sends", _no_energy
-)  # (law, p) -> (law, running sum of energy; below zero: none)
-device_receives = Family(
-    "device_receives", same
-)  # (law, packet, received_j, p) -> law: once a frame
+# (law, before, now, p) -> law: moved since the last tick
+device_moved = Family("device_moved", same)
+# (law, p) -> (law, running sum of energy; below zero: none)
+device_sends = Family("device_sends", _no_energy)
+# (law, packet, received_j, p) -> law: once a frame
+device_receives = Family("device_receives", same)
 # (law, wave, silent, motion, p) -> law: what the newest packet carries, or let go
 device_answer = Family("device_answer")
 device_force = Family("device_force")  # (law, motion, p) -> (law, force wanted [N])
-controller_energies = Family(
-    "controller_energies", no_accounts
-)  # (state at either end) -> accounts [J]
+# (state at either end) -> accounts [J]
+controller_energies = Family("controller_energies", no_accounts)
 device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
 
 

@@ -12,14 +12,14 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.plant.device import device_step
-from pmwvc_core.law.plant.forces import hand_step
 from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
 from pmwvc_core.law.port.sensing import Sample
 from pmwvc_core.law.server_step import Answer, Guest, GuestParams, Server, server_step
 from pmwvc_core.law.user_tick import User, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each
 from pmwvc_core.numeric import Array
+from pmwvc_core.plant.device import device_step
+from pmwvc_core.plant.forces import hand_step
 from pmwvc_core.simulation.bulk.book import Book, after, note_step, taken, write
 
 

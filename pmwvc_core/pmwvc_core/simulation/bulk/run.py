@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.law.plant.device import resting_device, simulated_params
 from pmwvc_core.made.server import of_library, resting_server, server_params
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
+from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book

@@ -5,10 +5,10 @@
 import numpy as np
 
 from pmwvc_core.frame.rows import SIGNALS
-from pmwvc_core.law.plant.task import offset, task_of
 from pmwvc_core.made.accounts import accounts_of_server, accounts_of_user
 from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.numeric import Array
+from pmwvc_core.plant.task import offset, task_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import add_learned
 from pmwvc_core.simulation.bulk.book import OF_PACKET

@@ -12,16 +12,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.law.plant.forces import Array, hand_force, hand_hold, row
-from pmwvc_core.law.plant.remote_hand import (
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
+from pmwvc_core.plant.forces import Array, hand_force, hand_hold, row
+from pmwvc_core.plant.remote_hand import (
     RemoteHand,
     RemoteParams,
     remote_force,
     remote_hold,
     remote_target,
 )
-from pmwvc_core.law.plant.task import Task, closing, offset
-from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
+from pmwvc_core.plant.task import Task, closing, offset
 
 POINTER_S = 0.016
 

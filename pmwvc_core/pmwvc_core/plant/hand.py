@@ -25,10 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.plant.forces import Array, hand_force, row, rows_of
-from pmwvc_core.law.plant.task import Task, closing, offset
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
 from pmwvc_core.params import OperatorParams
+from pmwvc_core.plant.forces import Array, hand_force, row, rows_of
+from pmwvc_core.plant.task import Task, closing, offset
 
 LIGHTEST_DEVICE = 0.05  # [kg]
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
 
-* Mass and damper are advanced exactly over a tick with both forces held (:mod:`.motion`).
+* Mass and damper are advanced exactly over a tick with both forces held.
 * Coulomb friction acts against the direction of motion at the start of a tick. Along one axis it
   is exact: the device stops within the tick and stays unless the other forces win.
 * The stops at the ends of the workspace are perfectly inelastic.
@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.plant.motion import Motion, advanced, motion, time_to_rest
+from pmwvc_core.law.motion import Motion, advanced, motion, time_to_rest
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, scaled, within, zero
 from pmwvc_core.params import DeviceParams
 

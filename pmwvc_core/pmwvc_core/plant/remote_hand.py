@@ -17,8 +17,6 @@ K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here; their change with g is part of ``e
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.plant.forces import hand_force, hand_hold
-from pmwvc_core.law.plant.hand import Arm, Grip, arm_step, grip_force, grip_of
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
@@ -33,6 +31,8 @@ from pmwvc_core.law.vectors import (
     zero,
 )
 from pmwvc_core.params import OperatorParams
+from pmwvc_core.plant.forces import hand_force, hand_hold
+from pmwvc_core.plant.hand import Arm, Grip, arm_step, grip_force, grip_of
 
 SILENT_S = 0.15
 FADE_S = 0.1

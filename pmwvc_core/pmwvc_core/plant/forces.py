@@ -26,9 +26,8 @@ def _not_yet(s: Any, x: Vector, p: Any) -> tuple[Any, Vector]:
 
 # A hand begins with its first ``hand_force``.
 hand_force = Family("hand_force")  # (s, x, xd, p) -> (s, f_h [N] over the tick that starts now)
-hand_hold = Family(
-    "hand_hold", _not_yet
-)  # (s, x, p) -> (s, f_h [N]) while there is nothing to do yet
+# (s, x, p) -> (s, f_h [N]) while there is nothing to do yet
+hand_hold = Family("hand_hold", _not_yet)
 
 
 def hand_step(s: Any, x: Vector, xd: Vector, acts: bool, p: Any) -> tuple[Any, Vector]:
