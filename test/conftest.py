@@ -41,7 +41,6 @@ collect_ignore = [
     "property/test_safety.py",
     "property/test_secant.py",
     "property/test_secant_rule.py",
-    "property/test_server_changes.py",
     "property/test_server_restart.py",
     "property/test_sliding_avatar.py",
     "property/test_state.py",
