@@ -25,7 +25,6 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 collect_ignore = [
     "oracle/test_closed_forms.py",
     "oracle/test_outages.py",
-    "oracle/test_position_storage.py",
     "oracle/test_strict_encoder.py",
     "oracle/test_strict_master_model.py",
     "oracle/test_strict_server_model.py",
@@ -45,7 +44,6 @@ collect_ignore = [
     "property/test_sliding_avatar.py",
     "property/test_state.py",
     "property/test_strict_channel.py",
-    "unit/test_position.py",
 ]
 
 # Several hundred processes start: each module is compiled once, whatever the machine prefers.
