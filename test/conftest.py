@@ -23,9 +23,6 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 # Invariants stated on classes that are gone, until they are stated on the laws: they do not run.
 collect_ignore = [
-    "oracle/test_position_storage.py",
-    "property/test_server_changes.py",
-    "unit/test_position.py",
 ]
 
 # Several hundred processes start: each module is compiled once, whatever the machine prefers.

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 from support import plain as files
+from support.law_rigs import Port
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -17,7 +18,6 @@ from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.passivity_words import verdict
-from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import MasterParams, PositionParams
 from pmwvc_core.params.baselines import PspmParams
 from pmwvc_core.simulation.session import simulate_one
@@ -69,7 +69,7 @@ def test_the_storage_is_the_most_that_is_ever_spent():
     """A hand swings with the avatar kept away: all is asked for, the storage is given."""
     for storage_j in (0.0, 1e-3, 2e-2):
         params = MasterParams(position=PositionParams(gain=100.0, storage_j=storage_j))
-        port, server = WaveMaster(params), Packer(7, period=params.frame_s)
+        port, server = Port(params), Packer(7, period=params.frame_s)
         x, hand, sent = 0.0, 0.0, 0.0
         least = 0.0
         for frame in range(400):
@@ -92,7 +92,7 @@ def round_trip_s(delay_frames, **values):
     """The round trip behind an adapted gain, from the force that an offset of 1 mm makes."""
     position = PositionParams(adapts=True, storage_j=1.0, most_j=10.0)
     params = MasterParams(position=position, **values)
-    port, server = WaveMaster(params), Packer(7, period=params.frame_s)
+    port, server = Port(params), Packer(7, period=params.frame_s)
     for frame in range(1, 800):
         port.send()
         echo = (max(frame - delay_frames, 1), 0, 0)

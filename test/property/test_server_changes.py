@@ -3,13 +3,18 @@
 """Parameters of a running server change without energy, without a jump of any avatar."""
 
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.law_rigs import Users
 
-from pmwvc_core.controllers.ends import make_server
+from pmwvc_core.law.server.contacts import contact_force, offset_of
+from pmwvc_core.law.server.server_port import changed_port
+from pmwvc_core.made.server_changes import changed_server
+from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 
 PERIOD_S = 0.008
@@ -30,31 +35,52 @@ COUPLINGS = ["implicit", "one_step_delay", "one_frame_late", "unwrapped"]
 contents = st.sampled_from(["bilateral", "grip"])
 
 
-def made(contact, *, server=None, dof=1, kind="grip", users=2):
-    params = replace(contact, contact=kind)
-    sides = [-1, 1][:users]
-    server = server or ServerParams()
-    return make_server("pmwvc", server, [params] * users, [25.0] * users, dof=dof, sides=sides)
+class Step(NamedTuple):
+    """The part of a step's parameters that changes here."""
+
+    environment: Any
 
 
-def joined(server, dof):
-    """All users at their faces."""
-    for i, port in enumerate(server.ports):
-        start = np.zeros(dof)
-        start[0] = 0.03 * (-1 if i == 0 else 1)
-        server.join(i, start if dof > 1 else float(start[0]))
-        assert port.present
-    return server
+class Server(Users):
+    """Two users at their faces, and the server's parameters that change."""
+
+    def __init__(self, contact, *, server=None, dof=1, kind="grip"):
+        self._made = [replace(contact, contact=kind)] * 2, dof
+        super().__init__(server or ServerParams(), self._made[0], axes=dof)
+        for i, place in enumerate((-0.03, 0.03)):
+            self.join(i, np.array([place] + [0.0] * (dof - 1)))
+        assert all(self.present)
+
+    def configure_user(self, user, contact, b):
+        law = contact.contact_stiffness, contact.contact_damping, made_impedance(b)
+        self._changed(user, *changed_port(self.s.ports[user], *law))
+
+    def configure(self, params):
+        wanted = Users(params, self._made[0], axes=self._made[1]).p
+        self.s, self.p = changed_server(self.s, Step(self.p), Step(wanted)), wanted
+
+    def contact(self, user):
+        return self.s.ports[user].avatar.contact
+
+    def face(self, user):
+        return self.contact(user).springs[0].rest
+
+    @property
+    def potential(self):
+        return self.energies["potential"]
 
 
 def energy(server):
-    return float(np.ravel(server.kinetic + server.potential + server.dissipated)[0])
+    return server.stored + server.dissipated
 
 
 def state(server):
     """What a person would see: places of avatars and object."""
-    places = [server.body.x + port.contact.position for port in server.ports]
-    return np.concatenate([np.ravel(each) for each in [*places, server.body.x]])
+    return np.array([server.s.body.x, *(place(server, i) for i in (0, 1))])
+
+
+def place(server, user):
+    return np.add(server.s.body.x, offset_of(server.contact(user)))
 
 
 def waves(rng, dof, size):
@@ -81,7 +107,7 @@ def test_a_change_keeps_the_energy_and_the_places(
 ):
     rng = np.random.default_rng(seed)
     first = replace(first, coupling=coupling)
-    server = joined(made(contact, server=first, dof=dof, kind=kind), dof)
+    server = Server(contact, server=first, dof=dof, kind=kind)
     for user, other, params in changes:
         for _ in range(6):
             server.step(waves(rng, dof, size))
@@ -108,7 +134,7 @@ def test_every_joule_is_accounted_for_through_changes(
 ):
     """Implicit coupling: what came in as waves is stored or heat, changes included."""
     rng = np.random.default_rng(seed)
-    server = joined(made(contact, server=params, dof=dof, kind=kind), dof)
+    server = Server(contact, server=params, dof=dof, kind=kind)
     came = moved = 0.0
     for user, other in changes:
         for _ in range(6):
@@ -127,7 +153,7 @@ def pressed(kind="grip"):
     """A server whose users press on a wall, one from each side."""
     wall = ServerParams(environment="wall")
     contact = ContactParams(contact_stiffness=500.0, contact_damping=10.0, impedance=25.0)
-    server = joined(made(contact, server=wall, kind=kind), 1)
+    server = Server(contact, server=wall, kind=kind)
     for _ in range(40):
         server.step([0.2, -0.2])
     assert server.potential > 1e-3
@@ -140,10 +166,12 @@ def test_stiffness_raised_as_it_is_adds_energy_and_raised_properly_none(kind):
     server, stiff = pressed(kind)
     naive, _ = pressed(kind)
     before = server.potential
-    for i, port in enumerate(server.ports):
+    for i in (0, 1):
         server.configure_user(i, stiff, 25.0)
-        port = naive.ports[i]
-        port.contact.stiffness = stiff.contact_stiffness
+        port = naive.s.ports[i]
+        law = port.avatar.contact.law._replace(stiffness=stiff.contact_stiffness)
+        contact = port.avatar.contact._replace(law=law)
+        naive._changed(i, port._replace(avatar=port.avatar._replace(contact=contact)), 0.0)
     assert server.potential == pytest.approx(before, rel=1e-12)
     assert naive.potential == pytest.approx(6.0 * before, rel=1e-12)
 
@@ -151,29 +179,28 @@ def test_stiffness_raised_as_it_is_adds_energy_and_raised_properly_none(kind):
 def test_force_grows_with_the_root_of_the_stiffness():
     """Twice the force, at the worst, for four times the stiffness: 0.5 K p^2 = F^2/(2K) stays."""
     server, stiff = pressed()
-    before = server.ports[0].contact.force(0.0)
+    before = contact_force(server.contact(0), (0.0,))[0]
     server.configure_user(0, replace(stiff, contact_stiffness=2000.0), 25.0)
-    assert server.ports[0].contact.force(0.0) == pytest.approx(2.0 * before, rel=1e-12)
+    after = contact_force(server.contact(0), (0.0,))[0]
+    assert after == pytest.approx(2.0 * before, rel=1e-12)
 
 
 @pytest.mark.parametrize("stiffness", [50.0, 3000.0])
 def test_the_face_goes_back_once_the_avatar_has_left(stiffness):
     server, stiff = pressed()
-    contact = server.ports[0].contact
-    face = contact.rest
+    face = server.face(0)
     server.configure_user(0, replace(stiff, contact_stiffness=stiffness), 25.0)
-    assert contact.rest != face
+    assert server.face(0) != face
     for _ in range(400):
-        before = energy(server)
-        place = server.body.x + contact.position
+        before, there = energy(server), place(server, 0)
         received = [-0.2, -0.2]
         returned = server.step(received)
         into = 0.5 * PERIOD_S * (0.08 - sum(v * v for v in returned))
         assert energy(server) - before == pytest.approx(into, abs=1e-12)
-        assert server.body.x + contact.position < place  # no step backwards
-        if not contact._shifted:
+        assert place(server, 0) < there  # no step backwards
+        if not server.contact(0).springs[0].shifted:
             break
-    assert contact.rest == face
+    assert server.face(0) == face
 
 
 def test_a_spring_that_is_taken_away_loses_its_energy_as_heat():
@@ -189,4 +216,4 @@ def test_a_spring_that_is_taken_away_loses_its_energy_as_heat():
 def test_a_wall_has_no_energy_of_motion_to_change():
     server, _ = pressed()
     server.configure(ServerParams(environment="wall", object_mass=9.0))
-    assert server.kinetic == 0.0
+    assert server.energies["kinetic"] == 0.0

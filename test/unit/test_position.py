@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from support.law_rigs import Port
 
+from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.port.port_filters import (
     Filtered,
     FilteredParams,
-    NoFilter,
     part_down,
     part_energies,
     part_offer,
@@ -218,9 +218,9 @@ def _energies(s, p):
 @pytest.mark.parametrize("kind", PAID)
 def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
     rig, rng = Rig(params(kind)), np.random.default_rng(4)
-    port, none = rig.port, NoFilter(0)
-    port.s = port.s._replace(filters=Filtered(none, Amplifier(0), none, (0.0,), 0.0))
-    filters = FilteredParams(none, none, none, port.p.port.impedance)
+    port = rig.port
+    port.s = port.s._replace(filters=Filtered(NOTHING, Amplifier(0), NOTHING, (0.0,), 0.0))
+    filters = FilteredParams(NOTHING, NOTHING, NOTHING, port.p.port.impedance)
     port.p = port.p._replace(port=port.p.port._replace(filters=filters))
     brought = hand = sent = 0.0
     for _ in range(100):
@@ -231,8 +231,8 @@ def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
         brought = packet.energy
         port.on_packet(packet)
         port.receive(packet.wave)
+        xd = float(rng.normal(0.0, 0.1))  # for a frame: its mean keeps all of the energy
         for _ in range(M):
-            xd = float(rng.normal(0.0, 0.1))
             hand += port.tick(xd) * xd * TICK_S
         assert brought + hand - sent >= -1e-12
 
