@@ -21,9 +21,6 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     # keep the other workers waiting.
     ORDER = (*LIVE, "oracle", "property", "unit", "law", "project")
 
-# Invariants stated on classes that are gone, until they are stated on the laws: they do not run.
-collect_ignore = [
-]
 
 # Several hundred processes start: each module is compiled once, whatever the machine prefers.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -26,7 +26,7 @@ class Part:
 
     def offer(self, x=0.0):
         """Return v0 and g of its answer v0 + g u, with the device at x."""
-        self.s, v0, gain = part_offer(self.s, vector(x, self.axes), self.p, self._impedance)
+        self.s, v0, (gain,) = part_offer(self.s, vector(x, self.axes), self.p, self._impedance)
         return value(v0), gain
 
     def step(self, u):

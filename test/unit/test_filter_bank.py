@@ -150,9 +150,21 @@ def test_axes_do_not_disturb_one_another(kind):
         np.testing.assert_allclose(together[:, axis], alone, rtol=1e-10, atol=1e-10)
 
 
-def test_a_bank_behind_an_impedance_that_couples_the_axes_is_refused():
-    with pytest.raises(ParameterError, match=r"bank.kind = .*couples the axes"):
-        Port(master(matrix="40 5; 5 10"), axes=2)
+@pytest.mark.parametrize("kind", BANKS)
+def test_behind_an_impedance_that_couples_the_axes_each_principal_axis_has_its_own(kind):
+    values, turn = (12.0, 60.0), np.array([[0.8, -0.6], [0.6, 0.8]])
+    b = (turn @ np.diag(values) @ turn.T).tolist()
+    text = "; ".join(" ".join(map(repr, row)) for row in b)
+    motions = np.random.default_rng(3).normal(size=(60, 2))
+    local = {"stiffness": 800.0, "damping": 3.0}
+    together = driven(Port(master(kind, matrix=text, **local), axes=2), motions @ turn.T) @ turn
+    for axis, value in enumerate(values):
+        alone = driven(Port(master(kind, impedance=value, **local)), motions[:, axis].tolist())
+        np.testing.assert_allclose(together[:, axis], alone, rtol=1e-10, atol=1e-10)
+        other = driven(
+            Port(master(kind, impedance=1.2 * value, **local)), motions[:, axis].tolist()
+        )
+        assert np.abs(together[:, axis] - other).max() > 1e-3  # the control
 
 
 def test_numbers_change_while_it_runs_and_accounts_go_on():

@@ -202,7 +202,7 @@ def _down(s, v, p):
 
 @part_offer.member(Amplifier)
 def _offer(s, x, p, impedance):
-    return s, (0.0,), 0.0
+    return s, (0.0,), (0.0,)
 
 
 @part_up.member(Amplifier)
@@ -219,7 +219,7 @@ def _energies(s, p):
 def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
     rig, rng = Rig(params(kind)), np.random.default_rng(4)
     port = rig.port
-    port.s = port.s._replace(filters=Filtered(NOTHING, Amplifier(0), NOTHING, (0.0,), 0.0))
+    port.s = port.s._replace(filters=Filtered(NOTHING, Amplifier(0), NOTHING, (0.0,), (0.0,)))
     filters = FilteredParams(NOTHING, NOTHING, NOTHING, port.p.port.impedance)
     port.p = port.p._replace(port=port.p.port._replace(filters=filters))
     brought = hand = sent = 0.0
