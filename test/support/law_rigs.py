@@ -259,6 +259,7 @@ class Users:
             for port, wave, received_j in zip(self.s.ports, waves, self.received_j, strict=True)
         )
         self.s = environment_step(self.p, self.s, came)
+        self.faults.note_jumps(self.s.body)
         return self.v_s
 
     def _came(self, port, wave, received_j):

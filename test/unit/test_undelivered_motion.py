@@ -134,7 +134,6 @@ def test_a_force_that_stays_is_taken_soon():
     assert found[-1] == 40.0
 
 
-@pytest.mark.xfail(strict=True, reason="a jump is contained, and neither counted nor named")
 def test_a_jump_is_counted_and_named():
     server = server_around(Reset())
     for _ in range(220):

@@ -216,6 +216,7 @@ class ServerEnd(ServerView, Changing):
         self.s, answers = self._step(self.s, now_ns, taken, missed_s, self.p)
         if self.s.environment.unsettled > unsettled:
             self.faults.note(Unsettled())
+        self.faults.note_jumps(self.s.environment.body)
         self._expect()
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
         return sent, self._row()

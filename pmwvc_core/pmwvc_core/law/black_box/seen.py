@@ -26,7 +26,7 @@ class Seen(NamedTuple):
     f: Vector
     secant: Secant
     jumps: Jumps
-    usable: bool  # the environment's force in the last step
+    usable: bool  # the force that the environment answered in the last step with, if it did
     jumped: bool
 
 
@@ -43,7 +43,7 @@ def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
     begins, secant, jumps = there and not stayed, s.secant, s.jumps
     if begins:
         secant, jumps = resting_secant(at, secant.scale, secant.expected), resting_jumps(at)
-    return Seen(there, at, f, secant, jumps, s.usable, s.jumped), there, begins, at
+    return Seen(there, at, f, secant, jumps, True, False), there, begins, at
 
 
 def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]:

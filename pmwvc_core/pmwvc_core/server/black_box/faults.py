@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The faults of an environment's answer, and their count."""
 
+from typing import Any
+
+import numpy as np
+
 from pmwvc_core.errors import reason
 from pmwvc_core.numeric import Flags
 
@@ -43,6 +47,12 @@ class Faults:
         if not good.all():
             who = [user for user, each in enumerate(good) if not each.all()]
             self.note(BadAnswer(f"returned {what} for users {who}"))
+
+    def note_jumps(self, body: Any) -> None:
+        """Count a step of an environment whose force jumped for users who are there."""
+        seen = getattr(body, "users", ())
+        still = np.array([not (each.there and each.jumped) for each in seen], dtype=bool)
+        self.note_users(still, "a force that jumped while hardly anything moved")
 
     def note(self, error: BaseException) -> None:
         """Count a step."""
