@@ -26,7 +26,7 @@ from pmwvc_core.law.server.server_port import changed_port
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
 from pmwvc_core.made.accounts import accounts_of_server
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.server_changes import changed_server
+from pmwvc_core.made.server_changes import alike, changed_server
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
@@ -238,7 +238,7 @@ class ServerEnd:
         stiffness, damping = contact.contact_stiffness, contact.contact_damping
         b = made_impedance(impedance)
         port, lost_j = changed_port(e.ports[user], stiffness, damping, b)
-        ports = (*e.ports[:user], port, *e.ports[user + 1 :])
+        ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
         arrivals = [guest.arrivals for guest in self.p.guests]
