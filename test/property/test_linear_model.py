@@ -145,7 +145,7 @@ def test_a_column_of_numbers_is_the_models_one_by_one():
         {"server__coupling": "one_step_delay", "server__impedance": 20.0},
         {"server__coupling": "unwrapped", "link__delay_s": 0.5},
         {"master__position__feedback": "printed", "master__position__gain": 2.0},
-        {"master__velocity_filter__kind": "complementary", "device__damping": 0.0},
+        {"master__bank__kind": "complementary", "device__damping": 0.0},
     ],
 )
 def test_axes_that_a_matrix_couples_are_those_of_its_eigenvalues(values):
@@ -172,7 +172,7 @@ def anew():
     """Return what lifts the law of a tick again: what it calls may be another law meanwhile."""
 
     def lift():
-        for kept in (elements._lifted, elements._names, elements._family):
+        for kept in (elements.lifted, elements._family):
             kept.cache_clear()
         return elements.lifted(user_tick)
 

@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import plain as files
 from support.law_rigs import Users
 
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.law.server.contacts import contact_force, offset_of
 from pmwvc_core.law.server.server_port import changed_port
 from pmwvc_core.made.server_changes import changed_server
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.simulation.session import simulate_one
 
 PERIOD_S = 0.008
 stiffnesses = st.one_of(st.just(0.0), st.floats(1e-2, 1e5))
@@ -217,3 +221,20 @@ def test_a_wall_has_no_energy_of_motion_to_change():
     server, _ = pressed()
     server.configure(ServerParams(environment="wall", object_mass=9.0))
     assert server.energies["kinetic"] == 0.0
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "user2.server.contact_stiffness=800",
+        "user2.server.impedance=40",
+        "user1.server.impedance=40",
+    ],
+)
+def test_beside_a_matrix_a_number_changes_as_ever(setting):
+    """One of the users behind a matrix; in the last case none is any more."""
+    texts = ["dof=2", "user1.master.impedance_matrix=30 2; 2 20", f"changes=1 {setting}"]
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=2.0)
+    traces = simulate_one(scenario)
+    found = passivity(traces, scenario, budget(traces, scenario))
+    assert found.session is True

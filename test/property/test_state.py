@@ -72,7 +72,7 @@ def scenarios(draw):
         "rate_drop": draw(st.sampled_from([1, 4, 8])),
         **draw(st.sampled_from(AROUND)),
     }
-    if dof == 2 and controller == "pmwvc" and "bank" not in master and draw(st.booleans()):
+    if dof == 2 and controller == "pmwvc" and draw(st.booleans()):
         master["impedance_matrix"] = "30 5; 5 20"
     said = {
         "name": "drawn",

@@ -25,7 +25,7 @@ from pmwvc_core.law.server.server_port import changed_port
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
 from pmwvc_core.made.accounts import accounts_of_server
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.server_changes import changed_server
+from pmwvc_core.made.server_changes import alike, changed_server
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
@@ -168,7 +168,7 @@ class ServerEnd(ServerView, Changing):
         e = self.s.environment
         law = contact.contact_stiffness, contact.contact_damping, made_impedance(impedance)
         port, lost_j = changed_port(e.ports[user], *law)
-        ports = (*e.ports[:user], port, *e.ports[user + 1 :])
+        ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
         p = self._counting(self._made(self.period_s))

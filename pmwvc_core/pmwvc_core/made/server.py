@@ -65,7 +65,7 @@ def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
         faults = Faults("server.coupling", record.name)
         moves = (record.moves or backward)(server)
         return Contained(law, faults, *moves, record.late, record.object_motion)
-    return ImplicitCoupled(0) if isinstance(law, Implicit) and _are_coupled(users) else law
+    return ImplicitCoupled(0) if isinstance(law, Implicit) and are_coupled(users) else law
 
 
 def object_of(server: ServerParams) -> BodyLaw:
@@ -166,7 +166,7 @@ def _contacts(users: Sequence["scenarios.User"], server: ServerParams, axes: int
     return [contact_of(user.contact, side=user.side, size=size, axes=axes) for user in users]
 
 
-def _are_coupled(users: Sequence["scenarios.User"]) -> bool:
+def are_coupled(users: Sequence["scenarios.User"]) -> bool:
     """Tell whether any impedance of the server couples the axes."""
     return any(isinstance(user.server_impedance, MatrixImpedance) for user in users)
 
@@ -174,9 +174,14 @@ def _are_coupled(users: Sequence["scenarios.User"]) -> bool:
 def _impedance(user: "scenarios.User", users: Sequence["scenarios.User"], axes: int) -> Impedance:
     """Return a user's impedance; a matrix where any user's is one."""
     b = user.server_impedance
-    if isinstance(b, MatrixImpedance) or not _are_coupled(users):
+    if isinstance(b, MatrixImpedance) or not are_coupled(users):
         return b
-    return MatrixImpedance(np.full(axes, float(b)), np.eye(axes))
+    return as_matrix(float(b), axes)
+
+
+def as_matrix(b: float, axes: int) -> MatrixImpedance:
+    """Return a number b [N s/m] as a matrix."""
+    return MatrixImpedance(np.full(axes, b), np.eye(axes))
 
 
 def resting_server(

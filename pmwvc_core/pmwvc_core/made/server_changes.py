@@ -2,11 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the server that change in flight, before a step; no energy comes or goes."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.law.server.body import changed_body
-from pmwvc_core.law.server.server_port import Environment
+from pmwvc_core.law.server.server_port import Environment, UserPort
 from pmwvc_core.law.server_step import ServerStepParams
+from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance
+from pmwvc_core.made.server import are_coupled, as_matrix
+from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.scenario.scenario import User
 
 
 def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> Environment:
@@ -18,3 +23,18 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
     if not hasattr(s.body, "environment"):
         return s._replace(body=changed_body(s.body, old.body, q.environment.body))
     return s
+
+
+def alike(ports: tuple[UserPort, ...], users: Sequence[User]) -> tuple[UserPort, ...]:
+    """Return ports with impedances of one kind: a number is a matrix while any user's is one."""
+    return tuple(_alike(port, are_coupled(users)) for port in ports)
+
+
+def _alike(port: UserPort, coupled: bool) -> UserPort:
+    b = port.avatar.impedance
+    if coupled and isinstance(b, Impedance):
+        b = made_impedance(as_matrix(b.b, len(port.x_s)))
+    elif not coupled and isinstance(b, MatrixImpedance):
+        b = made_impedance(b.b[0][0])
+    avatar = port.avatar._replace(impedance=b)
+    return port._replace(avatar=avatar)
