@@ -28,9 +28,9 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "laws": Room(8_623, 6_000, inside("pmwvc_core", "law")),
+    "laws": Room(7_836, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        5_875,
+        5_874,
         2_500,
         inside(
             "pmwvc_core",
@@ -47,7 +47,7 @@ ROOMS = {
     ),
     "links and packets": Room(3_402, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        6_977,
+        6_899,
         4_700,
         (
             *inside(
@@ -67,12 +67,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        6_055,
+        6_053,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        5_092,
+        5_085,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "export", "*.py"),
@@ -80,11 +80,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        3_751, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        3_749, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_946, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_695, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(4_714, 3_000, ("pmwvc_view",)),
+    "command line": Room(4_942, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_679, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(4_713, 3_000, ("pmwvc_view",)),
 }
 
 

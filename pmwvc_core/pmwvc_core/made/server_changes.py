@@ -3,7 +3,6 @@
 """Parameters of the server that change in flight, before a step; no energy comes or goes."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from pmwvc_core.law.server.body import changed_body
 from pmwvc_core.law.server.server_port import Environment, UserPort
@@ -19,10 +18,9 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
 
     ``p`` are the parameters until here, ``q`` those from here on. A black box keeps its own.
     """
-    old: Any = p.environment
-    if not hasattr(s.body, "environment"):
-        return s._replace(body=changed_body(s.body, old.body, q.environment.body))
-    return s
+    if hasattr(s.body, "environment"):
+        return s
+    return s._replace(body=changed_body(s.body, p.environment.body, q.environment.body))
 
 
 def alike(ports: tuple[UserPort, ...], users: Sequence[User]) -> tuple[UserPort, ...]:

@@ -17,11 +17,12 @@ Equations: docs/theory.md 6.1, 6.2, 6.3.
 """
 
 import functools
+import math
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value, root
+from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params.matrix import matrix_of
 
 ROUNDING = 1e-12
@@ -32,8 +33,7 @@ class MatrixImpedance:
 
     A number scales the matrix (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an array ``(..., dof)`` is
     a signal it acts on (``b * xd``, ``f / b``), zero is zero; :func:`pmwvc_core.numeric.root`
-    takes the symmetric square root. Immutable: results of ``root`` and of the last number are
-    kept, as a control law asks for the same ones at every tick.
+    takes the symmetric square root. Immutable.
 
     Attributes
     ----------
@@ -46,34 +46,25 @@ class MatrixImpedance:
     """
 
     __array_ufunc__ = None  # numpy leaves the operators to this class
-    __slots__ = ("_inverse", "_root", "_scaled", "axes", "matrix", "values")
+    __slots__ = ("axes", "matrix", "values")
 
     def __init__(self, values: Array, axes: Array) -> None:
         self.values = values
         self.axes = axes
         upper = (axes * values) @ axes.T
         self.matrix: Array = 0.5 * (upper + upper.T)
-        self._root: MatrixImpedance | None = None
-        self._inverse: MatrixImpedance | None = None
-        self._scaled: tuple[float, MatrixImpedance] | None = None
 
     def root(self) -> "MatrixImpedance":
         """Return the symmetric square root."""
-        if self._root is None:
-            self._root = MatrixImpedance(np.sqrt(self.values), self.axes)
-        return self._root
+        return MatrixImpedance(np.sqrt(self.values), self.axes)
 
     def inverse(self) -> "MatrixImpedance":
         """Return B^-1."""
-        if self._inverse is None:
-            self._inverse = MatrixImpedance(1.0 / self.values, self.axes)
-        return self._inverse
+        return MatrixImpedance(1.0 / self.values, self.axes)
 
     def scaled(self, factor: float) -> "MatrixImpedance":
         """Return B times a positive number."""
-        if self._scaled is None or self._scaled[0] != factor:
-            self._scaled = factor, MatrixImpedance(factor * self.values, self.axes)
-        return self._scaled[1]
+        return MatrixImpedance(factor * self.values, self.axes)
 
     def __mul__(self, other: Value) -> Any:
         """Act on a signal, or scale by a number."""
@@ -183,28 +174,18 @@ def principal_axes(impedance: Impedance, dof: int) -> Array:
 
 def smallest(impedance: Impedance) -> float:
     """Return the smallest eigenvalue [N s/m]."""
-    least = impedance.values[0] if isinstance(impedance, MatrixImpedance) else impedance
-    return float(least)
-
-
-def smallest_of_runs(impedance: Impedance) -> Value:
-    """Return the smallest eigenvalue [N s/m]; a batch has a number per run, ``(runs, 1)``."""
-    return smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance
+    return eigenvalues(impedance)[0]
 
 
 def largest(impedance: Impedance) -> float:
     """Return the largest eigenvalue [N s/m]."""
-    most = impedance.values[-1] if isinstance(impedance, MatrixImpedance) else impedance
-    return float(most)
+    return eigenvalues(impedance)[-1]
 
 
-def longest_wave(impedance: Impedance, force: float, velocity: float) -> Value:
-    """Return the longest wave of a port with at most this force [N] and velocity [m/s]; a batch
-    has one per run.
+def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
+    """Return the longest wave of a port with at most this force [N] and velocity [m/s].
 
     u = (2B)^(-1/2) (F + B xd), so |u| <= F/sqrt(2 lambda_min) + xd sqrt(lambda_max/2).
     """
-    least = most = impedance
-    if isinstance(impedance, MatrixImpedance):
-        least, most = smallest(impedance), largest(impedance)
-    return force / root(2.0 * least) + velocity * root(0.5 * most)
+    least, most = smallest(impedance), largest(impedance)
+    return force / math.sqrt(2.0 * least) + velocity * math.sqrt(0.5 * most)

@@ -9,17 +9,16 @@ emits, and a passive server returns no more.
 
 import math
 
-from pmwvc_core.numeric import Value, root
 from pmwvc_core.params import SafetyParams, specs
-from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest_of_runs
+from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest
 
 FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
 VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
 DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no waves
 
 
-def largest_wave(impedance: Impedance, *, waves: bool) -> Value:
-    """Return the longest wave that can be meant [sqrt(W)]; in a batch one of each run.
+def largest_wave(impedance: Impedance, *, waves: bool) -> float:
+    """Return the longest wave that can be meant [sqrt(W)].
 
     Parameters
     ----------
@@ -31,8 +30,8 @@ def largest_wave(impedance: Impedance, *, waves: bool) -> Value:
     return longest_wave(impedance, FORCE_N, VELOCITY_M_S) if waves else DIRECT
 
 
-def wave_of_speed(impedance: Impedance, velocity: float) -> Value:
-    """Return a wave that moves an avatar against nothing no faster than that [sqrt(W)]; a velocity
-    in m/s. In a batch one of each run.
+def wave_of_speed(impedance: Impedance, velocity: float) -> float:
+    """Return a wave that moves an avatar against nothing no faster than that [sqrt(W)]; velocity
+    in m/s.
     """
-    return velocity * root(0.5 * smallest_of_runs(impedance))
+    return velocity * math.sqrt(0.5 * smallest(impedance))

@@ -4,9 +4,8 @@
 
 A wave pair carries the same power as the force and velocity of its port, F xd = (u^2 - v^2)/2, for
 *any* impedance b > 0: ends with different b form a lossless transformer, not an error. ``u`` runs
-to the server, ``v`` to the master, both in sqrt(W). Several axes share a scalar b, and runs of a
-batch may have their own, ``(runs, 1)``; or b is a matrix that couples the axes
-(:mod:`pmwvc_core.wave.impedance`).
+to the server, ``v`` to the master, both in sqrt(W). Several axes share a scalar b, or b is a
+matrix that couples them (:mod:`pmwvc_core.wave.impedance`).
 
 Equations: those of :mod:`pmwvc_core.law.wave.wave`, for arrays.
 """
@@ -16,15 +15,9 @@ from pmwvc_core.wave.impedance import Impedance
 
 
 class WavePort:
-    """Both directions through a port, with the roots of its impedance worked out once.
-
-    Forces and velocities count as in the figure: F_m against the hand, F_s of the avatar on what
-    it touches. All signals are floats or ``(..., dof)``.
-
-    Parameters
-    ----------
-    b
-        Wave impedance [N s/m].
+    """Both directions through a port of impedance ``b`` [N s/m]; signals are floats or ``(...,
+    dof)``. Forces count as in the figure: F_m against the hand, F_s of the avatar on what it
+    touches.
     """
 
     __slots__ = ("_root_2_over_b", "_root_2b", "b")
@@ -49,7 +42,3 @@ class WavePort:
     def velocity(self, u: Value, f: Value) -> Value:
         """Return the velocity of the avatar, xd = sqrt(2/b) u - F/b [m/s]."""
         return self._root_2_over_b * u - f / self.b
-
-    def free_velocity(self, u: Value) -> Value:
-        """Return the velocity of an avatar that touches nothing, sqrt(2/b) u [m/s]."""
-        return self._root_2_over_b * u

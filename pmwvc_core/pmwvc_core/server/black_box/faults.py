@@ -4,8 +4,6 @@
 
 from typing import Any
 
-import numpy as np
-
 from pmwvc_core.errors import reason
 from pmwvc_core.numeric import Flags
 
@@ -50,9 +48,10 @@ class Faults:
 
     def note_jumps(self, body: Any) -> None:
         """Count a step of an environment whose force jumped for users who are there."""
-        seen = getattr(body, "users", ())
-        still = np.array([not (each.there and each.jumped) for each in seen], dtype=bool)
-        self.note_users(still, "a force that jumped while hardly anything moved")
+        users = enumerate(getattr(body, "users", ()))
+        if who := [user for user, seen in users if seen.there and seen.jumped]:
+            what = "returned a force that jumped while hardly anything moved"
+            self.note(BadAnswer(f"{what} for users {who}"))
 
     def note(self, error: BaseException) -> None:
         """Count a step."""
