@@ -45,9 +45,9 @@ def returned(bank, server, waves, places=STILL):
     """Yield the wave that comes back at every tick; the device is at ``places``."""
     for u in waves:
         w = bank.down(server.answer())
-        v0, gain = bank.offer(next(places))
+        v = w + bank.offer(next(places))(u)
         server.take(bank.step(u))
-        yield w + v0 + gain * u
+        yield v
 
 
 def excess(bank, server, waves, places=STILL):
@@ -58,8 +58,9 @@ def excess(bank, server, waves, places=STILL):
     return -kept.min() / np.sum(np.square(waves))
 
 
-def complementary(pole_rad_s, stiffness, damping, **local):
+def complementary(pole_rad_s, stiffness, damping, matrix="", **local):
     return MasterParams(
+        impedance_matrix=matrix,
         bank=BankParams(kind="complementary", split_rad_s=pole_rad_s),
         local_model=LocalModelParams(stiffness=stiffness, damping=damping, **local),
     )
@@ -90,15 +91,16 @@ def test_the_complementary_bank_gives_out_no_more_than_it_got_at_any_tick(
 @given(waves=signals(longest=60, dof=3), pole=poles_rad_s, stiffness=stiffnesses)
 @settings(deadline=None)
 def test_the_local_model_takes_what_its_port_gets(waves, pole, stiffness):
-    """Stored and dissipated are what went in."""
-    bank = Part(complementary(pole, stiffness, 2.0), axes=3)
-    for _ in returned(bank, Server(1, [1.0]), waves):
-        pass
-    found = bank.energies
-    taken = found["bank_high_in"] - found["bank_high_out"]
-    kept = found["local_stored"] + found["local_dissipated"]
-    assert abs(taken - kept) <= 1e-9 * (found["bank_high_in"] + 1e-12)
-    assert found["local_stored"] >= 0.0
+    """Stored and dissipated are what went in, with a number and with a matrix impedance."""
+    for matrix in ("", "30 2 0; 2 20 1; 0 1 25"):
+        bank = Part(complementary(pole, stiffness, 2.0, matrix), axes=3)
+        for _ in returned(bank, Server(1, [1.0]), waves):
+            pass
+        found = bank.energies
+        taken = found["bank_high_in"] - found["bank_high_out"]
+        kept = found["local_stored"] + found["local_dissipated"]
+        assert abs(taken - kept) <= 1e-9 * (found["bank_high_in"] + 1e-12)
+        assert found["local_stored"] >= 0.0
 
 
 class Aliased(Server):

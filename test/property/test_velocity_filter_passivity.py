@@ -84,8 +84,7 @@ class Channel:
 
     def step(self, u):
         v = self.part.down(self.returned)
-        own, gain = self.part.offer()
-        v = v + own + gain * u
+        v = v + self.part.offer()(u)
         self.returned = self.environment.step(self.filter.step(self.part.step(u)))
         self.out += u * u
         self.balance += u * u - v * v

@@ -5,6 +5,8 @@
 from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
+from pmwvc_core.law.vectors import plus
+from pmwvc_core.law.wave.wave import along
 from pmwvc_core.made.accounts import accounts_of_user
 from support.law_rigs import Port
 
@@ -25,9 +27,9 @@ class Part:
         return value(w)
 
     def offer(self, x=0.0):
-        """Return v0 and g of its answer v0 + g u, with the device at x."""
-        self.s, v0, (gain,) = part_offer(self.s, vector(x, self.axes), self.p, self._impedance)
-        return value(v0), gain
+        """Return its answer v0 + g u to the wave u of the tick, with the device at x."""
+        self.s, v0, gains = part_offer(self.s, vector(x, self.axes), self.p, self._impedance)
+        return lambda u: value(plus(v0, along(self._impedance, gains, vector(u, self.axes))))
 
     def step(self, u):
         """Take the outgoing wave; return what of it goes on."""
