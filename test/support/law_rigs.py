@@ -198,6 +198,7 @@ class Users:
         environment=None,
         call=directly,
         baseline=None,
+        of_environments=None,
     ):
         self.axes, self.server = axes, server
         sides = sides or [-1 if i % 2 == 0 else 1 for i in range(len(contacts))]
@@ -215,7 +216,15 @@ class Users:
             times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=0.5),
             axes=axes,
         )
-        made = resting_server(users, p, controller=controller, server=server, axes=axes, call=call)
+        made = resting_server(
+            users,
+            p,
+            controller=controller,
+            server=server,
+            axes=axes,
+            call=call,
+            own=of_environments,
+        )
         self.p, self.s = p.environment, made.environment
         self._sums = [None] * len(users)
         self.received_j = [0.0] * len(users)  # by the sums of packets, without waves

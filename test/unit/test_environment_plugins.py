@@ -5,6 +5,7 @@
 import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,8 +21,9 @@ from pmwvc_core.server import environments
 from pmwvc_core.simulation.session import simulate
 
 
-def server_at(name):
-    return Users(ServerParams(coupling="unknown", environment=name), [ContactParams()])
+def server_at(name, own=None):
+    params = ServerParams(coupling="unknown", environment=name)
+    return Users(params, [ContactParams()], of_environments=own)
 
 
 class Honey:
@@ -131,8 +133,9 @@ def test_a_simulated_session_goes_on_and_tells_what_failed(lab, monkeypatch):
 def test_the_environment_of_the_documentation_works(lab):
     text = (Path(__file__).resolve().parents[2] / "docs" / "environments.md").read_text("utf-8")
     [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(compile(source, "docs/environments.md", "exec"), vars(sys.modules["lab_environments"]))
-    server = server_at("jelly")
+    lab_module = sys.modules["lab_environments"]
+    exec(compile(source, "docs/environments.md", "exec"), vars(lab_module))
+    server = server_at("jelly", SimpleNamespace(jelly=lab_module.JellyParams()))
     server.join(0, -0.04)
     for _ in range(2000):
         server.step([1.0 / 50.0**0.5])  # 1 N

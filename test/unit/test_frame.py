@@ -32,7 +32,7 @@ def forces(scenario, schedule):
     found = [[] for _ in users]
     for tick in range(round(scenario.duration_s / scenario.tick_s)):
         now_ns = tick * TICK_NS
-        samples = [DeviceSample(*user.device.read()) for user in users]
+        samples = [user.device.sample for user in users]
         if schedule == AT_ONCE:  # packet, step and answer are one instant
             for loop, sample, link in zip(loops, samples, up, strict=True):
                 link.append(loop.start_frame(tick, now_ns, sample))
@@ -44,12 +44,11 @@ def forces(scenario, schedule):
                 back += [answer] if answer is not None else []
         for i, (loop, user) in enumerate(zip(loops, users, strict=True)):
             acts = loop.coupled or (schedule == AT_ONCE and loop.ready)
-            x, xd = user.device.x, user.device.xd
-            f_h = user.operator.step(x, xd) if acts else user.operator.hold()
+            user.device.sense(acts)
             force, packet, _ = loop.tick(tick, now_ns, samples[i], tuple(down[i]))
             down[i].clear()
             up[i].append(packet)
-            user.device.step(f_h, force)
+            user.device.step(force)
             found[i].append(force)
     return np.array(found)
 
