@@ -54,8 +54,9 @@ def test_flags_position_and_echo_travel_along():
     assert (packet.echo_seq, packet.echo_sent_ns, packet.echo_hold_ns) == (9, 100, 3)
 
 
+@pytest.mark.parametrize("extra", [0, 1, 12])
 @pytest.mark.parametrize("dof", [1, 3, 6])
-def test_the_size_is_that_of_the_serialized_message(dof):
+def test_the_size_is_that_of_the_serialized_message(dof, extra):
     store = get_typestore(Stores.ROS2_JAZZY)
     name = "pmwvc_msgs/msg/Wave"
     store.register(get_types_from_msg((MESSAGES / "Wave.msg").read_text(), name))
@@ -71,6 +72,7 @@ def test_the_size_is_that_of_the_serialized_message(dof):
         integral=values,
         energy=0.0,
         position=values,
+        extra=np.ones(extra),
         echo_seq=0,
         echo_sent_ns=0,
         echo_hold_ns=0,
@@ -79,4 +81,4 @@ def test_the_size_is_that_of_the_serialized_message(dof):
         session=0,
         tag=0,
     )
-    assert size_bytes(dof) == len(store.serialize_cdr(message, name))
+    assert size_bytes(dof, extra) == len(store.serialize_cdr(message, name))

@@ -134,7 +134,7 @@ class Packer:
 
 
 def size_bytes(dof: int, extra: int = 0) -> int:
-    """Return the size of a serialized Wave message (CDR): 124 bytes and three values per axis;
-    signals beside the wave take 8 bytes more than their values.
+    """Return the size of a serialized Wave message (CDR): 124 bytes, three values per axis, and
+    the signals beside the wave.
     """
-    return 124 + 24 * dof + (8 + 8 * extra if extra else 0)
+    return 124 + 24 * dof + 8 * extra

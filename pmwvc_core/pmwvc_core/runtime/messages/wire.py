@@ -30,8 +30,7 @@ _PER_AXIS = size_bytes(1) - _FIXED
 def _layout(dof: int, extra: int) -> struct.Struct:
     """Return the layout: the encapsulation and the fields of ``Wave.msg``."""
     value = f"I4x{dof}d"
-    behind = f"I4x{extra}dI4x" if extra else "II"
-    return struct.Struct(f"<4siIqQI4xd{value}{value}d{value}{behind}qqH2xIQQ")
+    return struct.Struct(f"<4siIqQIId{value}{value}d{value}I4x{extra}dqqH2xIQQ")
 
 
 def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
@@ -44,6 +43,7 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
         packet.sent_ns,
         packet.epoch,
         packet.seq,
+        packet.echo_seq,
         packet.period,
         dof,
         *axes(packet.wave, dof),
@@ -54,7 +54,6 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
         *axes(packet.position, dof),
         len(packet.extra),
         *packet.extra,
-        packet.echo_seq,
         packet.echo_sent_ns,
         packet.echo_hold_ns,
         packet.message_flags,
@@ -70,16 +69,15 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     """
     (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= _FIXED else (0,)
     extra, rest = divmod(len(data) - _FIXED - dof * _PER_AXIS, 8)
-    extra -= extra > 0  # its length fills a gap that is there without any
     if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
         return refused(_other_lengths(data))
     layout = _layout(dof, extra)
     if layout.size != len(data):
         return refused(_other_lengths(data))
     found = layout.unpack(data)
-    integral, energy, position = 9 + dof, 9 + 2 * dof, 11 + 2 * dof
+    integral, energy, position = 10 + dof, 10 + 2 * dof, 12 + 2 * dof
     beside = position + dof + 1
-    if not found[7] == found[integral - 1] == found[position - 1] == dof:
+    if not found[8] == found[integral - 1] == found[position - 1] == dof:
         return refused(_other_lengths(data))
     if found[beside - 1] != extra:
         return refused(_other_lengths(data))
@@ -87,13 +85,13 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
         epoch=found[4],
         seq=found[5],
         sent_ns=found[3],
-        period=found[6],
-        wave=_value(found[8 : 8 + dof]),
+        period=found[7],
+        wave=_value(found[9 : 9 + dof]),
         integral=_value(found[integral : integral + dof]),
         energy=found[energy],
         position=_value(found[position : position + dof]),
         extra=found[beside : beside + extra],
-        echo_seq=found[-7],
+        echo_seq=found[6],
         echo_sent_ns=found[-6],
         echo_hold_ns=found[-5],
         flags=found[-4] & ~FLAG_SHORT,
@@ -114,7 +112,6 @@ def _other_lengths(data: bytes) -> Verdict:
             at += -at % 8 + behind if behind else 0
     except struct.error:
         return Verdict.MALFORMED
-    at += 4  # echo_seq
     at += -at % 8 + 40  # two times, flags, check, session, tag
     whole = at <= len(body) <= at + _SPARE
     return Verdict.WRONG_LENGTH if whole else Verdict.MALFORMED
