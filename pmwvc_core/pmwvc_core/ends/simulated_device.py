@@ -34,12 +34,8 @@ class TargetSource(Protocol):
 
 
 class SimulatedDevice:
-    """A simulated device and the hand on it: state and parameters of its law.
-
-    Raises
-    ------
-    ParameterError
-        If the device starts outside its workspace.
+    """A simulated device and the hand on it: state and parameters of its law. ParameterError where
+    the device starts outside its workspace.
     """
 
     def __init__(
@@ -72,10 +68,9 @@ class SimulatedDevice:
         in touch with the device itself, not with its encoder.
         """
         hand = self.hand
-        if self._source is not None:
-            for target in self._source.take():
-                wanted = math.nan if target is None else target
-                hand = remote_target(hand, vector(wanted, self._axes))
+        for target in self._source.take() if self._source else ():
+            wanted = math.nan if target is None else target
+            hand = remote_target(hand, vector(wanted, self._axes))
         self.hand, self._f_h = self._hand_step(hand, self.s.x, self.s.xd, acts, self._of_hand)
         self.sample.f_h = value(self._f_h)
         return self.sample

@@ -35,8 +35,8 @@ def _of_environments() -> Iterator[tuple[str, type | None]]:
 
 def _gathered(name: str, found: Iterator[tuple[str, type | None]]) -> type:
     fields = [(one, kind, group(kind)) for one, kind in found if kind is not None]
-    of_module = {"__module__": __name__}  # another process finds the class there
-    return dataclasses.make_dataclass(name, fields, frozen=True, namespace=of_module)
+    here = {"__module__": __name__}  # where another process finds it
+    return dataclasses.make_dataclass(name, fields, frozen=True, namespace=here)
 
 
 ControllerOwn = _gathered("ControllerOwn", _of_controllers())

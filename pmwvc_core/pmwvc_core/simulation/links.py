@@ -54,9 +54,8 @@ class SimulatedLink:
     def send(self, packet: WavePacket, now_ns: int) -> None:
         """Give a packet to the link."""
         self.sent.append(packet)
-        self.fates += self.link.send(
-            packet, now_ns, size_bytes=self._size_bytes + 8 * len(packet.extra)
-        )
+        size = self._size_bytes + 8 * len(packet.extra)
+        self.fates += self.link.send(packet, now_ns, size_bytes=size)
 
     def collect(self, now_ns: int) -> list[WavePacket]:
         """Return what has arrived by now, in the order of arrival."""
