@@ -192,7 +192,8 @@ def reference_page(sections: Mapping[str, type]) -> str:
     """
     shared: dict[type, list[str]] = {}
     for prefix, kind in sections.items():
-        shared.setdefault(kind, []).append(prefix)
+        if prefix:  # those without belong to whatever plug-ins are installed
+            shared.setdefault(kind, []).append(prefix)
     parts = []
     for kind, prefixes in shared.items():
         heading = ", ".join(f"`{prefix}`" for prefix in prefixes)

@@ -11,6 +11,7 @@ from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 from pmwvc_view import controls, protocol
 from pmwvc_view.session import Session
@@ -87,9 +88,6 @@ def message(
 
 
 def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
-    half = scenario.server.object_size_m / 2.0
-    start = [0.0] * scenario.dof
-    start[0] = user.side * (half + user.contact.gap_m)
     return {
         "name": user.name,
         "side": user.side,
@@ -97,7 +95,7 @@ def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
         "stiffness": user.contact.contact_stiffness,
         "force_limit": user.safety.max_force,
         "workspace_m": user.device.workspace_m,
-        "start_m": start,
+        "start_m": list(place_of(user, scenario).start),
     }
 
 

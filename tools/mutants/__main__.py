@@ -27,7 +27,9 @@ from mutants.operators import Defect, defects
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = {
-    "pmwvc_core/pmwvc_core": ("law", "wave", "master", "server", "baselines", "transport"),
+    "pmwvc_core/pmwvc_core": (
+        *("law", "plant", "wave", "master", "server", "baselines", "transport"),
+    ),
     "pmwvc_analysis/pmwvc_analysis": ("verdicts", "budget", "recording"),
 }
 LEFT_OUT = (".git", ".venv", ".ros", "sessions", "__pycache__", ".*_cache", ".hypothesis")

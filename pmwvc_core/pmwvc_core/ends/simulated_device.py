@@ -17,7 +17,6 @@ from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import hand_step
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
-from pmwvc_core.plant.targets import TaskHand
 from pmwvc_core.unrolled import unrolled
 
 # Time that a loop misses passes at the device, with the last force held, but no more than this at
@@ -56,12 +55,9 @@ class SimulatedDevice:
         hand = getattr(self.hand, "hand", self.hand)
         return hand if isinstance(hand, RemoteHand) else None
 
-    def listen(self, source: TargetSource) -> bool:
-        """Take targets from a source in place of the task's; tell whether the hand follows any."""
-        if not isinstance(self.hand, TaskHand):
-            return False
+    def listen(self, source: TargetSource) -> None:
+        """Take targets from a source in place of the task's; of a hand ``from_outside``."""
         self.hand, self._of_hand, self._source = self.hand.hand, self._of_hand.hand, source
-        return True
 
     def sense(self, acts: bool) -> DeviceSample:
         """Return the sample at the start of a tick; the hand acts over the tick, or waits. It is

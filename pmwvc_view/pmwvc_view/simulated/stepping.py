@@ -60,9 +60,9 @@ class Simulation:
         self._users, self.tick_ns = self._time.users, self._time.tick_ns
         self.targets: dict[str, PageTargets] = {}
         for user in self._users:
-            source = PageTargets()
-            if user.device.listen(source):
-                self.targets[user.settings.name] = source
+            if user.settings.operator.from_outside:
+                self.targets[user.settings.name] = source = PageTargets()
+                user.device.listen(source)
         self.tick = 0
 
     def run(self, until_tick: int) -> None:

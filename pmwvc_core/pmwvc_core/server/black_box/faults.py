@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The faults of an environment's answer, and their count."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from pmwvc_core.errors import reason
-from pmwvc_core.numeric import Flags
 
 
 class Unanswered(Exception):
@@ -40,18 +40,15 @@ class Faults:
         self.what = parameter.removeprefix("server.")
         self.replaced = self.what == "environment"  # by a damper, in those steps
 
-    def note_users(self, good: Flags, what: str) -> None:
-        """Count a step where the answer is not good for all users ``(users, ..., 1)``."""
-        if not good.all():
-            who = [user for user, each in enumerate(good) if not each.all()]
+    def note_users(self, bad: Iterable[bool], what: str) -> None:
+        """Count a step where the answer is bad for any user."""
+        if who := [user for user, is_bad in enumerate(bad) if is_bad]:
             self.note(BadAnswer(f"returned {what} for users {who}"))
 
     def note_jumps(self, body: Any) -> None:
         """Count a step of an environment whose force jumped for users who are there."""
-        users = enumerate(getattr(body, "users", ()))
-        if who := [user for user, seen in users if seen.there and seen.jumped]:
-            what = "returned a force that jumped while hardly anything moved"
-            self.note(BadAnswer(f"{what} for users {who}"))
+        jumped = (seen.there and seen.jumped for seen in getattr(body, "users", ()))
+        self.note_users(jumped, "a force that jumped while hardly anything moved")
 
     def note(self, error: BaseException) -> None:
         """Count a step."""

@@ -57,7 +57,8 @@ def _exchange(
     except PLUGIN_ERRORS as error:  # whatever the plug-in raises
         s.faults.note(error)
         return s, Reply(False, velocities, starts, -1.0, rest, rest)
-    s.faults.note_users(reply.good, "no usable force (not finite, or beyond 1e6 N)")
+    bad = (not good.all() for good in reply.good)
+    s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     x, xd = reply.shown or (rest, rest)
     forces = _rows(np.where(reply.good, reply.force, np.nan))
     stored_j = -1.0 if reply.stored is None else float(reply.stored)
