@@ -82,7 +82,7 @@ def test_a_replay_is_the_recording_to_the_last_bit(recorded, tmp_path, hand):
         assert_paused(found)
         return
     assert found["limits"] == []
-    assert found["exact"] is True
+    assert found["exact"] is True, found["differences"]
     assert "is exact" in found["lead"]
     assert [user["name"] for user in found["differences"]] == ["user1", "user2"]
     for user in found["differences"]:

@@ -65,7 +65,7 @@ def test_the_loops_run_at_their_rates(carried):
         due = user.tick[-1] - user.tick[0]
         assert due / (user.time_s[-1] - user.time_s[0]) == pytest.approx(1000.0, rel=0.02)
         assert due + 1 == len(user.tick) + user.missed
-        assert due == pytest.approx(4000, abs=300)
+        assert due > 3700  # and on until it is ended, which takes a busy machine longer
     for link in carried.summary()["links"]:
         assert link["delay_s"]["p50"] == pytest.approx(0.016, abs=0.001)
         assert link["lost"] == 0

@@ -25,7 +25,7 @@ def carry(begin_s, *settings):
     """
     scenario = files.load("carry_16ms", settings_texts=list(settings), duration_s=16.0)
     batch = SteppedSession(scenario)
-    sample = batch.users[0]._sample
+    sample = batch.users[0].device.sample
     for at_s, valid in ((begin_s, False), (begin_s and begin_s + SILENT_S, True)):
         if at_s is not None:
             batch.time.run(round(at_s * 1e9))

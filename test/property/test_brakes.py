@@ -150,7 +150,8 @@ def test_the_brake_of_an_avatar_turns_into_heat_what_its_port_loses(seed, dof, r
             assert inner.b == pytest.approx(ratio * B, rel=1e-12)
             before = brake.heat_j
             brake, own, v = unbraked(brake, inner, u, plus(given, back), ratio, PERIOD_S)
-            assert own == pytest.approx(b, rel=1e-12)
+            assert own[:3] == pytest.approx(b[:3], rel=1e-12)
+            assert own.values == pytest.approx(b.values, rel=1e-12)
             outside = 0.5 * PERIOD_S * (squared(u) - squared(v))
             inside = 0.5 * PERIOD_S * (squared(given) - squared(back))
             heat = brake.heat_j - before

@@ -18,7 +18,7 @@ from pmwvc_core.law.motion import advanced, motion
 from support.law_rigs import Port, Users
 
 # Sums of squares, which no signal depends on while nothing limits a force, and ratios.
-SUMS = ("energies", "kept_j", "dissipated_j", "gain", "slope")
+SUMS = ("energies", "kept_j", "dissipated_j", "gain", "gains", "slope")
 
 
 def floats(state):

@@ -25,6 +25,7 @@ from pmwvc_view.live.readers import MasterReader, ServerReader
 
 RELIABLE_QOS = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE)
 NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine's clock
+AWAKE_S = 0.25  # longer between two looks, and this process stood still itself
 
 
 class Inlets:
@@ -34,8 +35,8 @@ class Inlets:
     ----------
     round_trips
         Newest measured round trip of every user by column [s].
-    received_s
-        When the last trace came, on the monotonic clock [s].
+    silent_s
+        Time without a trace, as far as this process ran meanwhile [s].
     changed
         Whether a parameter changed since somebody set this to False.
     """
@@ -58,7 +59,7 @@ class Inlets:
         self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
         self._events = Polled(node, ParameterEvent, "/parameter_events", RELIABLE_QOS)
         self.round_trips: dict[str, float | None] = {}
-        self.received_s = time.monotonic()
+        self.silent_s, self._emptied_s = 0.0, time.monotonic()
         self.changed = False
 
     def now_ns(self) -> int:
@@ -81,8 +82,9 @@ class Inlets:
                 if (block := reader.read(data, clock_ns)) is not None:
                     feed.on_master(user, block)
                     received = True
-        if received:
-            self.received_s = time.monotonic()
+        before_s, self._emptied_s = self._emptied_s, time.monotonic()
+        longer_s = min(self._emptied_s - before_s, AWAKE_S)
+        self.silent_s = 0.0 if received else self.silent_s + longer_s
         while (message := self._fates.take()) is not None:
             number = link_number(message.link, self._graph.users)
             if number is None or misfit("PacketFate", message) or feed.zero_ns is None:

@@ -4,7 +4,6 @@
 
 import asyncio
 import json
-import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -83,7 +82,7 @@ class LiveSession(RunningSession):
             targets[f"{user}.held"] = target is not None
             targets[f"{user}.target"] = None if target is None else list(target)
         self._feed.others = {**self._lags, **inlets.round_trips, **targets}
-        if self._feed.zero_ns is not None and time.monotonic() - inlets.received_s > SILENT_S:
+        if self._feed.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
         snapshots = self._feed.rows(inlets.now_ns())
         self._notices.watch(snapshots, self.layout, self._graph.users)
