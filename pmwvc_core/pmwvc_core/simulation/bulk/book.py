@@ -10,6 +10,7 @@ from pmwvc_core.law.server.energies import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.law.vectors import each, squared
 from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.plant.task import Task, offset
 
 OF_PACKET = 7  # columns behind wave, integral and position: energy, period, time, flags, echo
 
@@ -29,8 +30,8 @@ class Book(NamedTuple):
     blocks
         ``(users, blocks, 4 + energies)``: cause, interventions, work, energies of the port.
     steps, energies, presence
-        Of the server: ``(2 + 5 users, steps, axes)``, ``(steps, 4 + 4 users + accounts)``,
-        ``(steps, users)``.
+        Of the server: ``(3 + 5 users, steps, axes)``, the last of them the target;
+        ``(steps, 3 + 4 users + accounts)``; ``(steps, users)``.
     """
 
     up: Integers
@@ -93,17 +94,19 @@ def _element(axis: int, packets: Array, link: int, row: int, first: int) -> floa
 
 
 def note_step(
-    server: Server, row: int, p: Any, steps: Array, energies: Array, presence: Integers
+    server: Server, row: int, p: Any, task: Task, steps: Array, energies: Array, presence: Integers
 ) -> None:
     """Note a step of the server."""
     at = server.environment
-    counted, first = environment_energies(p.environment, at), 4 + 4 * len(at.ports)
+    counted, first = environment_energies(p.environment, at), 3 + 4 * len(at.ports)
     energies[row, 0] = counted[0]
     energies[row, 1] = counted[1]
     for i in range(2, len(counted)):
         energies[row, first + i - 2] = counted[i]
     energies[row, 2] = at.dissipated_j
-    energies[row, 3] = max(server.task_s, 0.0) if server.task_s < math.inf else 0.0
+    target = offset(max(server.task_s, 0.0) if server.task_s < math.inf else 0.0, task)
+    for i in range(len(target)):
+        steps[len(steps) - 1, row, i] = target[i]
     for i in range(len(at.body.x)):
         steps[0, row, i] = at.body.x[i]
         steps[1, row, i] = at.body.xd[i]
@@ -111,10 +114,10 @@ def note_step(
         port = at.ports[k]
         presence[row, k] = server.guests[k].presence
         seen = port_shown(p.environment, at, k)
-        energies[row, 4 + 4 * k] = port.sums.u_j
-        energies[row, 5 + 4 * k] = port.sums.v_j
-        energies[row, 6 + 4 * k] = seen.touches
-        energies[row, 7 + 4 * k] = seen.learned
+        energies[row, 3 + 4 * k] = port.sums.u_j
+        energies[row, 4 + 4 * k] = port.sums.v_j
+        energies[row, 5 + 4 * k] = seen.touches
+        energies[row, 6 + 4 * k] = seen.learned
         for i in range(len(port.x_s)):
             steps[2 + 5 * k, row, i] = port.x_s[i]
             steps[3 + 5 * k, row, i] = port.avatar.xd[i]

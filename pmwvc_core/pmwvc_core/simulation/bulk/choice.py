@@ -27,7 +27,7 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
         return none
     kinds: dict[str, list[int]] = {}
     for i in fit:
-        kinds.setdefault(_types(prepared(scenarios[i])[:5]), []).append(i)
+        kinds.setdefault(_types(prepared(scenarios[i])[:6]), []).append(i)
     for kind, members in kinds.items():
         if _is_worth_it(kind, [scenarios[i] for i in members]):
             for i in members:

@@ -20,6 +20,7 @@ from pmwvc_core.law.vectors import Vector, columns, each
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.plant.forces import hand_step
+from pmwvc_core.plant.task import Task
 from pmwvc_core.simulation.bulk.book import Book, after, note_step, taken, write
 
 
@@ -57,7 +58,7 @@ class Clock(NamedTuple):
 
 def session(
     ends: tuple[End, ...], server: Server, users: tuple[EndParams, ...], p: Any, clock: Clock,
-    book: Book,
+    task: Task, book: Book,
 ) -> bool:  # fmt: skip
     """Run a session; tell whether all went by the plan."""
     up, down, packets, signals = book.up, book.down, book.packets, book.signals
@@ -85,7 +86,7 @@ def session(
                 return False
             server, answers = server_step(server, now_ns, came, 0.0, p)
             posted = each(_posted, (answers, posted, clock.users), packets)
-            note_step(server, step, p, steps, energies, presence)
+            note_step(server, step, p, task, steps, energies, presence)
             step, next_step = step + 1, next_step + clock.period_ticks
         arrived = none
         if taken_down < len(down) and down[taken_down, 0] <= tick:

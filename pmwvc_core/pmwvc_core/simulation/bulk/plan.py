@@ -46,7 +46,7 @@ class Network(NamedTuple):
     dof: int
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Plan:
     """The links after the session, with packets of nothing, and what was accepted at their ends.
 
@@ -57,12 +57,15 @@ class Plan:
     taken_up, taken_down
         Packets accepted, ``(accepted, 5)`` in the order of time: tick, user, which of those sent
         from 0, whether it is a beginning, how many were lost before it.
+    looks_ns
+        When the server and the masters looked.
     """
 
     up: list[SimulatedLink]
     down: list[SimulatedLink]
     taken_up: Integers
     taken_down: Integers
+    looks_ns: tuple[range, range]
 
 
 def network_of(scenario: Scenario) -> Network:
@@ -176,11 +179,13 @@ class _Planner:
             while end in self._down and end.due_tick() < network.ticks:
                 end.look(int(end.due_tick()))
             end.link.drain(end_ns)
+        tick_ns = network.tick_ns
         return Plan(
             [end.link for end in self._up],
             [end.link for end in self._down],
             _in_order(self._up),
             _in_order(self._down),
+            (range(0, end_ns, network.period_ticks * tick_ns), range(0, end_ns, tick_ns)),
         )
 
     def _step(self, tick: int) -> None:

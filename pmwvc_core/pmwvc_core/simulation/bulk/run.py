@@ -12,6 +12,7 @@ from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.plant.hands import make_hand
+from pmwvc_core.plant.task import Task, task_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
 from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
@@ -45,6 +46,7 @@ class Prepared(NamedTuple):
     users: tuple[EndParams, ...]
     p: Any
     clock: Clock
+    task: Task
     network: Network
 
 
@@ -59,7 +61,8 @@ def prepared(scenario: Scenario) -> Prepared:
     ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
     paces = network.ticks, network.tick_ns, network.rate_drops, network.period_ticks
     clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
-    return Prepared(ends, server, users, p, clock, network)
+    task = task_of(scenario.task, scenario.dof)
+    return Prepared(ends, server, users, p, clock, task, network)
 
 
 def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
@@ -93,7 +96,7 @@ def _book(network: Network, plan: Plan) -> Book:
         np.zeros((2 * users, sent, 3 * axes + OF_PACKET)),
         np.zeros((users, SIGNALS, ticks, axes)),
         np.zeros((users, blocks, OF_BLOCK)),
-        np.zeros((2 + 5 * users, steps, axes)),
-        np.zeros((steps, 4 + 4 * users + OF_STEP)),
+        np.zeros((3 + 5 * users, steps, axes)),
+        np.zeros((steps, 3 + 4 * users + OF_STEP)),
         np.zeros((steps, users), dtype=np.int64),
     )

@@ -2,26 +2,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """The traces of a session that ran in bulk."""
 
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.made.accounts import accounts_of_server, accounts_of_user
 from pmwvc_core.master.safety.states import state_of, text_of
-from pmwvc_core.numeric import Array
-from pmwvc_core.plant.task import offset, task_of
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.simulation.buffers import add_learned
 from pmwvc_core.simulation.bulk.book import OF_PACKET
+from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.network_traces import fate_traces, taken_traces
 from pmwvc_core.traces import (
     ENERGIES,
     OF_AVATARS,
+    FateTraces,
     PacketTraces,
     ReceptionTraces,
     ServerTraces,
     SessionTraces,
+    TakenTraces,
     UserTraces,
 )
 from pmwvc_core.transport.reception import counts, passage
@@ -37,30 +42,21 @@ def traces_of(run: Run) -> SessionTraces:
         users=[_user(run, user) for user in users],
         server=_server(run),
     )
+    links = _links(plan)
     for user in users:
         name = scenario.users[user].name
-        add_learned(traces, name, run.book.energies[-1, 7 + 4 * user])
+        add_learned(traces, name, run.book.energies[-1, 6 + 4 * user])
         ends = (("up", f"/{name}", f"/server/{name}"), ("down", f"/server/{name}", f"/{name}"))
-        for way, (which, sender, receiver) in enumerate(ends):
-            link, topic = (plan.up, plan.down)[way][user], f"wave_{which}"
+        for way, (which, *sides) in enumerate(ends):
+            link, known = links[2 * user + way], f"{name}/{which}"
             rows = run.book.packets[2 * user + way]
-            known = f"{name}/{which}"
-            traces.fates[known] = fate_traces(link, known)
-            traces.receptions[known] = ReceptionTraces(
-                known,
-                receivers=1,
-                counts=counts(link.receiver),
-                passage=passage(link.receiver.path.estimate()),
-            )
-            sent = [packet.seq - 1 for packet in link.sent]
-            arrived = [packet.seq - 1 for packet, _ in link.arrived]
-            sent_ns = [packet.sent_ns for packet in link.sent]
-            arrived_ns = [now_ns for _, now_ns in link.arrived]
-            for side, these, at_ns in ((sender, sent, sent_ns), (receiver, arrived, arrived_ns)):
-                packets = _packets(f"{side}/{topic}", link, rows, these, at_ns)
+            traces.fates[known] = replace(link.fates, link=known)
+            traces.receptions[known] = replace(link.reception, link=known)
+            for side, seen in zip(sides, link.seen, strict=True):
+                packets = _packets(f"{side}/wave_{which}", rows, seen, link.epoch)
                 traces.packets[packets.topic] = packets
-                traces.counts[packets.topic] = {"messages": len(these), "missing": 0}
-            traces.taken[known] = taken_traces(link, _looks_ns(scenario, way))
+                traces.counts[packets.topic] = {"messages": len(seen[0]), "missing": 0}
+            traces.taken[known] = link.taken
     return traces
 
 
@@ -71,7 +67,8 @@ def _user(run: Run, number: int) -> UserTraces:
     every = np.arange(ticks, dtype=np.int64)
     ends = np.append(np.arange(user.master.rate_drop, ticks, user.master.rate_drop), ticks)
     blocks = blocks[: len(ends)]
-    causes = blocks[:, 0].astype(np.int64)
+    causes, which = np.unique(blocks[:, 0].astype(np.int64), return_inverse=True)
+    texts = [str(text_of(cause, user.safety)) for cause in causes.tolist()]
     energies = np.concatenate([blocks[:, 4:8], blocks[:, 2:4]], axis=1).T.copy()
     own = accounts_of_user(run.scenario.controller, run.scenario.channel, user.master)
     return UserTraces(
@@ -82,8 +79,8 @@ def _user(run: Run, number: int) -> UserTraces:
         lateness_s=np.zeros(ticks),
         compute_s=np.zeros(ticks),
         block_time_s=ends * tick_s,
-        state=np.array([state_of(cause) for cause in causes.tolist()], dtype=np.int64),
-        reason=[str(text_of(cause, user.safety)) for cause in causes.tolist()],
+        state=np.array([state_of(cause) for cause in causes.tolist()], dtype=np.int64)[which],
+        reason=[texts[i] for i in which.tolist()],
         energy=dict(zip(ENERGIES, energies, strict=True)),
         accounts={each.name: blocks[:, 8 + k].copy() for k, each in enumerate(own)},
         changes=np.zeros(len(ends), dtype=np.int64),
@@ -97,7 +94,7 @@ def _server(run: Run) -> ServerTraces:
     scenario, book = run.scenario, run.book
     steps, users = len(book.energies), range(len(scenario.users))
     each = {name: [book.steps[2 + 5 * i + k] for i in users] for k, name in enumerate(OF_AVATARS)}
-    first = 4 + 4 * len(users)
+    first = 3 + 4 * len(users)
     accounts = {
         entry.name: book.energies[:, first + k].copy()
         for k, entry in enumerate(
@@ -111,11 +108,11 @@ def _server(run: Run) -> ServerTraces:
         step=np.arange(1, steps + 1, dtype=np.int64),
         x_o=book.steps[0],
         xd_o=book.steps[1],
-        target=_target(scenario, book.energies[:, 3]),
-        contact=[book.energies[:, 6 + 4 * i] != 0.0 for i in users],
+        target=book.steps[-1],
+        contact=[book.energies[:, 5 + 4 * i] != 0.0 for i in users],
         state=[column.copy() for column in book.presence.T],
-        energy_u_s=[book.energies[:, 4 + 4 * i].copy() for i in users],
-        energy_v_s=[book.energies[:, 5 + 4 * i].copy() for i in users],
+        energy_u_s=[book.energies[:, 3 + 4 * i].copy() for i in users],
+        energy_v_s=[book.energies[:, 4 + 4 * i].copy() for i in users],
         kinetic=book.energies[:, 0].copy(),
         potential=book.energies[:, 1].copy(),
         dissipated=book.energies[:, 2].copy(),
@@ -126,30 +123,46 @@ def _server(run: Run) -> ServerTraces:
     )
 
 
-def _target(scenario: Scenario, times_s: Array) -> Array:
-    """Return where the object is to be brought at times of the task ``(steps, dof)`` [m]."""
-    task = task_of(scenario.task, scenario.dof)
-    return np.array([offset(time_s, task) for time_s in times_s.tolist()])
+class _Link(NamedTuple):
+    """What the plan alone says of a link; arrays are shared by all sessions with the plan."""
+
+    fates: FateTraces
+    reception: ReceptionTraces
+    taken: TakenTraces
+    seen: tuple[tuple[Integers, Array], ...]  # rows of packets and times [s]: sent, arrived
+    epoch: int
 
 
-def _looks_ns(scenario: Scenario, way: int) -> list[int]:
-    """Return when receivers looked [ns]: the server at its steps, a master at its ticks."""
-    every = scenario.period_ticks if way == 0 else 1
-    tick_ns = round(scenario.tick_s * 1e9)
-    ticks = round(scenario.duration_s / scenario.tick_s)
-    return list(range(0, ticks * tick_ns, every * tick_ns))
+@lru_cache(maxsize=8)
+def _links(plan: Plan) -> list[_Link]:
+    """Return what a plan says of the links, up and down of each user."""
+    both = zip(plan.up, plan.down, strict=True)
+    return [_link(link, plan.looks_ns[way]) for pair in both for way, link in enumerate(pair)]
 
 
-def _packets(
-    topic: str, link: SimulatedLink, rows: Array, these: list[int], at_ns: list[int]
-) -> PacketTraces:
-    found, dof = rows[np.array(these, dtype=np.int64)], (rows.shape[1] - OF_PACKET) // 3
-    epoch = link.sent[0].epoch if link.sent else 0
+def _link(link: SimulatedLink, looks_ns: range) -> _Link:
+    receiver, epoch = link.receiver, link.sent[0].epoch if link.sent else 0
+    passed = passage(receiver.path.estimate())
+    sent = [(packet.seq - 1, packet.sent_ns) for packet in link.sent]
+    arrived = [(packet.seq - 1, now_ns) for packet, now_ns in link.arrived]
+    seen = [np.array(each, dtype=np.int64).reshape(-1, 2).T for each in (sent, arrived)]
+    return _Link(
+        fate_traces(link, ""),
+        ReceptionTraces("", receivers=1, counts=counts(receiver), passage=passed),
+        taken_traces(link, looks_ns),
+        tuple((rows, at_ns.astype(float) * 1e-9) for rows, at_ns in seen),
+        epoch,
+    )
+
+
+def _packets(topic: str, rows: Array, seen: tuple[Integers, Array], epoch: int) -> PacketTraces:
+    these, time_s = seen
+    found, dof = rows[these], (rows.shape[1] - OF_PACKET) // 3
     return PacketTraces(
         topic=topic,
-        time_s=np.array(at_ns, dtype=float) * 1e-9,
+        time_s=time_s,
         epoch=np.full(len(these), epoch, dtype=np.uint64),
-        seq=np.array(these, dtype=np.int64) + 1,
+        seq=these + 1,
         sent_ns=found[:, 3 * dof + 2].astype(np.int64),
         period_s=found[:, 3 * dof + 1].copy(),
         wave=found[:, :dof].copy(),
