@@ -119,6 +119,9 @@ def test_a_port_at_the_server_keeps_its_impedance_when_the_masters_changes():
     ((_, later),) = over_time(carrying("1 user1.master.impedance=40"))
     assert [user.impedance for user in later.users] == [40.0, 25.0]
     assert [user.server_impedance for user in later.users] == [25.0, 25.0]
+    before = carrying("1 user1.master.rate_drop=4", channel="strict")
+    ((_, later),) = over_time(before)
+    assert later.users[0].contact is before.users[0].contact  # the server's stays as it is
 
 
 @pytest.mark.parametrize(

@@ -97,6 +97,8 @@ def _changed(s: Spring, old: ContactLaw, new: ContactLaw) -> Spring:
     ratio = math.sqrt(old.stiffness / new.stiffness) if new.stiffness > 0.0 else 1.0
     if s.one_sided and depth(s, old) <= 0.0:
         ratio = 1.0
+    if ratio == 1.0:  # to the last bit
+        return s
     deflection = s.deflection * ratio
     changed = Spring(deflection, s.rest + s.deflection - deflection, s.one_sided, s.one_sided)
     return _returned(changed, new)
