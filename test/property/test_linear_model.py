@@ -61,7 +61,8 @@ def scenarios(draw):
     """Draw a scenario of two users and whether it is live."""
     master = {f"filter__{name}": v for name, v in draw(st.sampled_from(FILTERS)).items()}
     master |= draw(st.sampled_from(AROUND)) | {"hold": draw(st.sampled_from(["zoh", "foh"]))}
-    master["impedance"] = draw(st.floats(5.0, 60.0))
+    # b = B returns no wave: the program leaves out what nothing reaches, the other model does not.
+    master["impedance"] = draw(st.floats(5.0, 60.0, exclude_min=True))
     values = {f"master__{name}": value for name, value in master.items()}
     values |= draw(st.sampled_from(CONTROLLERS))
     values |= {
@@ -79,7 +80,7 @@ def scenarios(draw):
             f"user{user}__link__down__delay_s": draw(st.sampled_from([0.0, 0.005, 0.016])),
         }
     if draw(st.booleans()):
-        values["user2__server__impedance"] = draw(st.floats(5.0, 60.0))
+        values["user2__server__impedance"] = draw(st.floats(5.0, 60.0, exclude_min=True))
     try:
         scenario = linear_loops.scenario(**values)
         linear_model.Loop(scenario)

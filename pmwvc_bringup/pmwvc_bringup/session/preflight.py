@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.assembly import user_end_of
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
 from pmwvc_core.plant.hands import make_hand
@@ -92,6 +91,8 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
         make_hand(user.operator, scenario.task, place_of(user, scenario))
 
     def master() -> None:
+        from pmwvc_core.ends.assembly import user_end_of  # no help waits for the laws
+
         user_end_of(scenario, scenario.users.index(user))
 
     links = [partial(effects.check, link) for link in (user.link_up, user.link_down)]

@@ -35,7 +35,7 @@ def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
         packet.period,
         vector(packet.wave, dof),
         vector(packet.integral, dof),
-        float(np.sum(packet.energy)),  # a plug-in may give an array of one
+        vector(packet.energy, 1)[0],  # a plug-in may give an array of one
         vector(packet.position, dof),
         bool(packet.short),
         bool(flags & FLAG_WAITING),

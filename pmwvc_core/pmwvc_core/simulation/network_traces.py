@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_core.ends.forms import vector
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.user import SimulatedUser
@@ -53,9 +54,9 @@ def _packets(seen: Sequence[tuple[WavePacket, int]], topic: str, dof: int) -> Pa
     def of(name: str, kind: Any = float) -> Any:
         return np.array([getattr(packet, name) for packet in packets], dtype=kind)
 
-    def vectors(name: str) -> Array:
-        values = [np.broadcast_to(getattr(packet, name), dof) for packet in packets]
-        return np.array(values, dtype=float).reshape(len(packets), dof)
+    def vectors(name: str, axes: int = dof) -> Array:
+        values = [vector(getattr(packet, name), axes) for packet in packets]
+        return np.array(values, dtype=float).reshape(len(packets), axes)
 
     return PacketTraces(
         topic=topic,
@@ -66,7 +67,7 @@ def _packets(seen: Sequence[tuple[WavePacket, int]], topic: str, dof: int) -> Pa
         period_s=of("period"),
         wave=vectors("wave"),
         integral=vectors("integral"),
-        energy=np.array([float(np.sum(packet.energy)) for packet in packets]),
+        energy=vectors("energy", 1)[:, 0],
         position=vectors("position"),
     )
 

@@ -39,6 +39,7 @@ LARGEST = sys.float_info.max
 ECHO = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
 WHOLE = attrgetter("epoch", "seq", "sent_ns", "flags", "came_ns", *ECHO)
 VALUES = attrgetter("wave", "integral", "energy", "position")
+WHOLE_NUMBERS = {int, bool}
 
 
 class Receiver:
@@ -200,7 +201,7 @@ class Receiver:
 def _well_typed(packet: WavePacket) -> bool:
     extra, refusal = packet.extra, packet.refusal
     return (
-        all(isinstance(number, int) for number in WHOLE(packet))
+        WHOLE_NUMBERS.issuperset(map(type, WHOLE(packet)))
         and 1 <= packet.seq < 1 << 32  # uint32 in the message
         and isinstance(packet.period, (float, int))
         and all(map(_is_value, VALUES(packet)))

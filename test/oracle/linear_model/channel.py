@@ -6,6 +6,7 @@ Who reads takes the newest packet that has arrived: the last one sent ``delay`` 
 earlier. Only packets that will still be read are states.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -14,18 +15,16 @@ from pmwvc_core.params import LinkParams
 
 
 class Times(NamedTuple):
-    """Ticks ``phase``, ``phase + period``, ... at which something happens."""
+    """A clock that strikes once in ``period`` ticks, also at tick ``phase``."""
 
     period: int
     phase: int
 
     def due(self, tick: int) -> bool:
-        """Tell whether it happens at this tick."""
-        return (tick - self.phase) % self.period == 0
+        return tick % self.period == self.phase % self.period
 
     def last(self, tick: int) -> int:
-        """Return when it happened last, this tick included."""
-        return tick - (tick - self.phase) % self.period
+        return max(at for at in range(tick, tick - self.period, -1) if self.due(at))
 
 
 class Channel:
@@ -99,9 +98,6 @@ class Channel:
 
 
 def delay_ticks(params: LinkParams, *, tick_s: float, live: bool) -> int:
-    """Return the delay of a link in whole ticks, rounded up: receivers look at their ticks.
-
-    A live packet takes at least something, so it is never there at the tick it was sent.
-    """
-    ticks = -(-round(params.delay_s * 1e9) // round(tick_s * 1e9))
-    return max(ticks, 1) if live else ticks
+    """Return after how many ticks a receiver sees a packet; live never at the tick of sending."""
+    ticks = math.ceil(params.delay_s / tick_s - 1e-6)
+    return max(ticks, int(live))

@@ -227,8 +227,9 @@ class Loop:
             self.lines, self.server.seats, x, xd, offsets, strict=True
         ):
             u = line.port.wave(rate)
-            now = x_o - last * xd_o + offset  # of the avatar, as if it moved between steps, too
-            rise = self.tick_s * xd_o
+            carried = np.where((seat.stiffness == 0.0) & (seat.damping == 0.0), 0.0, xd_o)
+            now = x_o - last * carried + offset  # of the avatar, as if it moved between steps, too
+            rise = self.tick_s * carried
             last_received = now + rise * line.received_at(-1)
             values += [*line.port.steady(at, rate, last_received), *seat.steady(u, offset)]
             nothing = 0.0 * u

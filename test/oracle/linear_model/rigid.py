@@ -5,12 +5,7 @@
 Where nothing holds the users to the ground, all may stand elsewhere (A t = t), and where nothing
 brakes them either, all may move on uniformly (A t = t up to such a translation). These eigenvalues
 are one exactly, and close by there may be others that matter; so they are not looked for, but
-taken out. With t scaled to 1 at a pivot j, z' = z - t z_j has no more of t in it, and its matrix
-
-    A'[i, k] = A[i, k] - t_i A[j, k]        (row and column j become zero)
-
-has the eigenvalues of A less one that was 1, and a zero in its place. In a batch every run has its
-own motions; ``mask`` says which runs have a given one.
+taken out, by an orthogonal basis of what is left.
 
 With waves a device's position acts on nothing, and neither does the object's: each one is a
 translation of its own, unless a position feedback ties a device to its avatar: then they move
@@ -45,36 +40,19 @@ def families(loop: Loop) -> list[Family]:
 
 
 def quotient(matrices: Array, found: list[Family]) -> Array:
-    """Return the matrices ``(runs, m, m)``, m <= n, on the quotient by motions.
+    """Return the matrix ``(1, m, m)`` of the first run on what is orthogonal to its motions.
 
-    A motion that some runs have and others do not leaves a zero eigenvalue behind.
+    They span a space that the matrix maps into itself, which is asserted; a basis that begins with
+    that space makes the matrix block triangular.
     """
-    matrices = matrices.copy()
-    runs, states = matrices.shape[0], matrices.shape[-1]
-    gone: list[int] = []
-    vectors = [np.broadcast_to(f.vector, (runs, states)).copy() for f in found]
-    for place, family in enumerate(found):
-        j = family.pivot
-        mask = np.broadcast_to(family.mask, runs)[:, np.newaxis]
-        t = np.where(mask, vectors[place], 0.0)
-        matrices -= t[:, :, np.newaxis] * matrices[:, j : j + 1, :]
-        keep = np.where(mask, 0.0, 1.0)
-        matrices[:, j, :] *= keep
-        matrices[:, :, j] *= keep
-        for other in vectors[place + 1 :]:
-            other -= t * other[:, j : j + 1]
-        if mask.all():
-            gone.append(j)
-    left = np.setdiff1d(np.arange(states), gone)
-    return matrices[:, left[:, np.newaxis], left]
-
-
-def radius(matrices: Array) -> Array:
-    """Return the spectral radius of each matrix."""
-    if matrices.shape[-1] == 0:
-        return np.zeros(len(matrices))
-    found: Array = np.abs(np.linalg.eigvals(matrices)).max(axis=-1)
-    return found
+    matrix, own = matrices[0], [family.vector[0] for family in found if family.mask[0]]
+    if not own:
+        return matrices[:1]
+    span = matrix @ matrix @ np.array(own).T  # also in states that nothing reads
+    basis, _ = np.linalg.qr(span, mode="complete")
+    within, across = np.split(basis, [len(own)], axis=1)
+    assert np.abs(across.T @ matrix @ within).max(initial=0.0) < 1e-9 * np.abs(matrix).max()
+    return (across.T @ matrix @ across)[np.newaxis]
 
 
 def count(found: list[Family]) -> int:
@@ -194,7 +172,8 @@ def _common_drift(
         return []
     one, serve = np.ones((1, 1)), loop.serve
     x_o = one * ((serve.phase - serve.period) * loop.tick_s)
-    vector = loop.motion(x, xd, x_o=x_o, xd_o=one)
+    e = [np.where(off, -x_o, 0.0) for off in alone]  # an avatar by itself stays where it is
+    vector = loop.motion(x, xd, x_o=x_o, xd_o=one, e=e)
     return [Family(vector, loop.names.index("xd_o"), mask[:, 0])]
 
 
