@@ -28,12 +28,13 @@ def test_every_port_is_passive_over_an_impaired_link_and_predicted_to_be(impaire
     assert hits["offset"] is None  # the latest packet is not known before
 
 
-def test_no_balance_and_no_node_is_below_zero(impaired):
+def test_no_link_gives_more_than_was_declared_and_no_node_is_below_zero(impaired):
     traces, scenario = read_session(impaired.folder), read_scenario(impaired.folder)
     for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
         held_j = sum(max(each.given_j, 0.0) for each in stood_still(user))
         for balance in (energy.up, energy.down):
-            assert balance.minimum_j >= LEAST_J
+            assert 0.0 < balance.storage_j < 0.005  # lent to playouts whose packets are late
+            assert balance.minimum_j >= LEAST_J - balance.storage_j
         assert energy.joint.minimum_j >= LEAST_J - held_j
         assert user.accounts["node"].min() >= LEAST_J - held_j
         assert energy.up.energy_in_j[-1] > 1e-4  # something was sent
