@@ -105,9 +105,10 @@ def _pinned(old: User, new: User) -> User:
     the server learns of it once, at the start.
     """
     own = new.contact
-    if new.master.impedance == old.master.impedance or own.impedance is not None:
+    unchanged = new.master.impedance == old.master.impedance
+    if unchanged or own.impedance is not None or own.impedance_matrix.strip():
         return new
-    if own.impedance_matrix.strip() or isinstance(old.server_impedance, MatrixImpedance):
+    if own is not old.contact or isinstance(old.server_impedance, MatrixImpedance):
         return new
     return replace(new, contact=replace(own, impedance=old.server_impedance))  # type: ignore[arg-type]
 
