@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.params.fields import Validated, parameter
+from pmwvc_core.params.fields import Is, IsNot, Validated, parameter
 
 VELOCITY_FILTERS = ("none", "equivalent", "exact", "complementary")
 BANKS = ("none", "dissertation", "complementary")
@@ -34,26 +34,15 @@ class VelocityFilterParams(Validated):
         0.5, "> 0 and <= 1", "part of the high-pass wave fed back (App. D: half)"
     )
     alpha: float | None = parameter(
-        None, "> 0 and < 1", "order 1: the pole of (z - 1)/(z - alpha)", kind=float
+        None, "> 0 and < 1", "order 1: the pole of (z - 1)/(z - alpha)"
     )
     cutoff_hz: float | None = parameter(
-        None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB", kind=float
+        None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB"
     )
 
-    @property
-    def is_on(self) -> bool:
-        """Whether there is one."""
-        return self.kind != "none"
-
-    @property
-    def in_force(self) -> bool:
-        """Whether the velocity is filtered in the force and not in the wave."""
-        return self.kind == "equivalent"
-
-    @property
-    def splits(self) -> bool:
-        """Whether the waves both ways are low-pass filtered as well."""
-        return self.kind == "complementary"
+    is_on = IsNot("kind", "none")
+    in_force = Is("kind", "equivalent")  # whether the force is filtered and not the wave
+    splits = Is("kind", "complementary")  # whether waves both ways are low-pass filtered, too
 
     def conflicts(self) -> list[str]:
         """Check that the filter is given once, and that not the whole wave is answered at once."""
@@ -92,10 +81,7 @@ class LocalModelParams(Validated):
     )
     begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
 
-    @property
-    def is_plugin(self) -> bool:
-        """Whether it is a model of another package."""
-        return self.kind != "spring_damper"
+    is_plugin = IsNot("kind", "spring_damper")
 
 
 @dataclass(frozen=True)
@@ -134,15 +120,8 @@ class BankParams(Validated):
         20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both filters"
     )
 
-    @property
-    def is_on(self) -> bool:
-        """Whether there is one."""
-        return self.kind != "none"
-
-    @property
-    def as_published(self) -> bool:
-        """Whether it is that of the dissertation, which is not passive by construction."""
-        return self.kind == "dissertation"
+    is_on = IsNot("kind", "none")
+    as_published = Is("kind", "dissertation")  # not passive by construction
 
     @property
     def lag_s(self) -> float:
@@ -215,12 +194,5 @@ class PositionParams(Validated):
         """Whether what is fed back is paid out of an account of energy; not as published."""
         return self.is_on and not self.as_published
 
-    @property
-    def as_published(self) -> bool:
-        """Whether the feedback is that of the dissertation, which pays for nothing."""
-        return self.feedback == "printed"
-
-    @property
-    def of_residual(self) -> bool:
-        """Whether the residual of displacements is fed back and not the position error."""
-        return self.feedback == "integral"
+    as_published = Is("feedback", "printed")  # as in the dissertation: it pays for nothing
+    of_residual = Is("feedback", "integral")  # of displacements, not the position error

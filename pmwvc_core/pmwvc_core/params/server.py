@@ -7,7 +7,7 @@ contact.
 from dataclasses import dataclass
 
 from pmwvc_core.params.deadband import DeadbandParams
-from pmwvc_core.params.fields import Validated, group, parameter
+from pmwvc_core.params.fields import Is, Validated, group, parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
@@ -112,10 +112,8 @@ class ServerParams(Validated):
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
 
-    @property
-    def learns(self) -> bool:
-        """Whether a port learns the slope of an environment that reports none."""
-        return self.decoding == "secant"
+    # whether a port learns the slope of an environment that reports none
+    learns = Is("decoding", "secant")
 
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
@@ -135,7 +133,6 @@ class ContactParams(Validated):
         None,
         "0.01..1000 N s/m",
         "wave impedance of the server port (null: that of the user's master)",
-        kind=float,
     )
     impedance_matrix: str = parameter(
         "",
@@ -160,10 +157,7 @@ class ContactParams(Validated):
     )
     deadband: DeadbandParams = group(DeadbandParams)
 
-    @property
-    def grips(self) -> bool:
-        """True where the contact only pushes, from the user's own side."""
-        return self.contact == "grip"
+    grips = Is("contact", "grip")  # whether the contact only pushes, from the user's own side
 
     def conflicts(self) -> list[str]:
         """Check that the matrix is valid and the impedance is given once."""
