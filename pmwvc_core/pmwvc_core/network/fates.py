@@ -32,14 +32,8 @@ class FateLog:
     def add(
         self, fate: Fate, *, time_out_ns: int = 0, epoch: int = 0, seq: int | None = None
     ) -> None:
-        """Note a final fate.
-
-        Parameters
-        ----------
-        time_out_ns
-            When the packet really left; 0: never.
-        epoch, seq
-            Of the sender where known, else 0 and the link's own count.
+        """Note a final fate, with the time at which the packet really left (0: never), and epoch
+        and seq of the sender; where these are not known 0 and the link's own count.
         """
         packet = (epoch, fate.number if seq is None else seq, fate.size)
         times_ns = (fate.time_in_ns, fate.time_due_ns, time_out_ns)

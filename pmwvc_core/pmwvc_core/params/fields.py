@@ -215,12 +215,8 @@ class IsNot(Is):
 
 
 class Validated:
-    """Base of every parameter dataclass: checks all fields once, when built.
-
-    Raises
-    ------
-    ParameterError
-        Naming the field, its value and the allowed range.
+    """Base of every parameter dataclass: checks all fields once, when built; ParameterError naming
+    the field, its value and the allowed range.
     """
 
     def __post_init__(self) -> None:

@@ -125,13 +125,7 @@ HANDS: Mapping[str, Maker] = {
 
 
 def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return state and parameters of the hand ``params.kind`` names.
-
-    Raises
-    ------
-    ParameterError
-        If the hand would not be stable at this tick.
-    RecordingError
-        If a recording cannot be used.
+    """Return state and parameters of the hand ``params.kind`` names; ParameterError where it would
+    not be stable at this tick, RecordingError where a recording cannot be used.
     """
     return HANDS[params.kind](params, task, at)

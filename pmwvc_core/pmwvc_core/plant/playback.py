@@ -23,24 +23,8 @@ from pmwvc_core.plant.tables import Table, read_npy, read_text
 
 
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
-    """Return the recording of an operator at the ticks of the force loop, in SI units.
-
-    Parameters
-    ----------
-    params
-        File, relative to the working directory, its columns, their units, and the fading.
-    tick_s, dof
-        Period of the force loop [s]; number of axes.
-
-    Returns
-    -------
-    Array
-        ``(ticks, 1 or dof)`` [N or m].
-
-    Raises
-    ------
-    RecordingError
-        Saying which file, what it holds, and what to do.
+    """Return the recording of an operator at the ticks of the force loop, ``(ticks, 1 or dof)``
+    [N or m]; RecordingError saying which file, what it holds, and what to do.
     """
     values, times = read_columns(params, dof=dof)
     _check(params.file, values, times, params.time_column)

@@ -70,16 +70,8 @@ class Pacer:
     meanwhile are skipped and counted, and the tick stands for the newest one. It does not look
     whether the work itself fits the period: a loop that never does skips for ever, and reports it.
 
-    Parameters
-    ----------
-    period_ns
-        Time between two deadlines [ns].
-    phase_ns
-        Distance of the deadlines from the multiples of the period [ns]; taken modulo the period.
-    recover_ns
-        Lateness up to which every tick is still run [ns].
-    clock, sleep
-        The monotonic clock [ns], and what sleeps until it shows a value.
+    The phase is taken modulo the period. ``clock`` is monotonic [ns], and ``sleep`` sleeps until
+    it shows a value.
     """
 
     def __init__(

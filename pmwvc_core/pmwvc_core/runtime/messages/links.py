@@ -54,14 +54,8 @@ def link_state(
     params: LinkParams,
     **fields: Any,
 ) -> Any:
-    """Return counts, delays and settings of a link as a LinkState message.
-
-    Parameters
-    ----------
-    counts
-        ``in_count, out_count, lost, duplicated, reordered, corrupted, queued, dropped``.
-    delays
-        ``delay_mean, delay_min, delay_max, delay_error_max`` since the last message [s].
+    """Return counts (LinkCounters), delays since the last message (``delay_mean, delay_min,
+    delay_max, delay_error_max`` [s]) and settings of a link as a LinkState message.
     """
     settings = {name: getattr(params, name) for name in _SETTINGS}
     stamp = time_message(types, stamp_ns)
