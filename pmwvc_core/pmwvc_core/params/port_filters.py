@@ -10,10 +10,6 @@ import numpy as np
 
 from pmwvc_core.params.fields import Is, IsNot, Validated, parameter
 
-VELOCITY_FILTERS = ("none", "equivalent", "exact", "complementary")
-BANKS = ("none", "dissertation", "complementary")
-POSITION_FEEDBACKS = ("none", "printed", "budgeted", "integral")
-
 
 @dataclass(frozen=True)
 class VelocityFilterParams(Validated):
@@ -25,7 +21,7 @@ class VelocityFilterParams(Validated):
 
     kind: str = parameter(
         "none",
-        VELOCITY_FILTERS,
+        ("none", "equivalent", "exact", "complementary"),
         "which form; complementary: low-pass filters both ways as well, passive by itself",
         read_only=True,
     )
@@ -58,9 +54,6 @@ class VelocityFilterParams(Validated):
         return []
 
 
-PLACES = ("everywhere", "above", "below")
-
-
 @dataclass(frozen=True)
 class LocalModelParams(Validated):
     """A spring and damper to ground, or a model that is a plug-in."""
@@ -75,7 +68,7 @@ class LocalModelParams(Validated):
     damping: float = parameter(1.0, "0..10000 N s/m", "spring_damper: damping")
     acts: str = parameter(
         "everywhere",
-        PLACES,
+        ("everywhere", "above", "below"),
         "where there is something to touch: above, below: only while the device is above or "
         "below begins_m along axis 0",
     )
@@ -90,7 +83,7 @@ class BankParams(Validated):
 
     kind: str = parameter(
         "none",
-        BANKS,
+        ("none", "dissertation", "complementary"),
         "dissertation: HP to the local model, LP2 on its way back; complementary: a pair of "
         "filters that is passive by construction",
         read_only=True,
@@ -149,7 +142,7 @@ class PositionParams(Validated):
 
     feedback: str = parameter(
         "budgeted",
-        POSITION_FEEDBACKS,
+        ("none", "printed", "budgeted", "integral"),
         "none; printed: without regard to energy; budgeted: no more than the energy tank holds; "
         "integral: likewise, towards the integral of the waves",
         read_only=True,

@@ -8,16 +8,14 @@ A given force is an ideal source: nothing limits the energy it can deliver, so i
 """
 
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, each, scaled, zero
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def _not_yet(s: Any, x: Vector, p: Any) -> tuple[Any, Vector]:

@@ -9,20 +9,16 @@ the hooks of :class:`Effect`, and within a hook in the order of the library, plu
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.plugins import Record
 
-
-class Uniform(Protocol):
-    """Random numbers of one effect on one link, evenly spread over [0, 1)."""
-
-    def __call__(self, fate: Fate, index: int = 0) -> float:
-        """Return the number of a packet or copy; ``index`` counts those of the same packet."""
-        ...
+# Returns the random numbers of one effect on one link, evenly spread over [0, 1): of the Fate of a
+# packet or copy, and of an index that counts those of the same packet, 0 by default.
+Uniform = Callable[..., float]
 
 
 class Effect:
@@ -78,9 +74,6 @@ class Effect:
         return due_ns
 
 
-EffectMaker = Callable[[LinkParams, Uniform], Effect]
-
-
 def made_of(**hooks: Callable[..., Any]) -> type[Effect]:
     """Return an effect with these hooks: functions of the effect and of what a hook is given."""
     return type("LibraryEffect", (Effect,), hooks)
@@ -100,7 +93,7 @@ class LinkEffect(Record):
     ``delay_s``; None where the model must not be asked.
     """
 
-    make: EffectMaker  # for the settings and random numbers of a link
+    make: Callable[[LinkParams, Uniform], Effect]  # for the settings and random numbers of a link
     # the parameter of link.* that switches it on, and the value that switches it off
     switch: tuple[str, Any] = ("effects", "")
     # whether settings switch it on; plug-ins are switched on by link.effects
@@ -115,9 +108,8 @@ class LinkEffect(Record):
     spreads: bool = False  # whether the delay differs from packet to packet
     # by how much tuning rules have to count the delay longer [s]; None: not known
     spread_s: Callable[[LinkParams], float | None] = lambda params: None
-    mean_s: Callable[[LinkParams], float] = lambda params: (
-        0.0
-    )  # what it adds to the delay on the mean [s]
+    # what it adds to the delay on the mean [s]
+    mean_s: Callable[[LinkParams], float] = lambda params: 0.0
     # it and its amount, for sentences and for the drawing of the loop; empty: not mentioned
     amount: Callable[[LinkParams], str] = lambda params: ""
     label: Callable[[LinkParams], str] = lambda params: ""

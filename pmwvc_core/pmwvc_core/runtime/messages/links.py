@@ -7,7 +7,7 @@ DiagnosticArray. Fields given by keyword are those of the ``.msg`` files.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pmwvc_core.network.fates import COLUMNS
+from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 from pmwvc_core.transport.packet import WavePacket
