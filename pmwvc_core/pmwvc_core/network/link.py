@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS
-from pmwvc_core.network.contained import ANSWERS, EffectFaults, contained
 from pmwvc_core.network.distributions import prepare
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
+from pmwvc_core.network.effects.record import ANSWERS, EffectFaults, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.network.streams import Stream
 from pmwvc_core.network.timeline import Timeline, timeline_of

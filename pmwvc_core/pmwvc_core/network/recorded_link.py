@@ -11,7 +11,7 @@ lost. Times are integer nanoseconds.
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_core.network.contained import EffectFaults
+from pmwvc_core.network.effects.record import EffectFaults
 from pmwvc_core.network.in_flight import DELIVERED, TRAVELLING, Cause, Fate, FateKind, InFlight
 
 

@@ -162,6 +162,9 @@ def parameter(
     return dataclasses.field(default=default, metadata={"spec": spec})
 
 
+fixed = partial(parameter, read_only=True)  # a parameter that is fixed when a node starts
+
+
 def _read(allowed: str, kind: type) -> dict[str, Any]:
     """Return the bounds and the unit that a text names."""
     found: dict[str, Any] = {}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_core.params.deadband import DeadbandParams
-from pmwvc_core.params.fields import Is, IsNot, Validated, group, parameter
+from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.params.port_filters import (
     BankParams,
@@ -83,29 +83,25 @@ class MasterParams(Validated):
     """The client end of the wave channel (App. A Fig. 1, App. B Fig. 1)."""
 
     impedance: float = parameter(25.0, "0.01..1000 N s/m", "wave impedance b")
-    impedance_matrix: str = parameter(
+    impedance_matrix: str = fixed(
         "",
         "-",
         "symmetric positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)",
-        read_only=True,
     )
     rate_drop: int = parameter(
         8,
         "1..1000",
         "force-loop ticks per packet, M; changes while running on the strict channel only",
     )
-    tick_s: float = parameter(
-        0.001, "0.0001..0.02 s", "period of the force loop, T_c", read_only=True
-    )
+    tick_s: float = fixed(0.001, "0.0001..0.02 s", "period of the force loop, T_c")
     hold: str = parameter(
         "foh", ("zoh", "foh"), "expansion of the returning wave (foh: delayed first order)"
     )
-    store_j: float = parameter(
+    store_j: float = fixed(
         2e-3,
         "0..0.1 J",
         "energy that the playout of the returning wave may lend to late packets, once a session "
         "(strict channel)",
-        read_only=True,
     )
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)

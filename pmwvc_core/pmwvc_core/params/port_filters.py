@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.params.fields import Is, IsNot, Validated, parameter
+from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, parameter
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,10 @@ class VelocityFilterParams(Validated):
     filter (``pmwvc filter`` prints it).
     """
 
-    kind: str = parameter(
+    kind: str = fixed(
         "none",
         ("none", "equivalent", "exact", "complementary"),
         "which form; complementary: low-pass filters both ways as well, passive by itself",
-        read_only=True,
     )
     order: int = parameter(2, "1..8", "order of the high-pass filter")
     share: float = parameter(
@@ -58,11 +57,10 @@ class VelocityFilterParams(Validated):
 class LocalModelParams(Validated):
     """A spring and damper to ground, or a model that is a plug-in."""
 
-    kind: str = parameter(
+    kind: str = fixed(
         "spring_damper",
         "-",
         "spring_damper, or the name of an entry point in the group pmwvc.local_models",
-        read_only=True,
     )
     stiffness: float = parameter(500.0, "0..1e6 N/m", "spring_damper: stiffness")
     damping: float = parameter(1.0, "0..10000 N s/m", "spring_damper: damping")
@@ -81,34 +79,24 @@ class LocalModelParams(Validated):
 class BankParams(Validated):
     """Filter bank with a local model on its high-pass wave (App. E; edges of its Table 1)."""
 
-    kind: str = parameter(
+    kind: str = fixed(
         "none",
         ("none", "dissertation", "complementary"),
         "dissertation: HP to the local model, LP2 on its way back; complementary: a pair of "
         "filters that is passive by construction",
-        read_only=True,
     )
-    high_stop_hz: float = parameter(40.0, "> 0 Hz", "HP: edge of the stop band", read_only=True)
-    high_stop_db: float = parameter(
-        40.0, "> 0 dB", "HP: attenuation at high_stop_hz", read_only=True
-    )
-    high_pass_hz: float = parameter(70.0, "> 0 Hz", "HP: edge of the pass band", read_only=True)
-    high_pass_db: float = parameter(
-        20.0, "> 0 dB", "HP: attenuation at high_pass_hz", read_only=True
-    )
-    low_pass_hz: float = parameter(300.0, "> 0 Hz", "LP2: edge of the pass band", read_only=True)
-    low_pass_db: float = parameter(
-        1.0, "> 0 dB", "LP2: attenuation at low_pass_hz", read_only=True
-    )
-    low_stop_hz: float = parameter(
+    high_stop_hz: float = fixed(40.0, "> 0 Hz", "HP: edge of the stop band")
+    high_stop_db: float = fixed(40.0, "> 0 dB", "HP: attenuation at high_stop_hz")
+    high_pass_hz: float = fixed(70.0, "> 0 Hz", "HP: edge of the pass band")
+    high_pass_db: float = fixed(20.0, "> 0 dB", "HP: attenuation at high_pass_hz")
+    low_pass_hz: float = fixed(300.0, "> 0 Hz", "LP2: edge of the pass band")
+    low_pass_db: float = fixed(1.0, "> 0 dB", "LP2: attenuation at low_pass_hz")
+    low_stop_hz: float = fixed(
         600.0,
         "> 0 Hz",
         "LP2: edge of the stop band; above half the tick rate it only sets the order",
-        read_only=True,
     )
-    low_stop_db: float = parameter(
-        40.0, "> 0 dB", "LP2: attenuation at low_stop_hz", read_only=True
-    )
+    low_stop_db: float = fixed(40.0, "> 0 dB", "LP2: attenuation at low_stop_hz")
     split_rad_s: float = parameter(
         20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both filters"
     )
@@ -140,12 +128,11 @@ class BankParams(Validated):
 class PositionParams(Validated):
     """Position feedback on the returning wave, v_m - K_p (x_m - x_s) (App. E, Eq. 3)."""
 
-    feedback: str = parameter(
+    feedback: str = fixed(
         "budgeted",
         ("none", "printed", "budgeted", "integral"),
         "none; printed: without regard to energy; budgeted: no more than the energy tank holds; "
         "integral: likewise, towards the integral of the waves",
-        read_only=True,
     )
     gain: float = parameter(0.0, "0..200 sqrt(W)/m", "K_p (0: off)")
     adapts: bool = parameter(
@@ -155,11 +142,10 @@ class PositionParams(Validated):
         "on the strict channel up to twice that where less is left of the loan; gain then holds "
         "until the first answer",
     )
-    storage_j: float = parameter(
+    storage_j: float = fixed(
         0.0,
         "0..1 J",
         "budgeted, integral: energy lent at the start, E0; the port is passive with this storage",
-        read_only=True,
     )
     most_j: float = parameter(
         0.05,

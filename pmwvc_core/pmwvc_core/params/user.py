@@ -10,17 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.params.fields import Is, IsNot, Validated, group, parameter
+from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
 
 OPERATOR_KINDS = (
-    "none",
-    "constant",
-    "sinusoid",
-    "chirp",
-    "hand",
-    "remote",
-    "playback_force",
-    "playback_motion",
+    *("none", "constant", "sinusoid", "chirp", "hand", "remote"),
+    *("playback_force", "playback_motion"),
 )
 
 
@@ -30,7 +24,7 @@ class DeviceParams(Validated):
     adds.
     """
 
-    plugin: str = parameter("simulated", "-", "device plug-in by entry-point name", read_only=True)
+    plugin: str = fixed("simulated", "-", "device plug-in by entry-point name")
     mass: float = parameter(0.25, "> 0 kg", "apparent mass at the handle")
     damping: float = parameter(0.0, ">= 0 N s/m", "viscous damping of the device")
     friction: float = parameter(0.0, ">= 0 N", "Coulomb friction")
@@ -56,9 +50,7 @@ class SafetyParams(Validated):
         8.0, "> 0 and <= 20 N", "peak force (Touch class 3.3, larger desktop devices 8)"
     )
     max_slew: float = parameter(2000.0, "1..20000 N/s", "fastest change of force")
-    soft_start_s: float = parameter(
-        0.5, "0.01..10 s", "force rises from zero over this time", read_only=True
-    )
+    soft_start_s: float = fixed(0.5, "0.01..10 s", "force rises from zero over this time")
     damper_velocity: float = parameter(
         1.0, "> 0 and <= 10 m/s", "above this speed only damping is rendered"
     )
@@ -140,23 +132,16 @@ class OperatorParams(Validated):
     squeeze: float = parameter(
         1.0, ">= 0 N", "hand, remote: force with which the object is held once gripped"
     )
-    file: str = parameter(
-        "",
-        "-",
-        "playback, remote: CSV or NPY file (remote: times and targets; empty: the task's)",
-        read_only=True,
+    file: str = fixed(
+        "", "-", "playback, remote: CSV or NPY file (remote: times and targets; empty: the task's)"
     )
-    columns: str = parameter(
+    columns: str = fixed(
         "",
         "-",
         "playback, remote: column names or numbers (from 0), or variable path; comma separated",
-        read_only=True,
     )
-    time_column: str = parameter(
-        "",
-        "-",
-        "playback, remote: column with the time in s (empty, playback: use rate_hz)",
-        read_only=True,
+    time_column: str = fixed(
+        "", "-", "playback, remote: column with the time in s (empty, playback: use rate_hz)"
     )
     rate_hz: float = parameter(
         1000.0, "> 0 Hz", "playback: sample rate of the file without a time column"
