@@ -129,9 +129,7 @@ class Link(InFlight):
         self._luck = self._drawn.pop()
         fate = Fate(number, now_ns, size=size_bytes)
         lost: Cause | bool = False
-        for loses in self._hooks[
-            "loses"
-        ]:  # every one is asked: what it draws is the same in any company
+        for loses in self._hooks["loses"]:  # all are asked: each draws the same in any company
             cause = loses(fate)
             lost = lost or cause
         if lost:

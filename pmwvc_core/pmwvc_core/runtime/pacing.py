@@ -147,10 +147,8 @@ class Health:
 
     def __init__(self) -> None:
         self.ticks = 0
-        self.late_sum_ns = 0
-        self.late_max_ns = 0
-        self.compute_sum_ns = 0
-        self.compute_max_ns = 0
+        self.late_sum_ns = self.late_max_ns = 0
+        self.compute_sum_ns = self.compute_max_ns = 0
 
     def add(self, late_ns: int, compute_ns: int) -> None:
         """Count one tick."""
