@@ -11,8 +11,7 @@ A plain bool or float is recognised first: that takes a third of the time of ``i
 """
 
 import math
-from collections.abc import Callable
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,18 +24,6 @@ Value: TypeAlias = float | Array
 Flag: TypeAlias = bool | Flags
 
 LARGEST = 1e100  # of a measurement or a force [m], [m/s], [N]; what is beyond it, or NaN, is none
-absolute = cast("Callable[[Value], Value]", abs)  # magnitude, elementwise
-
-
-def where(condition: Flag, yes: Value, no: Value) -> Value:
-    """Choose elementwise; on plain bools a plain choice."""
-    if condition is True:
-        return yes
-    if condition is False:
-        return no
-    if isinstance(condition, np.bool_):
-        return yes if condition else no
-    return np.where(condition, yes, no)
 
 
 def dot(left: Value, right: Value) -> Value:

@@ -5,8 +5,6 @@
 import math
 from typing import Any
 
-from pmwvc_core.plural import count
-
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 NOTHING = "–"
 NEGLIGIBLE = 1e-9  # of a unit: what rounding leaves
@@ -28,11 +26,6 @@ def share(ratio: float) -> str:
     if 0.0 < ratio < 1e-4:
         return "less than 0.01 % of"
     return f"{ratio:.3g} times" if ratio > 1.0 else f"{100.0 * ratio:.2f} % of"
-
-
-def users(number: int) -> str:
-    """Return how many users there are."""
-    return count(number, "user")
 
 
 def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:

@@ -120,7 +120,7 @@ class Master:
         """Give the device back; leave the server the time to take the goodbye."""
         self.device.stop()
         self.device.close()
-        self._receptions.end()
+        self._receptions.publish()
         # A reader may forget what it has not yet taken of a writer that is gone.
         newest = self.loop.protocol.inbox.newest
         time.sleep(FAREWELL_PERIODS * (newest.period if newest else self.settings.server.period_s))

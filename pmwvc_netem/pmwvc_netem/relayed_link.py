@@ -17,8 +17,7 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pmwvc_core.network.fates import FateLog
-from pmwvc_core.network.in_flight import TRAVELLING, Cause, Fate, FateKind
+from pmwvc_core.network.in_flight import TRAVELLING, Cause, Fate, FateKind, FateLog
 from pmwvc_core.network.link import Link
 
 ENCAPSULATION = 4  # bytes that even an empty message has

@@ -90,7 +90,7 @@ class Server:
     def close(self) -> None:
         """Log what the last step brought, report what was received."""
         self._log_changes()
-        self._receptions.end()
+        self._receptions.publish()
 
     def _change(self, params: ServerParams) -> None:
         self._pending.append(partial(self.loop.configure, params))

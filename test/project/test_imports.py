@@ -32,7 +32,7 @@ BASE = {
 CORE = {
     "errors": set(),
     "numeric": set(),
-    "quantities": {"plural"},
+    "quantities": set(),
     "plural": set(),
     "account": {"numeric"},
     "motion": {"numeric"},

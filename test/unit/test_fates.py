@@ -4,8 +4,7 @@
 
 import numpy as np
 
-from pmwvc_core.network.fates import FateLog
-from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, FateKind, FateLog
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 

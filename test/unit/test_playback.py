@@ -7,8 +7,7 @@ import pytest
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.playback import load_recording
-from pmwvc_core.plant.resampling import fade, resample
+from pmwvc_core.plant.playback import fade, load_recording, resample
 
 TICK_S = 0.001
 

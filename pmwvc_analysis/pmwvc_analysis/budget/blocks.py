@@ -28,7 +28,7 @@ from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
-from pmwvc_core.numeric import Array, dot, squared, where
+from pmwvc_core.numeric import Array, dot, squared
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.energies import device_account
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -127,7 +127,7 @@ def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
     into, on = dot(f, xd) * dt, wave_energy(u_m, dt) - wave_energy(v_m, dt) + kept
     changed = squared(f - f_m) > SAME_N**2
     changed = changed | (squared(u_m - port.u(xd, v_m)) > SAME_ROOT_W**2)
-    each = Account(into, on, dissipated=where(changed, into - on, 0.0))
+    each = Account(into, on, dissipated=np.where(changed, into - on, 0.0))
     to_waves = _kept_sum(sums, "u_m") - _kept_sum(sums, "v_m")
     taken = sums.of_ticks(each.taken)
     if not complete(user):

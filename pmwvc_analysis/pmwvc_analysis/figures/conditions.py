@@ -6,7 +6,7 @@ from collections.abc import Container
 
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.network.effects import active
-from pmwvc_core.quantities import users
+from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -24,7 +24,7 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
     user = scenario.users[0]
     parts = [
         ("", source),
-        ("", users(len(scenario.users))),
+        ("", count(len(scenario.users), "user")),
         ("", f"controller {scenario.controller}"),
     ]
     if has_waves(scenario.controller):

@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_analysis.recording import clocks
 from pmwvc_analysis.recording.losses import DROPPED
-from pmwvc_core.network.fates import COLUMNS as PUBLISHED
+from pmwvc_core.network.in_flight import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import LinkParams

@@ -11,14 +11,9 @@ from dataclasses import dataclass
 class FrameSchedule:
     """Phases of a frame [s]; zero for both makes a frame start, step and answer one instant.
 
-    Parameters
-    ----------
-    server_s
-        From the start of a frame to the server's step. Steps lie on the grid of the server's own
-        period, shifted by this.
-    answer_s
-        From the start of a frame to the tick at which a master takes the newest answer. It adds
-        to the round trip.
+    The server steps ``server_s`` after the start of a frame, on the grid of its own period that is
+    shifted by this. A master takes the newest answer ``answer_s`` after the start of a frame,
+    which adds to the round trip.
     """
 
     server_s: float = 0.0

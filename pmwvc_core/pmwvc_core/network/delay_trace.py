@@ -65,20 +65,12 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
     """Read a delay recording once; formats: :mod:`pmwvc_core.network.trace_formats`.
 
     Pauses (intervals above 0.2 s, unless they are usual) are taken out: the segments are joined at
-    the median interval, and so are the end and the beginning.
+    the median interval, and so are the end and the beginning. RecordingError where the file cannot
+    be used, with the reason and the columns found.
 
-    Parameters
-    ----------
-    scale
-        Seconds per unit of the delay column; half of it where the delay is a round trip and each
-        direction gets half. Of IRTT, whose units are known, a factor.
-    column
-        Name of the column of delays; empty: the usual ones.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be used, with the reason and the columns found.
+    ``scale`` is in seconds per unit of the delay column, or half of it where the delay is a round
+    trip and each direction gets half; of IRTT, whose units are known, a factor. ``column`` is the
+    name of the column of delays; empty: the usual ones.
     """
     rows = read_rows(path, column)
     delays = [None if delay is None else delay * scale for delay in rows.delay]

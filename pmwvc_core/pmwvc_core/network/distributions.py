@@ -20,7 +20,6 @@ from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import LinkParams
 
-Quantile = Callable[[float], float]  # of a number in [0, 1); seconds
 STANDARD_NORMAL = NormalDist()
 LEAST = 1e-17  # in place of 0, whose normal quantile is infinite
 TAIL = 3.0  # usual tail index of Pareto, as in the tables of Linux
@@ -83,10 +82,6 @@ class Distribution:
     sized: bool = True  # whether jitter_s is its size; without it there is no jitter
     half_width: bool = False  # whether jitter_s is a half-width: no table in Linux
     linux: bool = False  # whether a table of it comes with tc
-
-    def quantile(self, params: LinkParams) -> Quantile:
-        """Return the quantile function for the settings of a link."""
-        return functools.partial(self.at, params)
 
 
 def normal(u: float) -> float:

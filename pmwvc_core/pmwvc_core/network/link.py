@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS
-from pmwvc_core.network.contained import ANSWERS, EffectFaults, contained
 from pmwvc_core.network.distributions import prepare
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
+from pmwvc_core.network.effects.record import ANSWERS, EffectFaults, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.network.streams import Stream
 from pmwvc_core.network.timeline import Timeline, timeline_of
@@ -37,14 +37,8 @@ class Link(InFlight):
     Every packet takes the same four random numbers (lost?, copied?, jitter, jitter of the copy)
     whatever the settings: the n-th packet meets the same luck under any of them. An effect without
     an index among the four has a stream of its own, by the seed, its name and the number of the
-    packet, so that it changes none of them.
-
-    Parameters
-    ----------
-    seed
-        Of the random numbers; see :func:`stream_of`.
-    direction
-        0: from user to server, 1: back; for networks by name on a timeline.
+    packet, so that it changes none of them. The seed is that of :func:`stream_of`; the direction,
+    for networks by name on a timeline, is 0 from user to server and 1 back.
     """
 
     def __init__(
@@ -62,12 +56,8 @@ class Link(InFlight):
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
-        """Change the settings from now on; packets in flight keep their times.
-
-        Raises
-        ------
-        PmwvcError
-            If they cannot be used, as a delay trace whose file cannot be read; the settings stay.
+        """Change the settings from now on; packets in flight keep their times. PmwvcError where
+        they cannot be used, as a delay trace whose file cannot be read; then the settings stay.
         """
         check(params)
         timeline: Timeline | None = timeline_of(params.schedule) if params.schedule else None
@@ -139,9 +129,7 @@ class Link(InFlight):
         self._luck = self._drawn.pop()
         fate = Fate(number, now_ns, size=size_bytes)
         lost: Cause | bool = False
-        for loses in self._hooks[
-            "loses"
-        ]:  # every one is asked: what it draws is the same in any company
+        for loses in self._hooks["loses"]:  # all are asked: each draws the same in any company
             cause = loses(fate)
             lost = lost or cause
         if lost:

@@ -11,7 +11,7 @@ lost. Times are integer nanoseconds.
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_core.network.contained import EffectFaults
+from pmwvc_core.network.effects.record import EffectFaults
 from pmwvc_core.network.in_flight import DELIVERED, TRAVELLING, Cause, Fate, FateKind, InFlight
 
 
@@ -35,12 +35,8 @@ LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
 class RecordedLink(InFlight):
     """See the module; ``send`` is that of :class:`pmwvc_core.network.Link`.
 
-    Parameters
-    ----------
-    record
-        For every packet number (1, 2, 3...) its fate, followed by those of its copies.
-    per_packet
-        Recorded packets per packet sent here: 1 unless the packet rate is another one.
+    ``record`` holds for every packet number (1, 2, 3...) its fate, followed by those of its
+    copies; ``per_packet`` are recorded packets per packet sent here, 1 unless the rate is another.
     """
 
     def __init__(

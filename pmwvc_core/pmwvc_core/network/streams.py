@@ -59,16 +59,9 @@ class Correlated:
         self._z: float | None = None
 
     def draw(self, u: float, rho: float, *, goes_on: bool = True) -> float:
-        """Return an evenly spread number that depends on the one before.
-
-        Parameters
-        ----------
-        u
-            Random number in [0, 1) of this packet alone.
-        rho
-            Correlation of the chain, [0, 1).
-        goes_on
-            Whether the next number depends on this one: not on that of a copy.
+        """Return an evenly spread number that depends on the one before with a correlation rho of
+        [0, 1); u, of [0, 1), is the random number of this packet alone. The next number depends on
+        this one if it ``goes_on``: not on that of a copy.
         """
         if rho == 0.0:
             self._z = None

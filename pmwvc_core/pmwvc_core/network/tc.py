@@ -31,11 +31,12 @@ def table_name(params: LinkParams) -> str:
 def table_of(params: LinkParams) -> tuple[int, ...]:
     """Return the quantiles of the jitter in 1/8192 of a deviation from the mean, 16 bit each."""
     distribution = DISTRIBUTIONS[params.jitter]
-    quantile, (mean, deviation) = distribution.quantile(params), distribution.moments(params)
+    mean, deviation = distribution.moments(params)
     if deviation <= 0.0:
         return (0,)
-    values = [(quantile((k + 0.5) / ENTRIES) - mean) / deviation * SCALE for k in range(ENTRIES)]
-    return tuple(int(value) for value in np.clip(np.rint(values), -MOST - 1, MOST))
+    found = [distribution.at(params, (k + 0.5) / ENTRIES) for k in range(ENTRIES)]
+    values = np.rint([(value - mean) / deviation * SCALE for value in found])
+    return tuple(int(value) for value in np.clip(values, -MOST - 1, MOST))
 
 
 def table_text(params: LinkParams) -> str:

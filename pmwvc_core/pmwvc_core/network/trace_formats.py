@@ -33,17 +33,8 @@ class Rows(NamedTuple):
 
 
 def read_rows(path: str, column: str) -> Rows:
-    """Read a recording of any format.
-
-    Parameters
-    ----------
-    column
-        Name of the column of delays; empty: the usual ones.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be used, with the reason.
+    """Read a recording of any format, with the name of the column of delays (empty: the usual
+    ones); RecordingError with the reason where the file cannot be used.
     """
     text = _text(path)
     if text.lstrip().startswith("{"):

@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from pmwvc_core.params.fields import Validated, parameter
+from pmwvc_core.params.fields import IsNot, Validated, parameter
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,7 @@ class DeadbandParams(Validated):
         "longest time that a packet stands for; below the silence time safety.timeout_s",
     )
 
-    @property
-    def is_on(self) -> bool:
-        """Whether packets are left out."""
-        return self.kind != "none"
+    is_on = IsNot("kind", "none")  # whether packets are left out
 
     def problem(self, *, strict: bool, timeout_s: float) -> str:
         """Return why it cannot be used, "" where it can: on the strict channel or another, and

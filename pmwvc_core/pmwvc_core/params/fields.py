@@ -142,12 +142,12 @@ def parameter(
         Range and unit, as messages show them: ``0..1 s``, ``> 0 and <= 20 N``, ``>= 1``; ``-``
         without either. Or the names allowed.
     kind
-        Type of a value; needed only where the default is ``None`` (an optional parameter) or
-        ``NO_DEFAULT``.
+        Type of a value; needed only where the default is ``NO_DEFAULT``. ``None`` is that of an
+        optional number.
     group
         Group of entry points whose plug-ins are allowed besides the names.
     """
-    kind = kind or type(default)
+    kind = kind or (float if default is None else type(default))
     more = _read(allowed, kind) if isinstance(allowed, str) else {"unit": "-", "choices": allowed}
     plugins = partial(installed, group) if group else None
     spec = Spec(
@@ -160,6 +160,9 @@ def parameter(
         **more,
     )
     return dataclasses.field(default=default, metadata={"spec": spec})
+
+
+fixed = partial(parameter, read_only=True)  # a parameter that is fixed when a node starts
 
 
 def _read(allowed: str, kind: type) -> dict[str, Any]:
@@ -197,13 +200,26 @@ def group(kind: type) -> Any:
     return dataclasses.field(default_factory=kind, metadata={"group": kind})
 
 
-class Validated:
-    """Base of every parameter dataclass: checks all fields once, when built.
+class Is:
+    """An attribute of a dataclass: whether a parameter of it has one of these values."""
 
-    Raises
-    ------
-    ParameterError
-        Naming the field, its value and the allowed range.
+    def __init__(self, name: str, *values: str) -> None:
+        self.name, self.values = name, values
+
+    def __get__(self, owner: Any, _: type) -> bool:
+        return getattr(owner, self.name) in self.values
+
+
+class IsNot(Is):
+    """An attribute of a dataclass: whether a parameter of it has none of these values."""
+
+    def __get__(self, owner: Any, kind: type) -> bool:
+        return not super().__get__(owner, kind)
+
+
+class Validated:
+    """Base of every parameter dataclass: checks all fields once, when built; ParameterError naming
+    the field, its value and the allowed range.
     """
 
     def __post_init__(self) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_core.params.deadband import DeadbandParams
-from pmwvc_core.params.fields import Validated, group, parameter
+from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.params.port_filters import (
     BankParams,
@@ -34,17 +34,14 @@ class FilterParams(Validated):
     kind: str = parameter(
         "integrate_and_dump", FILTER_KINDS, "which filter; integrate_and_dump: the mean of a frame"
     )
-    pole_rad_s: float | None = parameter(
-        None, "> 0 and <= 100000 rad/s", "first order: the pole", kind=float
-    )
+    pole_rad_s: float | None = parameter(None, "> 0 and <= 100000 rad/s", "first order: the pole")
     cutoff_hz: float | None = parameter(
-        None, "> 0 and <= 10000 Hz", "first order: frequency of -3 dB", kind=float
+        None, "> 0 and <= 10000 Hz", "first order: frequency of -3 dB"
     )
     stop_hz: float | None = parameter(
         None,
         "> 0 and <= 10000 Hz",
         "first order: frequency of -20 dB; Butterworth: edge of the stop band",
-        kind=float,
     )
     pass_hz: float = parameter(25.0, "> 0 and <= 10000 Hz", "Butterworth: edge of the pass band")
     pass_db: float = parameter(20.0, "> 0 and <= 200 dB", "Butterworth: attenuation at pass_hz")
@@ -54,20 +51,11 @@ class FilterParams(Validated):
         "bilinear", ("bilinear", "matched"), "Butterworth: from analogue to sampled"
     )
 
-    @property
-    def means(self) -> bool:
-        """Whether a packet is the mean of its frame: filter and rate drop in one."""
-        return self.kind == "integrate_and_dump"
-
-    @property
-    def is_on(self) -> bool:
-        """Whether there is one."""
-        return self.kind != "none"
-
-    @property
-    def warps(self) -> bool:
-        """Whether the edges of the sampled Butterworth filter are those of a pre-warped one."""
-        return self.discretisation == "bilinear"
+    # whether a packet is the mean of its frame: filter and rate drop in one
+    means = Is("kind", "integrate_and_dump")
+    is_on = IsNot("kind", "none")
+    # whether the edges of the sampled Butterworth filter are those of a pre-warped one
+    warps = Is("discretisation", "bilinear")
 
     def conflicts(self) -> list[str]:
         """Check that the cut-off is given once and used, and that Butterworth edges rise."""
@@ -95,29 +83,25 @@ class MasterParams(Validated):
     """The client end of the wave channel (App. A Fig. 1, App. B Fig. 1)."""
 
     impedance: float = parameter(25.0, "0.01..1000 N s/m", "wave impedance b")
-    impedance_matrix: str = parameter(
+    impedance_matrix: str = fixed(
         "",
         "-",
         "symmetric positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)",
-        read_only=True,
     )
     rate_drop: int = parameter(
         8,
         "1..1000",
         "force-loop ticks per packet, M; changes while running on the strict channel only",
     )
-    tick_s: float = parameter(
-        0.001, "0.0001..0.02 s", "period of the force loop, T_c", read_only=True
-    )
+    tick_s: float = fixed(0.001, "0.0001..0.02 s", "period of the force loop, T_c")
     hold: str = parameter(
         "foh", ("zoh", "foh"), "expansion of the returning wave (foh: delayed first order)"
     )
-    store_j: float = parameter(
+    store_j: float = fixed(
         2e-3,
         "0..0.1 J",
         "energy that the playout of the returning wave may lend to late packets, once a session "
         "(strict channel)",
-        read_only=True,
     )
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
@@ -126,10 +110,7 @@ class MasterParams(Validated):
     position: PositionParams = group(PositionParams)
     deadband: DeadbandParams = group(DeadbandParams)
 
-    @property
-    def ramps(self) -> bool:
-        """Whether the hold goes to each returning wave in a ramp over the frame."""
-        return self.hold == "foh"
+    ramps = Is("hold", "foh")  # to each returning wave, over the frame
 
     @property
     def frame_s(self) -> float:

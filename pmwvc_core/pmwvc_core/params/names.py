@@ -59,17 +59,8 @@ def assembled(
 ) -> P:
     """Build a dataclass from values by dotted name; what is not given takes its default.
 
-    Parameters
-    ----------
-    prefix, kind, given
-        What the names begin with, the dataclass, and the values.
-    named
-        Returns a refusal with full names: from its text, and prefix and class of its group.
-
-    Raises
-    ------
-    ParameterError
-        If a group refuses its values.
+    ParameterError where a group refuses its values: with what ``named`` makes of the text of the
+    refusal, and of prefix and class of the group.
     """
     fields = {
         name: given[joined(prefix, name)] for name in specs(kind) if joined(prefix, name) in given

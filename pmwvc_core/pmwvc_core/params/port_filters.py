@@ -8,11 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.params.fields import Validated, parameter
-
-VELOCITY_FILTERS = ("none", "equivalent", "exact", "complementary")
-BANKS = ("none", "dissertation", "complementary")
-POSITION_FEEDBACKS = ("none", "printed", "budgeted", "integral")
+from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, parameter
 
 
 @dataclass(frozen=True)
@@ -23,37 +19,25 @@ class VelocityFilterParams(Validated):
     filter (``pmwvc filter`` prints it).
     """
 
-    kind: str = parameter(
+    kind: str = fixed(
         "none",
-        VELOCITY_FILTERS,
+        ("none", "equivalent", "exact", "complementary"),
         "which form; complementary: low-pass filters both ways as well, passive by itself",
-        read_only=True,
     )
     order: int = parameter(2, "1..8", "order of the high-pass filter")
     share: float = parameter(
         0.5, "> 0 and <= 1", "part of the high-pass wave fed back (App. D: half)"
     )
     alpha: float | None = parameter(
-        None, "> 0 and < 1", "order 1: the pole of (z - 1)/(z - alpha)", kind=float
+        None, "> 0 and < 1", "order 1: the pole of (z - 1)/(z - alpha)"
     )
     cutoff_hz: float | None = parameter(
-        None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB", kind=float
+        None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB"
     )
 
-    @property
-    def is_on(self) -> bool:
-        """Whether there is one."""
-        return self.kind != "none"
-
-    @property
-    def in_force(self) -> bool:
-        """Whether the velocity is filtered in the force and not in the wave."""
-        return self.kind == "equivalent"
-
-    @property
-    def splits(self) -> bool:
-        """Whether the waves both ways are low-pass filtered as well."""
-        return self.kind == "complementary"
+    is_on = IsNot("kind", "none")
+    in_force = Is("kind", "equivalent")  # whether the force is filtered and not the wave
+    splits = Is("kind", "complementary")  # whether waves both ways are low-pass filtered, too
 
     def conflicts(self) -> list[str]:
         """Check that the filter is given once, and that not the whole wave is answered at once."""
@@ -69,80 +53,56 @@ class VelocityFilterParams(Validated):
         return []
 
 
-PLACES = ("everywhere", "above", "below")
-
-
 @dataclass(frozen=True)
 class LocalModelParams(Validated):
     """A spring and damper to ground, or a model that is a plug-in."""
 
-    kind: str = parameter(
+    kind: str = fixed(
         "spring_damper",
         "-",
         "spring_damper, or the name of an entry point in the group pmwvc.local_models",
-        read_only=True,
     )
     stiffness: float = parameter(500.0, "0..1e6 N/m", "spring_damper: stiffness")
     damping: float = parameter(1.0, "0..10000 N s/m", "spring_damper: damping")
     acts: str = parameter(
         "everywhere",
-        PLACES,
+        ("everywhere", "above", "below"),
         "where there is something to touch: above, below: only while the device is above or "
         "below begins_m along axis 0",
     )
     begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
 
-    @property
-    def is_plugin(self) -> bool:
-        """Whether it is a model of another package."""
-        return self.kind != "spring_damper"
+    is_plugin = IsNot("kind", "spring_damper")
 
 
 @dataclass(frozen=True)
 class BankParams(Validated):
     """Filter bank with a local model on its high-pass wave (App. E; edges of its Table 1)."""
 
-    kind: str = parameter(
+    kind: str = fixed(
         "none",
-        BANKS,
+        ("none", "dissertation", "complementary"),
         "dissertation: HP to the local model, LP2 on its way back; complementary: a pair of "
         "filters that is passive by construction",
-        read_only=True,
     )
-    high_stop_hz: float = parameter(40.0, "> 0 Hz", "HP: edge of the stop band", read_only=True)
-    high_stop_db: float = parameter(
-        40.0, "> 0 dB", "HP: attenuation at high_stop_hz", read_only=True
-    )
-    high_pass_hz: float = parameter(70.0, "> 0 Hz", "HP: edge of the pass band", read_only=True)
-    high_pass_db: float = parameter(
-        20.0, "> 0 dB", "HP: attenuation at high_pass_hz", read_only=True
-    )
-    low_pass_hz: float = parameter(300.0, "> 0 Hz", "LP2: edge of the pass band", read_only=True)
-    low_pass_db: float = parameter(
-        1.0, "> 0 dB", "LP2: attenuation at low_pass_hz", read_only=True
-    )
-    low_stop_hz: float = parameter(
+    high_stop_hz: float = fixed(40.0, "> 0 Hz", "HP: edge of the stop band")
+    high_stop_db: float = fixed(40.0, "> 0 dB", "HP: attenuation at high_stop_hz")
+    high_pass_hz: float = fixed(70.0, "> 0 Hz", "HP: edge of the pass band")
+    high_pass_db: float = fixed(20.0, "> 0 dB", "HP: attenuation at high_pass_hz")
+    low_pass_hz: float = fixed(300.0, "> 0 Hz", "LP2: edge of the pass band")
+    low_pass_db: float = fixed(1.0, "> 0 dB", "LP2: attenuation at low_pass_hz")
+    low_stop_hz: float = fixed(
         600.0,
         "> 0 Hz",
         "LP2: edge of the stop band; above half the tick rate it only sets the order",
-        read_only=True,
     )
-    low_stop_db: float = parameter(
-        40.0, "> 0 dB", "LP2: attenuation at low_stop_hz", read_only=True
-    )
+    low_stop_db: float = fixed(40.0, "> 0 dB", "LP2: attenuation at low_stop_hz")
     split_rad_s: float = parameter(
         20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both filters"
     )
 
-    @property
-    def is_on(self) -> bool:
-        """Whether there is one."""
-        return self.kind != "none"
-
-    @property
-    def as_published(self) -> bool:
-        """Whether it is that of the dissertation, which is not passive by construction."""
-        return self.kind == "dissertation"
+    is_on = IsNot("kind", "none")
+    as_published = Is("kind", "dissertation")  # not passive by construction
 
     @property
     def lag_s(self) -> float:
@@ -168,12 +128,11 @@ class BankParams(Validated):
 class PositionParams(Validated):
     """Position feedback on the returning wave, v_m - K_p (x_m - x_s) (App. E, Eq. 3)."""
 
-    feedback: str = parameter(
+    feedback: str = fixed(
         "budgeted",
-        POSITION_FEEDBACKS,
+        ("none", "printed", "budgeted", "integral"),
         "none; printed: without regard to energy; budgeted: no more than the energy tank holds; "
         "integral: likewise, towards the integral of the waves",
-        read_only=True,
     )
     gain: float = parameter(0.0, "0..200 sqrt(W)/m", "K_p (0: off)")
     adapts: bool = parameter(
@@ -183,11 +142,10 @@ class PositionParams(Validated):
         "on the strict channel up to twice that where less is left of the loan; gain then holds "
         "until the first answer",
     )
-    storage_j: float = parameter(
+    storage_j: float = fixed(
         0.0,
         "0..1 J",
         "budgeted, integral: energy lent at the start, E0; the port is passive with this storage",
-        read_only=True,
     )
     most_j: float = parameter(
         0.05,
@@ -215,12 +173,5 @@ class PositionParams(Validated):
         """Whether what is fed back is paid out of an account of energy; not as published."""
         return self.is_on and not self.as_published
 
-    @property
-    def as_published(self) -> bool:
-        """Whether the feedback is that of the dissertation, which pays for nothing."""
-        return self.feedback == "printed"
-
-    @property
-    def of_residual(self) -> bool:
-        """Whether the residual of displacements is fed back and not the position error."""
-        return self.feedback == "integral"
+    as_published = Is("feedback", "printed")  # as in the dissertation: it pays for nothing
+    of_residual = Is("feedback", "integral")  # of displacements, not the position error

@@ -7,7 +7,7 @@ contact.
 from dataclasses import dataclass
 
 from pmwvc_core.params.deadband import DeadbandParams
-from pmwvc_core.params.fields import Validated, group, parameter
+from pmwvc_core.params.fields import Is, Validated, fixed, group, parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
@@ -22,18 +22,16 @@ KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 class HuntCrossleyParams(Validated):
     """Nonlinear contact, F = K d^n (1 + c d') with K = contact_stiffness in N/m^n."""
 
-    exponent: float = parameter(1.5, "1..3", "n (Hertz, two spheres: 1.5)", read_only=True)
-    damping: float = parameter(
-        0.5, ">= 0 s/m", "c, damping per elastic force and speed", read_only=True
-    )
+    exponent: float = fixed(1.5, "1..3", "n (Hertz, two spheres: 1.5)")
+    damping: float = fixed(0.5, ">= 0 s/m", "c, damping per elastic force and speed")
 
 
 @dataclass(frozen=True)
 class ActiveWallParams(Validated):
     """A wall driven along axis 0, x = A sin(2 pi f t) from the first user on."""
 
-    amplitude_m: float = parameter(0.01, "0..0.1 m", "amplitude A of the motion", read_only=True)
-    frequency_hz: float = parameter(0.5, "0..10 Hz", "frequency f of the motion", read_only=True)
+    amplitude_m: float = fixed(0.01, "0..0.1 m", "amplitude A of the motion")
+    frequency_hz: float = fixed(0.5, "0..10 Hz", "frequency f of the motion")
 
 
 @dataclass(frozen=True)
@@ -52,70 +50,57 @@ class ServerParams(Validated):
         "avatar position from its velocity (one_step_delay, unwrapped, unknown; the others fix "
         "it)",
     )
-    environment: str = parameter(
+    environment: str = fixed(
         "cube",
         "-",
         "cube: the shared object; wall: a wall that does not move; with coupling = unknown also "
         "wall_with_slope, hunt_crossley, active_wall, or a plug-in by entry-point name",
-        read_only=True,
     )
     period_s: float = parameter(
         0.008,
         "0.001..1 s",
         "time step of the environment, T_VE; changes while running on the strict channel only",
     )
-    store_j: float = parameter(
+    store_j: float = fixed(
         2e-3,
         "0..0.1 J",
         "energy that the playout of each user's wave may lend to late packets, once a session "
         "(strict channel)",
-        read_only=True,
     )
     object_mass: float = parameter(2.0, "0.001..1000 kg", "mass of the shared object")
     object_damping: float = parameter(0.0, "0..100000 N s/m", "damping of the object to ground")
-    object_size_m: float = parameter(0.06, "> 0 m", "edge length of the cube", read_only=True)
-    decoding: str = parameter(
+    object_size_m: float = fixed(0.06, "> 0 m", "edge length of the cube")
+    decoding: str = fixed(
         "secant",
         DECODINGS,
         "unknown: force with which a wave is decoded where the environment reports no slope; "
         "secant: along a slope learned from its forces; late: the force of the step before "
         "(App. C)",
-        read_only=True,
     )
-    compensation: str = parameter(
+    compensation: str = fixed(
         "ledger",
         COMPENSATIONS,
         "unknown: treatment of the energy of late decoding; printed: App. C Eq. 15; "
         "corrected: its sign corrected, credit kept, waves only shortened; ledger: return no more "
         "than was received",
         group="pmwvc.compensations",
-        read_only=True,
     )
-    allowance_w: float = parameter(
-        0.0,
-        ">= 0 W",
-        "ledger: largest power that an active environment may deliver",
-        read_only=True,
+    allowance_w: float = fixed(
+        0.0, ">= 0 W", "ledger: largest power that an active environment may deliver"
     )
-    allowance_j: float = parameter(
-        0.0,
-        ">= 0 J",
-        "ledger: largest energy that an active environment may deliver in total",
-        read_only=True,
+    allowance_j: float = fixed(
+        0.0, ">= 0 J", "ledger: largest energy that an active environment may deliver in total"
     )
-    tank_cap_j: float = parameter(
+    tank_cap_j: float = fixed(
         0.25,
         ">= 0 J",
         "ledger: energy kept for an environment that does not report how much it stores",
-        read_only=True,
     )
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
 
-    @property
-    def learns(self) -> bool:
-        """Whether a port learns the slope of an environment that reports none."""
-        return self.decoding == "secant"
+    # whether a port learns the slope of an environment that reports none
+    learns = Is("decoding", "secant")
 
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
@@ -135,35 +120,24 @@ class ContactParams(Validated):
         None,
         "0.01..1000 N s/m",
         "wave impedance of the server port (null: that of the user's master)",
-        kind=float,
     )
-    impedance_matrix: str = parameter(
-        "",
-        "-",
-        "symmetric positive definite matrix in place of that number, N s/m (empty: none)",
-        read_only=True,
+    impedance_matrix: str = fixed(
+        "", "-", "symmetric positive definite matrix in place of that number, N s/m (empty: none)"
     )
-    contact: str = parameter(
+    contact: str = fixed(
         "grip",
         ("bilateral", "grip"),
         "bilateral: spring and damper that pull and push; "
         "grip: from the user's own side, only pushing",
-        read_only=True,
     )
     contact_stiffness: float = parameter(500.0, "0..1e7 N/m", "contact stiffness K")
     contact_damping: float = parameter(10.0, "0..100000 N s/m", "contact damping B")
-    gap_m: float = parameter(
-        0.0,
-        ">= 0 m",
-        "distance of the avatar from the object at the start (grip and wall)",
-        read_only=True,
+    gap_m: float = fixed(
+        0.0, ">= 0 m", "distance of the avatar from the object at the start (grip and wall)"
     )
     deadband: DeadbandParams = group(DeadbandParams)
 
-    @property
-    def grips(self) -> bool:
-        """True where the contact only pushes, from the user's own side."""
-        return self.contact == "grip"
+    grips = Is("contact", "grip")  # whether the contact only pushes, from the user's own side
 
     def conflicts(self) -> list[str]:
         """Check that the matrix is valid and the impedance is given once."""

@@ -10,17 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.params.fields import Validated, group, parameter
+from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
 
 OPERATOR_KINDS = (
-    "none",
-    "constant",
-    "sinusoid",
-    "chirp",
-    "hand",
-    "remote",
-    "playback_force",
-    "playback_motion",
+    *("none", "constant", "sinusoid", "chirp", "hand", "remote"),
+    *("playback_force", "playback_motion"),
 )
 
 
@@ -30,7 +24,7 @@ class DeviceParams(Validated):
     adds.
     """
 
-    plugin: str = parameter("simulated", "-", "device plug-in by entry-point name", read_only=True)
+    plugin: str = fixed("simulated", "-", "device plug-in by entry-point name")
     mass: float = parameter(0.25, "> 0 kg", "apparent mass at the handle")
     damping: float = parameter(0.0, ">= 0 N s/m", "viscous damping of the device")
     friction: float = parameter(0.0, ">= 0 N", "Coulomb friction")
@@ -42,15 +36,8 @@ class DeviceParams(Validated):
     )
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
 
-    @property
-    def is_simulated(self) -> bool:
-        """Whether it is the device of the library, whose state is known."""
-        return self.plugin == "simulated"
-
-    @property
-    def differences(self) -> bool:
-        """Whether its velocity is the difference of measured positions."""
-        return self.velocity == "euler"
+    is_simulated = Is("plugin", "simulated")  # the device of the library, whose state is known
+    differences = Is("velocity", "euler")  # of measured positions
 
 
 @dataclass(frozen=True)
@@ -63,9 +50,7 @@ class SafetyParams(Validated):
         8.0, "> 0 and <= 20 N", "peak force (Touch class 3.3, larger desktop devices 8)"
     )
     max_slew: float = parameter(2000.0, "1..20000 N/s", "fastest change of force")
-    soft_start_s: float = parameter(
-        0.5, "0.01..10 s", "force rises from zero over this time", read_only=True
-    )
+    soft_start_s: float = fixed(0.5, "0.01..10 s", "force rises from zero over this time")
     damper_velocity: float = parameter(
         1.0, "> 0 and <= 10 m/s", "above this speed only damping is rendered"
     )
@@ -147,23 +132,16 @@ class OperatorParams(Validated):
     squeeze: float = parameter(
         1.0, ">= 0 N", "hand, remote: force with which the object is held once gripped"
     )
-    file: str = parameter(
-        "",
-        "-",
-        "playback, remote: CSV or NPY file (remote: times and targets; empty: the task's)",
-        read_only=True,
+    file: str = fixed(
+        "", "-", "playback, remote: CSV or NPY file (remote: times and targets; empty: the task's)"
     )
-    columns: str = parameter(
+    columns: str = fixed(
         "",
         "-",
         "playback, remote: column names or numbers (from 0), or variable path; comma separated",
-        read_only=True,
     )
-    time_column: str = parameter(
-        "",
-        "-",
-        "playback, remote: column with the time in s (empty, playback: use rate_hz)",
-        read_only=True,
+    time_column: str = fixed(
+        "", "-", "playback, remote: column with the time in s (empty, playback: use rate_hz)"
     )
     rate_hz: float = parameter(
         1000.0, "> 0 Hz", "playback: sample rate of the file without a time column"
@@ -174,40 +152,14 @@ class OperatorParams(Validated):
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
     remote: RemoteHandParams = group(RemoteHandParams)
 
-    @property
-    def is_hand(self) -> bool:
-        """Whether it is the simulated hand that does the session's task."""
-        return self.kind == "hand"
-
-    @property
-    def is_remote(self) -> bool:
-        """Whether it is the simulated hand that follows targets as they come."""
-        return self.kind == "remote"
-
-    @property
-    def is_sinusoid(self) -> bool:
-        """Whether it is a force of one frequency."""
-        return self.kind == "sinusoid"
-
-    @property
-    def is_chirp(self) -> bool:
-        """Whether it is a force of sweeping frequency."""
-        return self.kind == "chirp"
-
-    @property
-    def has_arm(self) -> bool:
-        """Whether there is an arm on the device that follows a target."""
-        return self.is_hand or self.is_remote
-
-    @property
-    def answers(self) -> bool:
-        """Whether the force depends on the device's motion."""
-        return self.has_arm or self.kind == "playback_motion"
-
-    @property
-    def is_recorded(self) -> bool:
-        """Whether it is given by a recording."""
-        return self.kind.startswith("playback")
+    is_hand = Is("kind", "hand")  # simulated, does the session's task
+    is_remote = Is("kind", "remote")  # simulated, follows targets as they come
+    is_sinusoid = Is("kind", "sinusoid")  # a force of one frequency
+    is_chirp = Is("kind", "chirp")  # a force of sweeping frequency
+    has_arm = Is("kind", "hand", "remote")  # on the device, follows a target
+    # whether the force depends on the device's motion
+    answers = Is("kind", "hand", "remote", "playback_motion")
+    is_recorded = Is("kind", "playback_force", "playback_motion")
 
     @property
     def from_outside(self) -> bool:
@@ -234,12 +186,5 @@ class TaskParams(Validated):
     move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
     rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")
 
-    @property
-    def closes(self) -> bool:
-        """Whether the hands close."""
-        return self.kind != "free"
-
-    @property
-    def moves(self) -> bool:
-        """Whether the target moves."""
-        return self.kind == "carry"
+    closes = IsNot("kind", "free")  # whether the hands close
+    moves = Is("kind", "carry")  # whether the target moves

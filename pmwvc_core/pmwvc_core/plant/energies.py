@@ -12,16 +12,10 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1..1; as good as exac
 
 
 def damper_heat(mass: float, damping: float, time_s: Value, xd: Array, force: Array) -> Array:
-    """Return b times the integral of |xd|^2 over times that begin with ``xd`` [J].
+    """Return b times the integral of |xd|^2 over times, of each row or of all, that begin with
+    ``xd`` [m/s] and have a constant force [N], ``(ticks, dof)`` [J].
 
     It is taken from the velocity itself, not from the balance of the other energies.
-
-    Parameters
-    ----------
-    time_s
-        Of each row, or of all [s].
-    xd, force
-        Velocity at the start [m/s] and constant force [N], ``(ticks, dof)``.
     """
     square = np.zeros(())
     for node, weight in zip(NODES, WEIGHTS, strict=True):
@@ -49,13 +43,9 @@ def device_account(
         stored      m (|xd+|^2 - |xd|^2)/2
         dissipated  b_hd times the integral of |xd|^2, and friction |x+ - x|; at a stop the rest
 
-    Parameters
-    ----------
-    before, after
-        Position [m] and velocity [m/s] at the start and at the end of each tick, ``(ticks, dof)``.
-    f_h, f_m
-        Forces of the hand and of the controller [N], ``(ticks, dof)``. A hand whose force is not
-        known (None) is taken to have given what the device shows.
+    ``before`` and ``after`` are position [m] and velocity [m/s] at the start and at the end of
+    each tick, ``f_h`` and ``f_m`` the forces of hand and controller [N], all ``(ticks, dof)``. A
+    hand whose force is not known (None) is taken to have given what the device shows.
     """
     (x, xd), (x_after, xd_after) = before, after
     moved = x_after - x

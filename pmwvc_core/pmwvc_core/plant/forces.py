@@ -8,16 +8,13 @@ A given force is an ideal source: nothing limits the energy it can deliver, so i
 """
 
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, each, scaled, zero
-from pmwvc_core.params import OperatorParams
-
-Array: TypeAlias = NDArray[np.float64]
+from pmwvc_core.numeric import Array
 
 
 def _not_yet(s: Any, x: Vector, p: Any) -> tuple[Any, Vector]:
@@ -84,12 +81,6 @@ class RecordedParams(NamedTuple):
     axes: tuple[int, ...]  # numbers of the axes: 0, 1 ...
     repeat: bool  # else there is no force after its end
     early: bool  # its time passes from the first tick, coupled or not
-
-
-def force_params(params: OperatorParams, tick_s: float, axes: int) -> ForceParams:
-    """Return the parameters of a force in so many axes."""
-    force = (params.force, *(0.0,) * (axes - 1))
-    return ForceParams(force, tick_s, params.frequency_hz, params.frequency_end_hz, params.sweep_s)
 
 
 def recorded_params(recording: Array, axes: int, repeat: bool, early: bool) -> RecordedParams:

@@ -26,8 +26,9 @@ import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.forces import Array, hand_force, row, rows_of
+from pmwvc_core.plant.forces import hand_force, row, rows_of
 from pmwvc_core.plant.task import Task, closing, offset
 
 LIGHTEST_DEVICE = 0.05  # [kg]

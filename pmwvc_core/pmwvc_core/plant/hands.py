@@ -16,7 +16,6 @@ from pmwvc_core.plant.forces import (
     ForceParams,
     RecordedForce,
     Sine,
-    force_params,
     recorded_params,
     rows_of,
 )
@@ -61,7 +60,13 @@ def _none(params: OperatorParams, task: TaskParams, at: Place) -> Made:
 
 
 def _force(kind: Callable[[int], Any]) -> Maker:
-    return lambda params, task, at: (kind(0), force_params(params, at.tick_s, at.axes))
+    return lambda params, task, at: (
+        kind(0),
+        ForceParams(
+            at.along(params.force), at.tick_s, params.frequency_hz, params.frequency_end_hz,
+            params.sweep_s,
+        ),
+    )  # fmt: skip
 
 
 def _hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
@@ -125,13 +130,7 @@ HANDS: Mapping[str, Maker] = {
 
 
 def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return state and parameters of the hand ``params.kind`` names.
-
-    Raises
-    ------
-    ParameterError
-        If the hand would not be stable at this tick.
-    RecordingError
-        If a recording cannot be used.
+    """Return state and parameters of the hand ``params.kind`` names; ParameterError where it would
+    not be stable at this tick, RecordingError where a recording cannot be used.
     """
     return HANDS[params.kind](params, task, at)

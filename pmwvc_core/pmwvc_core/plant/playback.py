@@ -9,38 +9,113 @@ How a column is named (several are separated by commas):
 * NPY: the number of the column, counted from 0.
 
 Without a name a file with a single column of data is taken as it is.
+
+From the times it was recorded at to the ticks it is played at: 1. Uneven sampling is made even
+(median interval) by monotone cubic interpolation. 2. A recording faster than the ticks is
+low-passed forwards and backwards (no lag): Butterworth, order 8, -6 dB at 0.4 of the tick rate. 3.
+Monotone cubic interpolation (PCHIP: no overshoot, continuous slope) at the ticks.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.resampling import fade, resample
-from pmwvc_core.plant.tables import Table, read_npy, read_text
+
+EVEN = 1e-3  # of an interval: time stamps this regular count as even
+EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way
+ORDER = 8
+
+
+class Table:
+    """Named or numbered columns of text or of a NumPy array."""
+
+    def __init__(self, file: Path, names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+        self.file, self.names, self.rows = file, list(names), rows
+
+    def data(self, names: Sequence[str], time_column: str) -> Array:
+        """Return the columns named, or the only one there is."""
+        if not names:
+            names = [name for name in self.names if name != time_column]
+            if len(names) != 1:
+                raise RecordingError(
+                    f"{self.file}: operator.columns is empty, and there is more than one column: "
+                    f"choose from {', '.join(self.names)}"
+                )
+        return np.hstack([self.column(name) for name in names])
+
+    def column(self, name: str) -> Array:
+        """Return one column ``(rows, 1)``."""
+        index = self._index(name)
+        values = np.empty((len(self.rows), 1))
+        for number, row in enumerate(self.rows):
+            try:
+                values[number] = row[index]
+            except (IndexError, ValueError) as error:
+                text = row[index] if index < len(row) else "nothing"
+                raise RecordingError(
+                    f"{self.file}: row {number} (from 0) of column {name} holds {text!r}, not a "
+                    "number; choose another column or repair the file"
+                ) from error
+        return values
+
+    def _index(self, name: str) -> int:
+        if name in self.names:
+            return self.names.index(name)
+        if name.isdecimal() and int(name) < len(self.names):
+            return int(name)
+        raise RecordingError(
+            f"{self.file}: no column {name!r}; there are {', '.join(self.names)}, "
+            f"or by number 0 to {len(self.names) - 1}"
+        )
+
+
+def read_npy(file: Path) -> Table:
+    """Read an array ``(rows,)`` or ``(rows, columns)``."""
+    try:
+        array = np.load(file, allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise RecordingError(f"{file}: not a NumPy array of numbers ({error})") from error
+    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
+        raise RecordingError(
+            f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
+            "(rows, columns)"
+        )
+    rows = array.reshape(len(array), -1)
+    return Table(file, [str(number) for number in range(rows.shape[1])], rows)
+
+
+def read_text(file: Path) -> Table:
+    """Read text with or without a line of names."""
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{file}: not text ({error}); save it as UTF-8") from error
+    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise RecordingError(f"{file}: empty")
+    separator = next((mark for mark in (";", "\t", ",") if mark in lines[0]), None)
+    rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
+    if any(_number(cell) for cell in rows[0]):
+        return Table(file, [str(number) for number in range(len(rows[0]))], rows)
+    return Table(file, [cell.strip('"') for cell in rows[0]], rows[1:])
+
+
+def _number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
-    """Return the recording of an operator at the ticks of the force loop, in SI units.
-
-    Parameters
-    ----------
-    params
-        File, relative to the working directory, its columns, their units, and the fading.
-    tick_s, dof
-        Period of the force loop [s]; number of axes.
-
-    Returns
-    -------
-    Array
-        ``(ticks, 1 or dof)`` [N or m].
-
-    Raises
-    ------
-    RecordingError
-        Saying which file, what it holds, and what to do.
+    """Return the recording of an operator at the ticks of the force loop, ``(ticks, 1 or dof)``
+    [N or m]; RecordingError saying which file, what it holds, and what to do.
     """
     values, times = read_columns(params, dof=dof)
     _check(params.file, values, times, params.time_column)
@@ -95,3 +170,40 @@ def _open(file: Path) -> Table:
     if suffix in (".csv", ".txt", ".tsv", ".dat"):
         return read_text(file)
     raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
+
+
+def resample(values: Array, times: Array, *, tick_s: float) -> Array:
+    """Return a signal ``(samples, columns)``, given with its rising times [s], at the ticks from
+    its first sample to its last, ``(ticks, columns)``.
+    """
+    # Importing it takes over a second, which nodes without a recording need not wait for.
+    from scipy import interpolate, signal
+
+    times = times - times[0]
+    interval = float(np.median(np.diff(times)))
+    even = interval * np.arange(round(times[-1] / interval) + 1)
+    if len(even) != len(times) or np.abs(even - times).max() > EVEN * interval:
+        values, times = interpolate.PchipInterpolator(times, values)(even), even
+    if interval < tick_s * (1.0 - 1e-9) and len(values) > 1:
+        edge = 2.0 * EDGE * interval / tick_s  # as a ratio of half the recording's rate
+        if edge < 1.0:
+            sos = signal.butter(ORDER, edge, output="sos")
+            padding = min(len(values) - 1, round(10.0 * tick_s / interval * ORDER))
+            values = signal.sosfiltfilt(sos, values, axis=0, padlen=padding)
+    ticks = tick_s * np.arange(int(times[-1] / tick_s * (1.0 + 1e-12)) + 1)
+    return np.asarray(interpolate.PchipInterpolator(times, values)(np.minimum(ticks, times[-1])))
+
+
+def fade(values: Array, *, fade_s: float, tick_s: float) -> Array:
+    """Return the signal led in from zero and out to zero by half a cosine wave at either end.
+
+    A signal shorter than twice ``fade_s`` is faded over its halves.
+    """
+    count = min(round(fade_s / tick_s), (len(values) - 1) // 2)
+    if count < 1:
+        return values
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
+    weight = np.ones(len(values))
+    weight[:count] = rise
+    weight[-count:] = rise[::-1]
+    return values * weight[:, np.newaxis]

@@ -9,11 +9,9 @@ face of the object, and ``squeeze / stiffness`` inside it once the hands have cl
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
-from pmwvc_core.plant.forces import Array, hand_force, hand_hold, row
+from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.plant.forces import hand_force, hand_hold, row
 from pmwvc_core.plant.remote_hand import (
     RemoteHand,
     RemoteParams,
@@ -41,7 +39,7 @@ class TableParams(NamedTuple):
     """
 
     hand: RemoteParams
-    ticks: NDArray[np.int64]  # at which the rows come
+    ticks: Integers  # at which the rows come
     rows: Array  # (rows, axes) [m]
     axes: tuple[int, ...]  # numbers of the axes: 0, 1 ...
     early: bool

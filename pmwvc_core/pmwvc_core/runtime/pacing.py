@@ -70,16 +70,8 @@ class Pacer:
     meanwhile are skipped and counted, and the tick stands for the newest one. It does not look
     whether the work itself fits the period: a loop that never does skips for ever, and reports it.
 
-    Parameters
-    ----------
-    period_ns
-        Time between two deadlines [ns].
-    phase_ns
-        Distance of the deadlines from the multiples of the period [ns]; taken modulo the period.
-    recover_ns
-        Lateness up to which every tick is still run [ns].
-    clock, sleep
-        The monotonic clock [ns], and what sleeps until it shows a value.
+    The phase is taken modulo the period. ``clock`` is monotonic [ns], and ``sleep`` sleeps until
+    it shows a value.
     """
 
     def __init__(
@@ -155,10 +147,8 @@ class Health:
 
     def __init__(self) -> None:
         self.ticks = 0
-        self.late_sum_ns = 0
-        self.late_max_ns = 0
-        self.compute_sum_ns = 0
-        self.compute_max_ns = 0
+        self.late_sum_ns = self.late_max_ns = 0
+        self.compute_sum_ns = self.compute_max_ns = 0
 
     def add(self, late_ns: int, compute_ns: int) -> None:
         """Count one tick."""

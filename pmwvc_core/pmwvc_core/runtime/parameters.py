@@ -126,12 +126,8 @@ class ParameterBinding:
     A change is checked by building the complete new dataclass from the old values and the new
     ones, and refused as a whole with the dataclass's own message. An accepted one reaches the
     group's listener as a complete new object, in the thread that serves parameters: the listener
-    only hands it over, the owner applies it at a frame boundary. One per node.
-
-    Parameters
-    ----------
-    settled
-        Called behind the listeners of a set of parameters: what they hand over belongs together.
+    only hands it over, the owner applies it at a frame boundary. ``settled`` is called behind the
+    listeners of a set of parameters: what they hand over belongs together. One per node.
     """
 
     def __init__(self, node: Node, *, settled: Callable[[], None] = lambda: None) -> None:
@@ -153,23 +149,13 @@ class ParameterBinding:
         check: Callable[[P], None] = lambda _: None,
         check_change: Callable[[P, P], None] = lambda _, __: None,
     ) -> P:
-        """Declare a parameter dataclass and return its values at the start.
+        """Declare a parameter dataclass and return its values at the start; ParameterError where a
+        value given to the node is wrong.
 
-        Parameters
-        ----------
-        listener
-            Gets the complete new object after each accepted change.
-        check
-            Raises ``ParameterError`` for what the dataclass cannot know, at the start and at each
-            change.
-        check_change
-            Gets the present object and the new one; raises ``ParameterError`` for a step that is
-            not allowed while running.
-
-        Raises
-        ------
-        ParameterError
-            If a value given to the node is wrong.
+        ``listener`` gets the complete new object after each accepted change. ``check`` raises
+        ParameterError for what the dataclass cannot know, at the start and at each change;
+        ``check_change``, which gets the present object and the new one, for a step that is not
+        allowed while running.
         """
         value = declare(self._node, prefix, kind, defaults=defaults, fixed=False)
         check(value)

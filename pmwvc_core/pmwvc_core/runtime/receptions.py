@@ -63,7 +63,3 @@ class Receptions:
                     **passage(inbox.path.estimate()),
                 )
             )
-
-    def end(self) -> None:
-        """Publish for the last time."""
-        self.publish()

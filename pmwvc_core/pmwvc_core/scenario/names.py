@@ -143,17 +143,9 @@ def doubts(scenario: Scenario) -> list[str]:
 
 
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:
-    """Return the scenario with a parameter changed.
-
-    Parameters
-    ----------
-    value
-        A plain value, or a column ``(runs, 1)`` for a stackable name.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such parameter, or it may not have that value.
+    """Return the scenario with a parameter changed to a plain value, or, of a stackable name, to a
+    column ``(runs, 1)``; ScenarioError where there is no such parameter, or it may not have that
+    value.
     """
     number, complete_names = resolved(name)
     for leaf in complete_names:

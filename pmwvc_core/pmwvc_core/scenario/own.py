@@ -8,36 +8,26 @@ A controller names a dataclass as ``params`` of its record: every user has its o
 :func:`pmwvc_core.params.fields.parameter`, like those of the library.
 """
 
+import contextlib
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from pmwvc_core.controllers.library import RECORDS
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params.fields import group
-from pmwvc_core.server import environments
+from pmwvc_core.server.environments import PLUGINS
 
 
-def _of_controllers() -> Iterator[tuple[str, type | None]]:
-    for name in RECORDS.installed():
-        try:
-            yield name, RECORDS.of(name).params
-        except PmwvcError:  # whoever asks for that controller is told why
-            continue
-
-
-def _of_environments() -> Iterator[tuple[str, type | None]]:
-    for name in environments.PLUGINS.installed():
-        try:
-            yield name, getattr(environments.PLUGINS.load(name), "params", None)
-        except PmwvcError:  # likewise
-            continue
-
-
-def _gathered(name: str, found: Iterator[tuple[str, type | None]]) -> type:
-    fields = [(one, kind, group(kind)) for one, kind in found if kind is not None]
+def _gathered(name: str, installed: Iterable[str], load: Callable[[str], Any]) -> type:
+    fields = []
+    for one in installed:
+        with contextlib.suppress(PmwvcError):  # whoever asks for that plug-in is told why
+            kind = getattr(load(one), "params", None)
+            fields += [(one, kind, group(kind))] if kind is not None else []
     here = {"__module__": __name__}  # where another process finds it
     return dataclasses.make_dataclass(name, fields, frozen=True, namespace=here)
 
 
-ControllerOwn = _gathered("ControllerOwn", _of_controllers())
-EnvironmentOwn = _gathered("EnvironmentOwn", _of_environments())
+ControllerOwn = _gathered("ControllerOwn", RECORDS.installed(), RECORDS.of)
+EnvironmentOwn = _gathered("EnvironmentOwn", PLUGINS.installed(), PLUGINS.load)

@@ -45,21 +45,11 @@ def parse_scenario(
     users: int | None = None,
     duration_s: float | None = None,
 ) -> Scenario:
-    """Build a scenario from nested (or dotted) names.
+    """Build a scenario from nested (or dotted) names; ScenarioError, with its ``source``, listing
+    every mistake of the file and the overrides.
 
-    Parameters
-    ----------
-    source
-        Where it comes from, for messages.
-    overrides
-        Dotted names and values that win over the file (``--set``).
-    users, duration_s
-        Override the number of users and the length [s].
-
-    Raises
-    ------
-    ScenarioError
-        Listing every mistake of the file and the overrides.
+    Over the file win ``overrides`` (``--set``, values by dotted name), and over these the number
+    of ``users`` and ``duration_s`` [s].
     """
     if not isinstance(mapping, Mapping):
         raise ScenarioError(

@@ -73,12 +73,8 @@ class User:
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """A complete session: users, server, task, controller, duration and seed.
-
-    Raises
-    ------
-    ScenarioError
-        If groups that are each right contradict one another.
+    """A complete session: users, server, task, controller, duration and seed; ScenarioError where
+    groups that are each right contradict one another.
     """
 
     name: str = parameter(

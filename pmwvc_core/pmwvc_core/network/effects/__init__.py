@@ -13,7 +13,7 @@ from functools import lru_cache
 from itertools import product
 
 from pmwvc_core.errors import ParameterError, PmwvcError
-from pmwvc_core.network.effects import chance, handover, jitter, loss, queues, timing
+from pmwvc_core.network.effects import chance, handover, jitter, queues, timing
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
 from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
@@ -23,9 +23,9 @@ __all__ = ["EFFECTS", "Effect", "LinkEffect", "Uniform"]
 EFFECTS: Records[LinkEffect] = Records(
     LinkEffect,
     (
-        loss.RECORD,
-        loss.GILBERT,
-        loss.MARKOV,
+        chance.LOSS,
+        chance.GILBERT,
+        chance.MARKOV,
         handover.RECORD,
         chance.DUPLICATION,
         chance.CORRUPTION,

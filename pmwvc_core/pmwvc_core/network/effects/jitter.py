@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Jitter: a delay that differs from packet to packet, drawn or recorded."""
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
@@ -11,6 +12,7 @@ from pmwvc_core.network.effects.record import Effect, LinkEffect, made_of
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
+T = TypeVar("T")
 SLOT = 2  # among the numbers that every packet draws
 
 
@@ -41,12 +43,17 @@ def _read(params: LinkParams) -> DelayTrace:
     return load_delay_trace(params.trace_file, params.trace_scale, params.trace_column)
 
 
-def _moments(params: LinkParams) -> tuple[float, float] | None:
-    """Return mean and deviation of the jitter [s]; None where a file or text cannot be read."""
+def _known(ask: Callable[[LinkParams], T], params: LinkParams) -> T | None:
+    """Return an answer; None where a file or text that it needs cannot be read."""
     try:
-        return DISTRIBUTIONS[params.jitter].moments(params)
+        return ask(params)
     except (RecordingError, ParameterError):
         return None
+
+
+def _moments(params: LinkParams) -> tuple[float, float] | None:
+    """Return mean and deviation of the jitter [s], if known."""
+    return _known(DISTRIBUTIONS[params.jitter].moments, params)
 
 
 def _amount(params: LinkParams) -> str:
@@ -69,16 +76,8 @@ def _spread_s(params: LinkParams) -> float | None:
     return sum(moments) if moments else None
 
 
-def _recorded(params: LinkParams) -> DelayTrace | None:
-    """Return the recording; None where the file cannot be read."""
-    try:
-        return _read(params)
-    except RecordingError:
-        return None
-
-
 def _recorded_amount(params: LinkParams) -> str:
-    text, trace = f"the delays of {params.trace_file}", _recorded(params)
+    text, trace = f"the delays of {params.trace_file}", _known(_read, params)
     if trace is None:
         return text
     mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.longest_s
@@ -121,8 +120,8 @@ TRACE = _record(
     make=RecordedJitter,
     active=lambda params: params.jitter == "trace",
     random=False,
-    spread_s=lambda params: trace.longest_s if (trace := _recorded(params)) else None,
-    mean_s=lambda params: trace.mean_s if (trace := _recorded(params)) else 0.0,
+    spread_s=lambda params: trace.longest_s if (trace := _known(_read, params)) else None,
+    mean_s=lambda params: trace.mean_s if (trace := _known(_read, params)) else 0.0,
     amount=_recorded_amount,
     conflict=file_conflict,
     check=_read,

@@ -4,25 +4,26 @@
 
 An effect is what a link does to its packets. A link asks those that are active, in the order of
 the hooks of :class:`Effect`, and within a hook in the order of the library, plug-ins after it.
+Plug-ins are contained: where a hook of theirs fails, the packet passes without the effect.
 """
 
+import math
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Protocol
+from types import MappingProxyType
+from typing import Any
 
+from pmwvc_core.errors import PLUGIN_ERRORS, reason
 from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.plugins import Record
 
-
-class Uniform(Protocol):
-    """Random numbers of one effect on one link, evenly spread over [0, 1)."""
-
-    def __call__(self, fate: Fate, index: int = 0) -> float:
-        """Return the number of a packet or copy; ``index`` counts those of the same packet."""
-        ...
+# Returns the random numbers of one effect on one link, evenly spread over [0, 1): of the Fate of a
+# packet or copy, and of an index that counts those of the same packet, 0 by default.
+Uniform = Callable[..., float]
 
 
 class Effect:
@@ -78,9 +79,6 @@ class Effect:
         return due_ns
 
 
-EffectMaker = Callable[[LinkParams, Uniform], Effect]
-
-
 def made_of(**hooks: Callable[..., Any]) -> type[Effect]:
     """Return an effect with these hooks: functions of the effect and of what a hook is given."""
     return type("LibraryEffect", (Effect,), hooks)
@@ -100,7 +98,7 @@ class LinkEffect(Record):
     ``delay_s``; None where the model must not be asked.
     """
 
-    make: EffectMaker  # for the settings and random numbers of a link
+    make: Callable[[LinkParams, Uniform], Effect]  # for the settings and random numbers of a link
     # the parameter of link.* that switches it on, and the value that switches it off
     switch: tuple[str, Any] = ("effects", "")
     # whether settings switch it on; plug-ins are switched on by link.effects
@@ -115,9 +113,8 @@ class LinkEffect(Record):
     spreads: bool = False  # whether the delay differs from packet to packet
     # by how much tuning rules have to count the delay longer [s]; None: not known
     spread_s: Callable[[LinkParams], float | None] = lambda params: None
-    mean_s: Callable[[LinkParams], float] = lambda params: (
-        0.0
-    )  # what it adds to the delay on the mean [s]
+    # what it adds to the delay on the mean [s]
+    mean_s: Callable[[LinkParams], float] = lambda params: 0.0
     # it and its amount, for sentences and for the drawing of the loop; empty: not mentioned
     amount: Callable[[LinkParams], str] = lambda params: ""
     label: Callable[[LinkParams], str] = lambda params: ""
@@ -129,3 +126,63 @@ class LinkEffect(Record):
 
 # An effect of tc-netem, which the linear model leaves out and which adds no delay.
 linux_effect = partial(LinkEffect, linear="delay", linux=True, spread_s=lambda params: 0.0)
+
+
+@dataclass
+class EffectFaults:
+    """The number of failures of a link's plug-in effects, and the reason of the last one."""
+
+    count: int = 0
+    text: str = ""
+
+    def note(self, name: str, error: BaseException) -> None:
+        """Count a call that failed."""
+        self.count += 1
+        self.text = f"link.effects = {name!r} raised {reason(error)}"
+
+    def __str__(self) -> str:
+        """Return count and reason."""
+        return f"calls without the effect: {self.count}; last: {self.text}"
+
+
+def _finite(value: Any) -> float:
+    seconds = float(value)
+    if not math.isfinite(seconds):
+        raise ValueError(f"a delay of {seconds} s")
+    return seconds
+
+
+def _fraction(value: Any) -> float | None:
+    if value is None:
+        return None
+    fraction = _finite(value)
+    if not 0.0 <= fraction < 1.0:
+        raise ValueError(f"a flip at {fraction} of the packet")
+    return fraction
+
+
+ANSWERS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
+    {
+        "loses": bool,
+        "copies": operator.index,
+        "corrupts": _fraction,
+        "at_once": bool,
+        "departs_ns": lambda value: None if value is None else int(value),
+        "delay_s": _finite,
+        "arrives_ns": int,
+    }
+)
+
+
+def contained(effect: Effect, name: str, hook: str, faults: EffectFaults) -> Callable[..., Any]:
+    """Return a hook of an effect that answers as if there were no effect where it fails."""
+    ask, answer, without = getattr(effect, hook), ANSWERS[hook], getattr(Effect, hook)
+
+    def call(*arguments: Any) -> Any:
+        try:
+            return answer(ask(*arguments))
+        except PLUGIN_ERRORS as error:  # whatever a plug-in raises
+            faults.note(name, error)
+            return without(effect, *arguments)
+
+    return call

@@ -7,7 +7,7 @@ DiagnosticArray. Fields given by keyword are those of the ``.msg`` files.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pmwvc_core.network.fates import COLUMNS
+from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 from pmwvc_core.transport.packet import WavePacket
@@ -54,14 +54,8 @@ def link_state(
     params: LinkParams,
     **fields: Any,
 ) -> Any:
-    """Return counts, delays and settings of a link as a LinkState message.
-
-    Parameters
-    ----------
-    counts
-        ``in_count, out_count, lost, duplicated, reordered, corrupted, queued, dropped``.
-    delays
-        ``delay_mean, delay_min, delay_max, delay_error_max`` since the last message [s].
+    """Return counts (LinkCounters), delays since the last message (``delay_mean, delay_min,
+    delay_max, delay_error_max`` [s]) and settings of a link as a LinkState message.
     """
     settings = {name: getattr(params, name) for name in _SETTINGS}
     stamp = time_message(types, stamp_ns)

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pmwvc_core.network.fates import COLUMNS
+from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.runtime.messages.fields import (
     OF_OBJECT,
     PER_AXIS,

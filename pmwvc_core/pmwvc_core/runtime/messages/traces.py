@@ -25,18 +25,10 @@ def master_trace(
 ) -> Any:
     """Return one block of ticks as a MasterTrace message.
 
-    Parameters
-    ----------
-    series
-        Per-tick fields by name, row-major.
-    taken
-        Tick, number and sender's epoch of each packet taken in.
-    energy
-        ``u_m, u_tx, v_rx, v_m, device, hand`` [J] at the end of the block.
-    accounts
-        Energies that only this controller keeps [J].
-    fields
-        All others, as in ``MasterTrace.msg``.
+    ``series`` are the fields of each tick by name, row-major; ``taken`` has tick, number and
+    sender's epoch of each packet taken in; ``energy`` holds ENERGIES at the end of the block [J],
+    ``accounts`` the energies that only this controller keeps [J]. ``fields`` are all others, as in
+    ``MasterTrace.msg``.
     """
     return types.MasterTrace(
         stamp=time_message(types, stamp_ns),

@@ -17,17 +17,10 @@ from pmwvc_core.runtime.messages.fields import Stamp
 
 NS_PER_S = 1_000_000_000
 _NAMES = {
-    "Time": "builtin_interfaces",
-    "Header": "std_msgs",
-    "DiagnosticArray": "diagnostic_msgs",
-    "DiagnosticStatus": "diagnostic_msgs",
-    "KeyValue": "diagnostic_msgs",
-    "Wave": "pmwvc_msgs",
-    "MasterTrace": "pmwvc_msgs",
-    "ServerTrace": "pmwvc_msgs",
-    "LinkState": "pmwvc_msgs",
-    "PacketFate": "pmwvc_msgs",
-    "Reception": "pmwvc_msgs",
+    **{"Time": "builtin_interfaces", "Header": "std_msgs"},
+    **dict.fromkeys(("DiagnosticArray", "DiagnosticStatus", "KeyValue"), "diagnostic_msgs"),
+    **dict.fromkeys(("Wave", "MasterTrace", "ServerTrace"), "pmwvc_msgs"),
+    **dict.fromkeys(("LinkState", "PacketFate", "Reception"), "pmwvc_msgs"),
 }
 
 

@@ -37,30 +37,11 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
     """Return a packet as a message without checksum and tag; a float stands for each axis."""
     sec, nanosec = divmod(stamp_ns, NS_PER_S)
     return _layout(dof, len(packet.extra)).pack(
-        ENCAPSULATION,
-        sec,
-        nanosec,
-        packet.sent_ns,
-        packet.epoch,
-        packet.seq,
-        packet.echo_seq,
-        packet.period,
-        dof,
-        *axes(packet.wave, dof),
-        dof,
-        *axes(packet.integral, dof),
-        scalar(packet.energy),
-        dof,
-        *axes(packet.position, dof),
-        len(packet.extra),
-        *packet.extra,
-        packet.echo_sent_ns,
-        packet.echo_hold_ns,
-        packet.message_flags,
-        0,
-        packet.session,
-        0,
-    )
+        ENCAPSULATION, sec, nanosec, packet.sent_ns, packet.epoch, packet.seq, packet.echo_seq,
+        packet.period, dof, *axes(packet.wave, dof), dof, *axes(packet.integral, dof),
+        scalar(packet.energy), dof, *axes(packet.position, dof), len(packet.extra), *packet.extra,
+        packet.echo_sent_ns, packet.echo_hold_ns, packet.message_flags, 0, packet.session, 0,
+    )  # fmt: skip
 
 
 def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
