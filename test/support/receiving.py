@@ -20,8 +20,7 @@ from pmwvc_core.law.channel.arrivals import (
     start_of,
     wave_of,
 )
-from pmwvc_core.law.channel.packet import Sent
-from pmwvc_core.law.channel.packing import About, pack, packing_params, resting_packing
+from pmwvc_core.law.channel.packet import About, Sent, pack, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
 from pmwvc_core.params import DeadbandParams
 

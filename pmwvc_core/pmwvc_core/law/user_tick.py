@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
 from pmwvc_core.law.channel.frames import FrameParams, Frames, begin_frame, take_answer
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.channel.packing import About, Packing, PackingParams, pack
+from pmwvc_core.law.channel.packet import About, Packet, Packing, PackingParams, pack
 from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
 from pmwvc_core.law.port.master import (
     port_answer,

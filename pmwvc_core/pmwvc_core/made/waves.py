@@ -34,8 +34,7 @@ from pmwvc_core.law.position.feedback import position_lent
 from pmwvc_core.law.position.plain import resting_budgeted, resting_published
 from pmwvc_core.law.position.strict import resting_on_strict
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.wave.hold import Hold
+from pmwvc_core.law.wave.rates import Hold, filter_params, resting_filter
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.params import MasterParams

@@ -19,7 +19,7 @@ A late segment settles its part q = min(c, dt) of the c seconds concealed::
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
 After an outage that made the ends brake, it stays undelivered instead. Repayment
-(:func:`.affordable.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
+(:func:`.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
 over ``rises_s``. The reserve of a segment is |dU|^2/(2 dt). Invariants at every step: given +
 released <= received + E0 (``store_j``), and U(min(p, e)) + guessed = integral played + undelivered
 + mistaken. What energy it has beyond its needs is the subject of :mod:`.excess`.
@@ -30,7 +30,6 @@ Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.affordable import affordable, repayment
 from pmwvc_core.law.channel.pace import (
     RESTING_PACE,
     Pace,
@@ -41,7 +40,7 @@ from pmwvc_core.law.channel.pace import (
 )
 from pmwvc_core.law.channel.segments import Knot, Knots, added, at, forgotten, played
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
-from pmwvc_core.law.wave.wave import wave_j
+from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
 
 MEND_S = 0.03  # time constant with which what was guessed wrong is made good
 SPREAD_S = 0.015  # the energy left for predictions lasts so long at least

@@ -9,7 +9,7 @@ changed: whoever adds or drops one makes another list.
 
 from typing import NamedTuple, TypeAlias
 
-from pmwvc_core.law.vectors import Vector, each, minus, plus, squared
+from pmwvc_core.law.vectors import Vector, between, minus, plus, squared
 
 ROUNDING_S = 1e-9  # of times
 
@@ -58,9 +58,5 @@ def at(knots: Knots, time_s: float) -> tuple[Vector, float]:
         i += 1
     before, after = knots[i - 1], knots[i]
     ratio = (time_s - before.end_s) / (after.end_s - before.end_s)
-    integral = each(_between, (before.integral, after.integral), ratio)
+    integral = between(before.integral, after.integral, ratio)
     return integral, before.reserve_j + (after.reserve_j - before.reserve_j) * ratio
-
-
-def _between(before: float, after: float, ratio: float) -> float:
-    return before + (after - before) * ratio

@@ -28,11 +28,10 @@ Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.position.error import PositionParams
 from pmwvc_core.law.vectors import Vector, dot, minus, scaled
-from pmwvc_core.law.wave.wave import wave_j
+from pmwvc_core.law.wave.wave import affordable, wave_j
 
 SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be a force step
 

@@ -16,7 +16,6 @@ Equations: docs/theory.md 17.8, 17.16.
 
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.position import feedback
 from pmwvc_core.law.position.energy_tank import SPREAD_S
@@ -32,7 +31,7 @@ from pmwvc_core.law.position.error import (
 )
 from pmwvc_core.law.position.plain import opened, seen_there, wave_sent, wave_taken
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
-from pmwvc_core.law.wave.wave import wave_u
+from pmwvc_core.law.wave.wave import affordable, wave_u
 
 MOST = 2.0  # times the gain, with less left than a share of the loan
 FULL, LEAST = 0.75, 0.25  # shares of the loan: the gain itself is used above, MOST times it below

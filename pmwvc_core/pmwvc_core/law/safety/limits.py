@@ -18,7 +18,7 @@ What reaches the device, for whatever a controller asks, including values that a
 * **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
 
 The slew limit holds on the way to zero as well. On the strict channel a brake holds the hand while
-no waves come (:mod:`.hand_brake`).
+no waves come (:mod:`.brakes`).
 
 Equations: docs/theory.md 10.2.
 """
@@ -26,15 +26,15 @@ Equations: docs/theory.md 10.2.
 from typing import NamedTuple
 
 from pmwvc_core.law.safety import causes
-from pmwvc_core.law.safety.brake_force import brake_limit
-from pmwvc_core.law.safety.fading import RESTING_FADING, Fading, Through, damping, faded
-from pmwvc_core.law.safety.hand_brake import (
+from pmwvc_core.law.safety.brakes import (
     HandBrake,
+    brake_limit,
     brake_push,
     brake_stored_j,
     holding,
     resting_hand_brake,
 )
+from pmwvc_core.law.safety.fading import RESTING_FADING, Fading, Through, damping, faded
 from pmwvc_core.law.vectors import (
     Vector,
     length,
