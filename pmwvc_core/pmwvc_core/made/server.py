@@ -210,7 +210,7 @@ def resting_server(
         sums, extra = Sums(0.0, 0.0, -1.0), (0.0,) * down
         ports.append(UserPort(avatar, kept, rest, rest, rest, sums, extra))
         rules = guest.arrivals
-        arrivals = start_of(rules.plays_on, rules.timeout_s, user.master.frame_s)
+        arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):

@@ -78,12 +78,6 @@ class StrictArrivals(NamedTuple):
     wanted: bool  # the other end lacks energy
 
 
-class PlainStart(NamedTuple):
-    """Plain arrivals before the first packet."""
-
-    silence: Silence
-
-
 class StrictStart(NamedTuple):
     """Strict arrivals before the first packet, which come every so often [s]."""
 
@@ -99,7 +93,8 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
     return s, 0.0
 
 
-arrivals_of = Family("arrivals_of")  # (start, nothing) -> s: nothing is the vector of zeros
+# (start, nothing) -> s, its lists made here; nothing is the vector of zeros
+arrivals_of = Family("arrivals_of", same)
 arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
 wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
 # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
@@ -114,11 +109,6 @@ received_j = Family("received_j", none_j)
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
-@arrivals_of.member(PlainStart)
-def _plain(start: PlainStart, nothing: Vector) -> PlainArrivals:
-    return PlainArrivals(start.silence, nothing, nothing, False, 0.0, 0.0)
-
-
 @arrivals_of.member(StrictStart)
 def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
     playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
@@ -126,10 +116,14 @@ def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
     return StrictArrivals(start.silence, playout, counting, nothing, False)
 
 
-def start_of(strict: bool, timeout_s: float, period_s: float) -> PlainStart | StrictStart:
+def start_of(
+    strict: bool, axes: int, timeout_s: float, period_s: float
+) -> PlainArrivals | StrictStart:
     """Return arrivals before the first packet."""
-    silence = resting_silence(timeout_s, period_s)
-    return StrictStart(silence, period_s) if strict else PlainStart(silence)
+    silence, nothing = resting_silence(timeout_s, period_s), (0.0,) * axes
+    if strict:
+        return StrictStart(silence, period_s)
+    return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
 
 @arrive.member(PlainArrivals)
@@ -161,8 +155,7 @@ def _arrive_strict(
 @answer_of.member(PlainArrivals)
 def _wave(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
     wave = s.wave if s.fresh or not p.once else zero(s.wave)
-    after = s._replace(fresh=False)
-    return after, wave
+    return s._replace(fresh=False), wave
 
 
 @wave_of.member(StrictArrivals)
@@ -186,8 +179,7 @@ def _anew_strict(s: StrictArrivals) -> StrictArrivals:
 
 @missed.member(StrictArrivals)
 def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
-    playout = pass_by(s.playout, lasted_s)
-    return s._replace(playout=playout)
+    return s._replace(playout=pass_by(s.playout, lasted_s))
 
 
 @waits.member(StrictArrivals)

@@ -28,8 +28,7 @@ def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]
     released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
     if released_j == 0.0:
         return s, released_j
-    moved = m._replace(released_j=m.released_j + released_j)
-    return s._replace(moved=moved), released_j
+    return s._replace(moved=m._replace(released_j=m.released_j + released_j)), released_j
 
 
 def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:

@@ -107,29 +107,22 @@ def pay(s: Packing, energy_j: float) -> Packing:
     return s._replace(energy_j=s.energy_j + energy_j)
 
 
-def flags_of(about: About, events: int) -> int:
-    """Return a number that changes with what a packet says beside its sample."""
-    return (about.events != events) * 8 + about.waits * 4 + about.anew * 2 + about.leaves
-
-
 def pack(
     s: Packing, sent: Sent, period_s: float, about: About, p: PackingParams
 ) -> tuple[Packing, Packet, bool]:
     """Add a sample; return its packet, and whether that is sent."""
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
-    flags = flags_of(about, s.events)
+    news = about.events != s.events  # all of this changes with what a packet says
+    flags = news * 8 + about.waits * 4 + about.anew * 2 + about.leaves
     number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
     held_back = _is_held_back(s, sent.wave, period_s, flags, p)
     if held_back:
         before = s.sent_integral if held_s > 0.0 else s.integral
         s = s._replace(
-            integral=integral,
-            energy_j=energy_j,
-            held_s=held_s + period_s,
-            sent_integral=before,
+            integral=integral, energy_j=energy_j, held_s=held_s + period_s, sent_integral=before,
             events=about.events,
-        )
+        )  # fmt: skip
     else:
         if held_s > 0.0:
             period_s += held_s

@@ -111,8 +111,7 @@ def begin(s: Playout) -> Playout:
     stays.
     """
     m = s.moved
-    discarded_j = m.discarded_j + max(balance_j(m), 0.0)
-    moved = m._replace(discarded_j=discarded_j)
+    moved = m._replace(discarded_j=m.discarded_j + max(balance_j(m), 0.0))
     return resting_playout(zero(s.undelivered), moved)
 
 
@@ -178,17 +177,17 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
         return s, zero(s.undelivered)
     c, m, undelivered = s.concealed, s.moved, s.undelivered
     in_store_s = max(s.pace.store_s, 0.0)
-    pace, clock = pace_step(s.pace, h)
+    pace, skipped_s, beyond_s = pace_step(s.pace, h)
     before = s.store
-    if clock.skipped_s > 0.0:
-        before = _played_to(s.store, in_store_s - clock.skipped_s)
+    if skipped_s > 0.0:
+        before = _played_to(s.store, in_store_s - skipped_s)
         undelivered = plus(undelivered, minus(before.integral, s.store.integral))
     since_s = 0.0 if pace_brakes(pace) else s.since_s + h
     store = _played_to(before, pace.store_s)
-    guess, mended = scaled(c.wave, clock.beyond_s), scaled(c.mistaken, min(h / MEND_S, 1.0))
+    guess, mended = scaled(c.wave, beyond_s), scaled(c.mistaken, min(h / MEND_S, 1.0))
     asked = plus(plus(minus(store.integral, before.integral), guess), mended)
     concealed = Concealed(c.wave, plus(c.guessed, guess), minus(c.mistaken, mended))
-    predicts = clock.beyond_s > 0.0
+    predicts = beyond_s > 0.0
     if predicts or not within(mended, SETTLED):
         m = m._replace(lent_j=p.store_j)
     s = Playout(pace, store, concealed, undelivered, since_s, m)
@@ -225,8 +224,7 @@ def _given(
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:
     """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
     m = s.moved
-    given_j = m.given_j - wave_j(wave, h)
-    moved = m._replace(given_j=given_j)
+    moved = m._replace(given_j=m.given_j - wave_j(wave, h))
     undelivered = plus(s.undelivered, scaled(wave, h))
     return s._replace(undelivered=undelivered, moved=moved)
 

@@ -130,10 +130,7 @@ def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, 
     low_up, low = columns(each(cascade, (s.low_up, u), p.low_up))
     e, h = s.energies, p.tick_s
     energies = BankEnergies(
-        e.low_in + wave_j(low, h),
-        e.low_out,
-        e.high_in + wave_j(u2, h),
-        e.high_out + wave_j(v2, h),
+        e.low_in + wave_j(low, h), e.low_out, e.high_in + wave_j(u2, h), e.high_out + wave_j(v2, h)
     )
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
 
