@@ -30,12 +30,12 @@ from pmwvc_core.law.port.master import (
     port_tick,
 )
 from pmwvc_core.law.port.sensing import STALE_NS, Sample, Sensing, age_ns, sensed
+from pmwvc_core.law.safety.brakes import brake_stored_j
 from pmwvc_core.law.safety.limits import (
     Limits,
     LimitsInput,
     LimitsParams,
     expect,
-    held_j,
     limits,
     limits_restart,
 )
@@ -100,8 +100,8 @@ def send(
     port, arrivals, number = s.port, s.arrivals, s.packing.number + 1
     if age_ns(s.sensing, sample, now_ns) <= STALE_NS:
         port = port_measure(port, sample.x, sample.xd, p.port)
-    held = held_j(s.limits, p.limits)
-    port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held, p.port)
+    held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
+    port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
     limited = s.limits.interventions.events
     about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves, arrivals.silence.number,
                   limited)  # fmt: skip

@@ -16,12 +16,11 @@ from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
 from pmwvc_core.law.port.local_model import acts_of, spring_damper
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, same_gain
-from pmwvc_core.law.port.strict_state import (
+from pmwvc_core.law.port.strict_master import (
     Node,
     StrictEnergies,
     StrictMaster,
     StrictMasterParams,
-    Under,
 )
 from pmwvc_core.law.port.velocity_filter import (
     resting_complementary,
@@ -132,18 +131,9 @@ def resting_waves(
     if isinstance(p, StrictMasterParams):
         return StrictMaster(
             Node(position_lent(position, p.position), 0.0, 0.0, 0.0),
-            filters,
-            position,
-            waves,
-            rest,
-            rest,
-            (resting_counts(0.0),) * axes,
-            rest,
-            Under(rest, rest, True, False),
-            0.0,
-            (False, False),
-            StrictEnergies(0.0, 0.0, 0.0),
-        )
+            filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
+            rest, rest, rest, True, False, 0.0, (False, False), StrictEnergies(0.0, 0.0, 0.0),
+        )  # fmt: skip
     energies = PlainEnergies(0.0, 0.0, 0.0, 0.0, 0.0)
     hold, filter_ = (
         Hold(rest, rest, rest, 0),

@@ -115,8 +115,7 @@ def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
     gained_j, lost_j = max(change_j, 0.0), max(-change_j, 0.0)
     repaid_j = min(level.deficit_j, gained_j)
     drawn_j = min(max(level.saved_j, 0.0), lost_j)
-    deficit_j = level.deficit_j + (lost_j - drawn_j) - repaid_j
-    level = level._replace(deficit_j=deficit_j)
+    level = level._replace(deficit_j=level.deficit_j + (lost_j - drawn_j) - repaid_j)
     level = _saved(level, gained_j - repaid_j - drawn_j, p.most_j)
     epoch, number, sum_j, received_j = n.epoch, n.number, n.sum_j, passed.received_j
     if packet.epoch != epoch or packet.number > number:
@@ -124,9 +123,8 @@ def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
             sum_j = packet.energy_j - wave_j(packet.wave, packet.period_s)
         received_j += max(packet.energy_j - sum_j, 0.0)
         epoch, number, sum_j = packet.epoch, packet.number, packet.energy_j
-    passed = passed._replace(received_j=received_j)
     latest = n._replace(of_hold_j=of_hold_j, epoch=epoch, number=number, sum_j=sum_j)
-    return Tank(level, passed, latest)
+    return Tank(level, passed._replace(received_j=received_j), latest)
 
 
 def tank_down(
@@ -142,12 +140,12 @@ def tank_down(
     work_j = passed.work_j + dot(n.f, minus(x, n.x)) if n.moved else passed.work_j
     played_j = passed.played_j + wave_j(v, p.tick_s)
     passed = passed._replace(played_j=played_j, work_j=work_j)
-    latest = n._replace(x=x, moved=True, v=v)
-    s = Tank(s.level, passed, latest)
+    latest, level = n._replace(x=x, moved=True, v=v), s.level
+    s = Tank(level, passed, latest)
     if not spends:
         return s, wanted
     wanted, cost = affordable(v, wanted, tank_free_j(s) * (2.0 / SPREAD_S))
-    cost_j, level = cost * (0.5 * p.tick_s), s.level
+    cost_j = cost * (0.5 * p.tick_s)
     level = level._replace(spent_j=level.spent_j + cost_j)
     return Tank(_saved(level, -cost_j, p.most_j), passed, latest), wanted
 
@@ -157,14 +155,12 @@ def tank_up(s: Tank, u: Vector, f: Vector, xd: Vector, h: float) -> Tank:
     passed, n = s.passed, s.latest
     taken_j, device_j = passed.taken_j + wave_j(u, h), passed.device_j + dot(f, xd) * h
     passed = passed._replace(taken_j=taken_j, device_j=device_j)
-    latest = n._replace(f=f)
-    return Tank(s.level, passed, latest)
+    return Tank(s.level, passed, n._replace(f=f))
 
 
 def tank_send(s: Tank, y: Vector, p: PositionParams) -> tuple[Tank, Vector]:
     """Return the filter's output y, or as much of it as can be paid for [sqrt(W)]."""
-    n, level, filter_s = s.latest, s.level, max(p.filter_s, 0.0)
-    taken_j = s.passed.taken_j
+    n, level, filter_s, taken_j = s.latest, s.level, max(p.filter_s, 0.0), s.passed.taken_j
     before_j = taken_j - n.of_u_j + wave_j(n.y, filter_s)
     needed_j = wave_j(y, p.frame_s)
     allowed_j = max(level.saved_j + before_j + _lacking_j(s), 0.0)
@@ -173,5 +169,4 @@ def tank_send(s: Tank, y: Vector, p: PositionParams) -> tuple[Tank, Vector]:
         sent = scaled(y, math.sqrt(min(allowed_j / needed_j, 1.0)))
         needed_j = allowed_j
     level = _saved(level, before_j - wave_j(y, filter_s) - needed_j, p.most_j)
-    latest = n._replace(y=y, of_u_j=taken_j)
-    return Tank(level, s.passed, latest), sent
+    return Tank(level, s.passed, n._replace(y=y, of_u_j=taken_j)), sent

@@ -25,12 +25,11 @@ from pmwvc_core.law.position.energy_tank import (
 from pmwvc_core.law.position.error import (
     PositionError,
     PositionParams,
+    Posted,
     asked,
-    error_opened,
     error_packet,
     error_sent,
     error_taken,
-    error_there,
     error_tick,
     is_news,
     resting_error,
@@ -130,7 +129,7 @@ def _budgeted_energies(s: Budgeted) -> Vector:
 @feedback.position_there.member(Published, Budgeted)
 def seen_there(s: Any, there: bool) -> Any:
     """Note whether the server is there."""
-    return s._replace(error=error_there(s.error, there))
+    return s._replace(error=s.error._replace(there=there))
 
 
 @feedback.position_up.member(Published)
@@ -150,4 +149,6 @@ def wave_sent(
 @feedback.position_opened.member(Published, Budgeted)
 def opened(s: Any) -> Any:
     """Return the feedback before the first packet, its list made here."""
-    return s._replace(error=error_opened(s.error))
+    d = s.error.sending
+    sending = d._replace(posted=[Posted(0, d.integral, 0.0)])
+    return s._replace(error=s.error._replace(sending=sending))

@@ -30,7 +30,6 @@ from pmwvc_core.law.safety.brakes import (
     HandBrake,
     brake_limit,
     brake_push,
-    brake_stored_j,
     holding,
     resting_hand_brake,
 )
@@ -138,22 +137,14 @@ def expect(s: Limits, silence_s: float, p: LimitsParams) -> Limits:
 
 def rearm(s: Limits) -> Limits:
     """Leave a fault; the force starts from zero again."""
-    device = s.device._replace(faulty=False)
-    return s._replace(device=device)
+    return s._replace(device=s.device._replace(faulty=False))
 
 
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
-    old = s.fading
-    fading = old._replace(gain=0.0, returns=False, quiet=False)
-    brake = resting_hand_brake(zero(s.f))
-    brake = brake._replace(x=s.brake.x)
+    fading = s.fading._replace(gain=0.0, returns=False, quiet=False)
+    brake = resting_hand_brake(zero(s.f))._replace(x=s.brake.x)
     return s._replace(fading=fading, brake=brake, cause=causes.WAITING)
-
-
-def held_j(s: Limits, p: LimitsParams) -> float:
-    """Return the energy that the brake stores [J]."""
-    return brake_stored_j(s.brake, p.brake_stiffness)
 
 
 def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
@@ -186,7 +177,9 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
     applied, limited = _limited(s.f, scaled(f, fading.gain), p)
     unreceived = x.unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
-    interventions = _counted(s.interventions, disturbed, limited and force and not damped)
+    before, limited = s.interventions, limited and force and not damped
+    begins = (disturbed and not before.disturbed) + (limited and not before.limited)
+    interventions = Interventions(before.events + begins, disturbed, limited)
     cause = causes.NONE
     if faulty:
         cause = causes.RUNAWAY
@@ -223,8 +216,3 @@ def _limited(before: Vector, f: Vector, p: LimitsParams) -> tuple[Vector, bool]:
     if size <= p.slew:
         return wanted, limited
     return plus(before, scaled(change, p.slew / size)), True
-
-
-def _counted(s: Interventions, disturbed: bool, limited: bool) -> Interventions:
-    begins = (disturbed and not s.disturbed) + (limited and not s.limited)
-    return Interventions(s.events + begins, disturbed, limited)

@@ -100,8 +100,8 @@ def _pass(s: Passing, u: Vector, p: MeanParams) -> tuple[Passing, Vector]:
     return Passing(u), u
 
 
-@filter_sample.member(Passing)
-def _passed(s: Passing, p: MeanParams) -> tuple[Passing, Vector]:
+@filter_sample.member(Passing, FirstOrder, Butterworth)
+def _latest(s: Any, p: Any) -> tuple[Any, Vector]:
     return s, s.y
 
 
@@ -109,11 +109,6 @@ def _passed(s: Passing, p: MeanParams) -> tuple[Passing, Vector]:
 def _first_order(s: FirstOrder, u: Vector, p: PoleParams) -> tuple[FirstOrder, Vector]:
     y = plus(scaled(u, 1.0 - p.pole), scaled(s.y, p.pole))
     return FirstOrder(y), y
-
-
-@filter_sample.member(FirstOrder)
-def _first_order_sample(s: FirstOrder, p: PoleParams) -> tuple[FirstOrder, Vector]:
-    return s, s.y
 
 
 @filter_step.member(Mean)
@@ -139,11 +134,6 @@ def _divided(total: float, ticks: int) -> float:
 def _butterworth(s: Butterworth, u: Vector, p: Sections) -> tuple[Butterworth, Vector]:
     delays, y = columns(each(cascade, (s.delays, u), p))
     return Butterworth(y, delays), y
-
-
-@filter_sample.member(Butterworth)
-def _butterworth_sample(s: Butterworth, p: Sections) -> tuple[Butterworth, Vector]:
-    return s, s.y
 
 
 class Hold(NamedTuple):
