@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.plugged_local import PluggedLocalParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
@@ -22,16 +21,12 @@ from pmwvc_core.law.port.strict_master import (
     StrictMaster,
     StrictMasterParams,
 )
-from pmwvc_core.law.port.velocity_filter import (
-    resting_complementary,
-    resting_exact,
-    resting_in_force,
-    velocity_params,
-)
-from pmwvc_core.law.position.error import PositionParams
+from pmwvc_core.law.port.velocity_filter import resting_velocity, velocity_params
+from pmwvc_core.law.position.energy_tank import resting_tank
+from pmwvc_core.law.position.error import PositionParams, resting_error
 from pmwvc_core.law.position.feedback import position_lent
-from pmwvc_core.law.position.plain import resting_budgeted, resting_published
-from pmwvc_core.law.position.strict import resting_on_strict
+from pmwvc_core.law.position.plain import Budgeted, Published
+from pmwvc_core.law.position.strict import Line, OnStrict
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.rates import Hold, filter_params, resting_filter
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
@@ -112,11 +107,12 @@ def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothi
     if not isinstance(p, FilteredParams):
         return NOTHING
     near: Any = NOTHING
-    if master.velocity_filter.is_on and not master.velocity_filter.in_force:
-        splits = master.velocity_filter.splits
-        near = (resting_complementary if splits else resting_exact)(axes, p.near)
+    force: Any = NOTHING
+    if master.velocity_filter.in_force:
+        force = resting_velocity(master, p.force, axes)
+    elif master.velocity_filter.is_on:
+        near = resting_velocity(master, p.near, axes)
     far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
-    force = resting_in_force(axes, p.force) if master.velocity_filter.in_force else NOTHING
     return Filtered(near, far, force, (0.0,) * axes, same_gain(p.impedance, 0.0))
 
 
@@ -164,7 +160,9 @@ def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool
     """Return position feedback at rest."""
     if not isinstance(p, PositionParams):
         return p
+    error = resting_error(rest)
     if strict:
-        return resting_on_strict(rest)
-    published = master.position.as_published
-    return resting_published(rest) if published else resting_budgeted(rest, p)
+        return OnStrict(error, Line(rest, 0.0, 0.0, 0.0, rest), 0.0)
+    if master.position.as_published:
+        return Published(error, 0.0)
+    return Budgeted(error, resting_tank(rest, p.lent_j))

@@ -38,7 +38,7 @@ from pmwvc_core.law.channel.pace import (
     pace_pass_by,
     pace_step,
 )
-from pmwvc_core.law.channel.segments import Knot, Knots, added, at, forgotten, played
+from pmwvc_core.law.channel.segments import Knot, Store, added, forgotten, played, played_to
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
 
@@ -58,14 +58,6 @@ class Moved(NamedTuple):
     released_j: float  # used otherwise
     discarded_j: float  # given up
     lent_j: float  # of E0
-
-
-class Store(NamedTuple):
-    """The segments, and how far they are played: integral [sqrt(W) s] and reserve [J]."""
-
-    knots: Knots
-    integral: Vector
-    reserve_j: float
 
 
 class Concealed(NamedTuple):
@@ -157,18 +149,12 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
         of_it = scaled(integral, min(late_s / duration_s, 1.0))
         guessed = minus(guessed, settled)
         mistaken = minus(plus(mistaken, of_it), settled)
-        store = _played_to(store, pace.store_s)
+        store = played_to(store, pace.store_s)
         if braked:
             undelivered = plus(undelivered, mistaken)
             mistaken = zero(mistaken)
     concealed = Concealed(wave, guessed, mistaken)
     return Playout(pace, store, concealed, undelivered, s.since_s, moved)
-
-
-def _played_to(s: Store, store_s: float) -> Store:
-    """Return the store, played up to where so much of it is left [s]."""
-    integral, reserve_j = at(s.knots, s.knots[len(s.knots) - 1].end_s - max(store_s, 0.0))
-    return Store(s.knots, integral, reserve_j)
 
 
 def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
@@ -180,10 +166,10 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     pace, skipped_s, beyond_s = pace_step(s.pace, h)
     before = s.store
     if skipped_s > 0.0:
-        before = _played_to(s.store, in_store_s - skipped_s)
+        before = played_to(s.store, in_store_s - skipped_s)
         undelivered = plus(undelivered, minus(before.integral, s.store.integral))
     since_s = 0.0 if pace_brakes(pace) else s.since_s + h
-    store = _played_to(before, pace.store_s)
+    store = played_to(before, pace.store_s)
     guess, mended = scaled(c.wave, beyond_s), scaled(c.mistaken, min(h / MEND_S, 1.0))
     asked = plus(plus(minus(store.integral, before.integral), guess), mended)
     concealed = Concealed(c.wave, plus(c.guessed, guess), minus(c.mistaken, mended))
@@ -236,6 +222,6 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
     if len(s.store.knots) == 1:
         return s
     pace = pace_pass_by(s.pace, lasted_s)
-    store = _played_to(s.store, pace.store_s)
+    store = played_to(s.store, pace.store_s)
     undelivered = plus(s.undelivered, minus(store.integral, s.store.integral))
     return s._replace(pace=pace, store=store, undelivered=undelivered)

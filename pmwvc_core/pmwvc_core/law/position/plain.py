@@ -15,7 +15,6 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.position import feedback
 from pmwvc_core.law.position.energy_tank import (
     Tank,
-    resting_tank,
     tank_down,
     tank_free_j,
     tank_packet,
@@ -32,7 +31,6 @@ from pmwvc_core.law.position.error import (
     error_taken,
     error_tick,
     is_news,
-    resting_error,
 )
 from pmwvc_core.law.vectors import Vector, plus, scaled, squared
 
@@ -49,16 +47,6 @@ class Budgeted(NamedTuple):
 
     error: PositionError
     tank: Tank
-
-
-def resting_published(nothing: Vector) -> Published:
-    """Return the feedback before the first packet."""
-    return Published(resting_error(nothing), 0.0)
-
-
-def resting_budgeted(nothing: Vector, p: PositionParams) -> Budgeted:
-    """Return the feedback before the first packet."""
-    return Budgeted(resting_error(nothing), resting_tank(nothing, p.lent_j))
 
 
 def _error(

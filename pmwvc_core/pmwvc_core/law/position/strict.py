@@ -27,7 +27,6 @@ from pmwvc_core.law.position.error import (
     error_tick,
     is_news,
     is_same_avatar,
-    resting_error,
 )
 from pmwvc_core.law.position.plain import opened, seen_there, wave_sent, wave_taken
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
@@ -56,11 +55,6 @@ class OnStrict(NamedTuple):
     error: PositionError
     line: Line
     spent_j: float
-
-
-def resting_on_strict(nothing: Vector) -> OnStrict:
-    """Return the feedback before the first packet."""
-    return OnStrict(resting_error(nothing), Line(nothing, 0.0, 0.0, 0.0, nothing), 0.0)
 
 
 @feedback.position_packet.member(OnStrict)
