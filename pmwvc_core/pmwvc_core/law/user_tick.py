@@ -102,7 +102,7 @@ def send(
         port = port_measure(port, sample.x, sample.xd, p.port)
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
-    limited = s.limits.interventions.events
+    limited = s.limits.events
     about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves, arrivals.silence.number,
                   limited)  # fmt: skip
     packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)

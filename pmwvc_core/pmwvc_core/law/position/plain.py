@@ -110,8 +110,8 @@ def _published_energies(s: Published) -> Vector:
 
 @feedback.position_energies.member(Budgeted)
 def _budgeted_energies(s: Budgeted) -> Vector:
-    level = s.tank.level
-    return level.spent_j, tank_free_j(s.tank), level.discarded_j, level.deficit_j
+    tank = s.tank
+    return tank.spent_j, tank_free_j(tank), tank.discarded_j, tank.deficit_j
 
 
 @feedback.position_there.member(Published, Budgeted)

@@ -52,32 +52,22 @@ REACH = 1.01  # of the workspace: a stop gives way a little
 LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 
 
-class Device(NamedTuple):
-    """Whether the device was ever sensed, for how long not [s], and whether it ran away."""
+class Limits(NamedTuple):
+    """State of the limits.
 
-    sensed: bool
-    missing_s: float
-    faulty: bool
-
-
-class Interventions(NamedTuple):
-    """How often the limits intervened: the beginnings of damping, of a fault, of values that are
-    not finite, and of every stretch of ticks with too large a force or change.
+    They intervene (``events``) where damping, a fault or values that are not finite begin, and
+    every stretch of ticks with too large a force or change.
     """
 
+    f: Vector  # as applied last [N]
+    fading: Fading
+    sensed: bool  # the device ever was
+    missing_s: float  # for how long it has not been
+    faulty: bool  # it ran away
+    brake: HandBrake
     events: int
     disturbed: bool  # in the tick before
     limited: bool
-
-
-class Limits(NamedTuple):
-    """State of the limits; ``f`` is the force as applied last [N]."""
-
-    f: Vector
-    fading: Fading
-    device: Device
-    brake: HandBrake
-    interventions: Interventions
     cause: int  # of the state in the last tick, :mod:`.causes`
     silence_s: float  # from which on the server counts as silent
 
@@ -125,8 +115,8 @@ def limits_params(
 def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
     """Return the limits before the first tick."""
     return Limits(
-        nothing, RESTING_FADING, Device(False, 0.0, False), resting_hand_brake(nothing),
-        Interventions(0, False, False), causes.WAITING, p.timeout_s,
+        nothing, RESTING_FADING, False, 0.0, False, resting_hand_brake(nothing), 0, False, False,
+        causes.WAITING, p.timeout_s,
     )  # fmt: skip
 
 
@@ -137,7 +127,7 @@ def expect(s: Limits, silence_s: float, p: LimitsParams) -> Limits:
 
 def rearm(s: Limits) -> Limits:
     """Leave a fault; the force starts from zero again."""
-    return s._replace(device=s.device._replace(faulty=False))
+    return s._replace(faulty=False)
 
 
 def limits_restart(s: Limits) -> Limits:
@@ -155,15 +145,14 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
     good = within(x.f_asked, LARGEST) and within(x.x, LARGEST) and within(x.xd, LARGEST)
     f, xd = (x.f_asked, x.xd) if good else (zero(x.f_asked), zero(x.xd))
     speed, active = squared(xd), x.coupled and x.sensed
-    sensed = s.device.sensed or x.sensed
-    missing_s = 0.0 if x.sensed else s.device.missing_s + p.tick_s
+    sensed, missing_s = s.sensed or x.sensed, 0.0 if x.sensed else s.missing_s + p.tick_s
     lost = x.coupled and missing_s > LOST_S
     gone = x.coupled and not x.sensed and (sensed or lost)
     overdue = x.silence_s > p.release_s
     silent = active and x.silence_s > s.silence_s
     silent = silent and (x.interrupted or overdue or not p.brakes)
     fast = active and speed > p.damper_velocity**2
-    faulty = s.device.faulty or (active and speed > p.fault_velocity**2)
+    faulty = s.faulty or (active and speed > p.fault_velocity**2)
     outside = active and not within(x.x, p.reach)
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and not faulty
@@ -177,9 +166,8 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
     applied, limited = _limited(s.f, scaled(f, fading.gain), p)
     unreceived = x.unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
-    before, limited = s.interventions, limited and force and not damped
-    begins = (disturbed and not before.disturbed) + (limited and not before.limited)
-    interventions = Interventions(before.events + begins, disturbed, limited)
+    limited = limited and force and not damped
+    events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
     cause = causes.NONE
     if faulty:
         cause = causes.RUNAWAY
@@ -203,8 +191,11 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
         cause = causes.SOFT_START
     elif holds and brake_limit(brake.largest) > 0.0:
         cause = causes.LATE
-    device = Device(sensed, missing_s, faulty)
-    return Limits(applied, fading, device, brake, interventions, cause, s.silence_s), applied
+    s = Limits(
+        applied, fading, sensed, missing_s, faulty, brake, events, disturbed, limited, cause,
+        s.silence_s,
+    )  # fmt: skip
+    return s, applied
 
 
 def _limited(before: Vector, f: Vector, p: LimitsParams) -> tuple[Vector, bool]:

@@ -64,25 +64,13 @@ filter_step = Family("filter_step")  # (s, u, p) -> (s, y): the wave of a tick [
 filter_sample = Family("filter_sample")  # (s, p) -> (s, y): what a packet carries
 
 
-class MeanParams(NamedTuple):
-    """M, ticks per frame."""
-
-    rate_drop: int
-
-
-class PoleParams(NamedTuple):
-    """The pole p."""
-
-    pole: float
-
-
 def filter_params(params: FilterParams, *, tick_s: float, rate_drop: int) -> Any:
-    """Return the parameters of a filter."""
+    """Return the parameters of a filter: its sections, its pole, or M, the ticks of a frame."""
     if params.kind == "butterworth":
         return sections_of(design(params, tick_s=tick_s))
     if params.kind == "first_order":
-        return PoleParams(math.exp(-float(pole_of(params)) * tick_s))
-    return MeanParams(rate_drop)
+        return math.exp(-float(pole_of(params)) * tick_s)
+    return rate_drop
 
 
 def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
@@ -96,7 +84,7 @@ def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
 
 
 @filter_step.member(Passing)
-def _pass(s: Passing, u: Vector, p: MeanParams) -> tuple[Passing, Vector]:
+def _pass(s: Passing, u: Vector, p: int) -> tuple[Passing, Vector]:
     return Passing(u), u
 
 
@@ -106,24 +94,24 @@ def _latest(s: Any, p: Any) -> tuple[Any, Vector]:
 
 
 @filter_step.member(FirstOrder)
-def _first_order(s: FirstOrder, u: Vector, p: PoleParams) -> tuple[FirstOrder, Vector]:
-    y = plus(scaled(u, 1.0 - p.pole), scaled(s.y, p.pole))
+def _first_order(s: FirstOrder, u: Vector, pole: float) -> tuple[FirstOrder, Vector]:
+    y = plus(scaled(u, 1.0 - pole), scaled(s.y, pole))
     return FirstOrder(y), y
 
 
 @filter_step.member(Mean)
-def _mean(s: Mean, u: Vector, p: MeanParams) -> tuple[Mean, Vector]:
+def _mean(s: Mean, u: Vector, rate_drop: int) -> tuple[Mean, Vector]:
     s = Mean(plus(s.total, u), s.ticks + 1)
-    return s, _mean_of(s, p)
+    return s, _mean_of(s, rate_drop)
 
 
 @filter_sample.member(Mean)
-def _dump(s: Mean, p: MeanParams) -> tuple[Mean, Vector]:
-    return Mean(zero(s.total), 0), _mean_of(s, p)
+def _dump(s: Mean, rate_drop: int) -> tuple[Mean, Vector]:
+    return Mean(zero(s.total), 0), _mean_of(s, rate_drop)
 
 
-def _mean_of(s: Mean, p: MeanParams) -> Vector:
-    return each(_divided, (s.total,), max(s.ticks, p.rate_drop))
+def _mean_of(s: Mean, rate_drop: int) -> Vector:
+    return each(_divided, (s.total,), max(s.ticks, rate_drop))
 
 
 def _divided(total: float, ticks: int) -> float:
