@@ -24,9 +24,7 @@ from pmwvc_core.law.port.strict_master import (
 from pmwvc_core.law.port.velocity_filter import resting_velocity, velocity_params
 from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
-from pmwvc_core.law.position.feedback import position_lent
-from pmwvc_core.law.position.plain import Budgeted, Published
-from pmwvc_core.law.position.strict import Line, OnStrict
+from pmwvc_core.law.position.feedback import Budgeted, Line, OnStrict, Published, position_lent
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.rates import Hold, filter_params, resting_filter
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance

@@ -128,7 +128,9 @@ def is_same_avatar(s: PositionError, packet: Packet) -> bool:
 
 
 def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
-    """Note the newest packet, which is news."""
+    """Note the newest packet, where it is news."""
+    if not is_news(s, packet):
+        return s
     d, place, round_trip_s = s.sending, -1, s.round_trip_s
     for i in range(len(d.posted)):
         if d.posted[i].number == packet.echo and packet.echo > 0:
