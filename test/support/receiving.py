@@ -11,7 +11,7 @@ import numpy as np
 from pmwvc_analysis.models.elements import Elements, elements, lifted
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
-from pmwvc_core.law.channel import excess, playout
+from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import (
     ArrivalsParams,
     anew,
@@ -126,7 +126,7 @@ class Playing:
         return self._value(wave)
 
     def spared(self, h, wanted):
-        self.s, energy_j = self._call(excess.spared, h, self._number(wanted))
+        self.s, energy_j = self._call(arrivals.spared, h, self._number(wanted))
         return self._energy(energy_j)
 
     def pass_by(self, lasted_s):

@@ -12,7 +12,7 @@ from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
-from pmwvc_core.law.port.local_model import acts_of, spring_damper
+from pmwvc_core.law.port.local_model import SpringDamper, acts_of
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, same_gain
 from pmwvc_core.law.port.strict_master import (
@@ -94,10 +94,10 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
 def _local(master: MasterParams, b: Any) -> Any:
     """Return the parameters of the local model behind an impedance."""
     local = master.local_model
+    place = acts_of(local), local.begins_m, master.tick_s
     if not local.is_plugin:
-        return spring_damper(local, master.tick_s)
-    matched = sum(b.values) / len(b.values)
-    return PluggedLocalParams(local, matched, acts_of(local), local.begins_m, master.tick_s)
+        return SpringDamper(local.stiffness, local.damping, *place)
+    return PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
 
 
 def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothing:

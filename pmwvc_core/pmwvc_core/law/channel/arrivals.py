@@ -11,20 +11,25 @@ strict   segments of displacement and energy, played out
 ======== ==========================================================================================
 
 Whether a packet is accepted is not decided here: numbers, senders and sizes are the receiver's.
+A playout without the free energy for what is undelivered is *short*; the other direction then
+passes on what it can spare.
+
+Equations: docs/theory.md 17.19.
 """
 
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.counting import Counting, count, resting_counting
-from pmwvc_core.law.channel.excess import is_short, spared
 from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import (
+    FEW,
     Moved,
     Playout,
     PlayoutParams,
     add,
     begin,
+    free_j,
     pass_by,
     play,
     resting_playout,
@@ -37,7 +42,10 @@ from pmwvc_core.law.channel.silence import (
     resting_silence,
 )
 from pmwvc_core.law.family import Family, never, none_j, same
-from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.law.vectors import Vector, length, squared, zero
+
+SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
+PASSED_S = 0.1  # time constant with which an excess is passed on
 
 
 class ArrivalsParams(NamedTuple):
@@ -55,9 +63,8 @@ class ArrivalsParams(NamedTuple):
 class PlainArrivals(NamedTuple):
     """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m].
 
-    A running sum of energy makes loss, duplicates and reordering harmless: the newest packet
-    contains all earlier ones. What an earlier life of the peer sent, or was sent before its first
-    packet came, does not count: it is lost, never gained.
+    The newest packet contains all earlier ones. What an earlier life of the peer sent, or was sent
+    before its first packet came, does not count: it is lost, never gained.
     """
 
     silence: Silence
@@ -162,6 +169,33 @@ def _wave(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals,
 def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, Vector]:
     playout, wave = play(s.playout, h, p.playout)
     return s._replace(playout=playout), wave
+
+
+def _needed_j(s: Playout) -> float:
+    """Return the free energy that makes up what is undelivered beside the present wave [J]."""
+    return SPARED_J + length(s.undelivered) * length(s.concealed.wave)
+
+
+def is_short(s: Playout) -> bool:
+    """Tell whether something is undelivered, and there is less energy than that takes."""
+    return squared(s.undelivered) > FEW**2 and free_j(s) < _needed_j(s)
+
+
+def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
+    """Return free energy beyond a level, at most so much: the wave can do without it [J]."""
+    released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
+    if released_j == 0.0:
+        return s, released_j
+    return s._replace(moved=m._replace(released_j=m.released_j + released_j)), released_j
+
+
+def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
+    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]; what
+    is needed here stays.
+    """
+    if not wanted:
+        return s, 0.0
+    return release(s, max(free_j(s) - _needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)
 
 
 @sparing.member(StrictArrivals)

@@ -22,6 +22,9 @@ from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
 from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import DeadbandParams
 
+LAST_NUMBER = (1 << 32) - 1  # 1 follows
+ROUNDING = 1e-9  # of times, relative
+
 
 class Packet(NamedTuple):
     """One sample of a wave with the running sums of all samples before it."""
@@ -52,10 +55,6 @@ class Sent(NamedTuple):
     position: Vector
     energy_j: float  # running sum where the port keeps it; below zero: that of the waves sent
     extra: Vector
-
-
-LAST_NUMBER = (1 << 32) - 1  # 1 follows
-ROUNDING = 1e-9  # of times, relative
 
 
 class Packing(NamedTuple):

@@ -22,7 +22,7 @@ After an outage that made the ends brake, it stays undelivered instead. Repaymen
 (:func:`.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
 over ``rises_s``. The reserve of a segment is |dU|^2/(2 dt). Invariants at every step: given +
 released <= received + E0 (``store_j``), and U(min(p, e)) + guessed = integral played + undelivered
-+ mistaken. What energy it has beyond its needs is the subject of :mod:`.excess`.
++ mistaken. What energy it has beyond its needs is the subject of :mod:`.arrivals`.
 
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
 """

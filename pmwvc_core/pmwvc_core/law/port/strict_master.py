@@ -28,8 +28,7 @@ Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import StrictArrivals
-from pmwvc_core.law.channel.excess import is_short, release, spared
+from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, spared
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
 from pmwvc_core.law.port import master

@@ -55,9 +55,10 @@ from pmwvc_core.law.wave.wave import (
     impedance,
 )
 
-RATIO = 1.3
-MEAN_S = 0.05
-RISE_S = 0.04
+RATIO, MEAN_S, RISE_S = 1.3, 0.05, 0.04
+STALL_S, HAND_RETURN_S, AVATAR_RETURN_S = 0.0125, 0.2, 0.1
+LARGEST_M = 1e100  # a position beyond it is none
+FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
 
 
 class BrakeForce(NamedTuple):
@@ -90,11 +91,6 @@ def brake_force(s: BrakeForce, waits: bool, f: Vector, h: float, return_s: float
         held = RATIO * length(mean)
     change = h / RISE_S if waits else -h / return_s
     return BrakeForce(mean, held, min(max(s.left + change, 0.0), 1.0))
-
-
-STALL_S = 0.0125
-HAND_RETURN_S = 0.2
-LARGEST_M = 1e100  # a position beyond it is none
 
 
 class HandBrake(NamedTuple):
@@ -143,10 +139,6 @@ def brake_push(s: HandBrake, f: Vector, k: float) -> tuple[HandBrake, Vector]:
     limit = brake_limit(s.largest)
     given, _ = affordable(f, scaled(s.z, k), max(limit * limit - squared(f), 0.0))
     return s._replace(z=scaled(given, 1.0 / k)), given
-
-
-FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
-AVATAR_RETURN_S = 0.1
 
 
 class AvatarBrake(NamedTuple):
