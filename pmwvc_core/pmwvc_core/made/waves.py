@@ -104,11 +104,10 @@ def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothi
     """Return these filters at rest."""
     if not isinstance(p, FilteredParams):
         return NOTHING
+    own = master.velocity_filter
+    force = resting_velocity(master, p.force, axes) if own.in_force else NOTHING
     near: Any = NOTHING
-    force: Any = NOTHING
-    if master.velocity_filter.in_force:
-        force = resting_velocity(master, p.force, axes)
-    elif master.velocity_filter.is_on:
+    if own.is_on and not own.in_force:
         near = resting_velocity(master, p.near, axes)
     far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
     return Filtered(near, far, force, (0.0,) * axes, same_gain(p.impedance, 0.0))
@@ -129,10 +128,7 @@ def resting_waves(
             rest, rest, rest, True, False, 0.0, (False, False), StrictEnergies(0.0, 0.0, 0.0),
         )  # fmt: skip
     energies = PlainEnergies(0.0, 0.0, 0.0, 0.0, 0.0)
-    hold, filter_ = (
-        Hold(rest, rest, rest, 0),
-        resting_filter(master.filter, axes, p.filter),
-    )
+    hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, p.filter)
     return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, energies)
 
 
