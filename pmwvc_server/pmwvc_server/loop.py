@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence, ServerRow
-from pmwvc_core.frame.schedule import LIVE, next_on_grid
+from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
@@ -79,8 +80,7 @@ class ServerLoop:
 
     def tick(self, tick: Tick) -> None:
         """Take in what has arrived, step, answer."""
-        self.missed += tick.skipped
-        self._due_ns = tick.due_ns
+        self.missed, self._due_ns = self.missed + tick.skipped, tick.due_ns
         packets = [link.take() for link in self._links]
         looked_ns = self._clock()
         missed_s = tick.skipped * self._period_ns * 1e-9

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.laws import assert_same, in_bulk
 
-from pmwvc_core.law.channel.affordable import affordable, repayment
+from pmwvc_core.law.wave.wave import affordable, repayment
 
 
 def covered(wave, change, power):

@@ -13,8 +13,7 @@ from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParam
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
 from pmwvc_core.law.black_box.seen import resting_seen
 from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
-from pmwvc_core.law.safety.avatar_brake import AvatarBrake
-from pmwvc_core.law.safety.brake_force import resting_brake
+from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, body_law, wall_law
 from pmwvc_core.law.server.contacts import Contact

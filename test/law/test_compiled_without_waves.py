@@ -90,7 +90,7 @@ def test_both_ends(kind: str, axes: int) -> None:
     end, p = resting_end(state, axes), DeviceEndParams(TICK_S, law)
     q = AvatarEndParams((law,), body_law(0.5, 1.0, H), kind in ("virtual_coupling", "pspm"))
     rules = ArrivalsParams(0.05, 1.0, False, False, PlayoutParams(1.0, 0.1, 0.0))
-    arrivals = arrivals_of(start_of(False, 0.05, H), nothing)
+    arrivals = arrivals_of(start_of(False, axes, 0.05, H), nothing)
     rng, bulk = np.random.default_rng(axes), in_bulk(frame)
     energy_j, x = 0.0, np.array((-0.06, *nothing[1:]))
     for n in range(200):

@@ -20,7 +20,7 @@ from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.law.port.counts import SLOW_S, Step, counts, resting_counts
+from pmwvc_core.law.port.counts import SLOW_S, counts, resting_counts
 from pmwvc_core.master.count_bound import LARGEST_IMPEDANCE, LARGEST_RATIO
 from pmwvc_core.simulation.session import simulate_one
 
@@ -31,7 +31,7 @@ COARSE = (f"device.encoder_step_m={STEP_M}", "device.velocity=euler")
 def as_measured(s, x, xd, h):
     """The control: position and velocity as measured."""
     jump = x - s.seen
-    return s._replace(x=x, seen=x), Step(jump, jump, xd)
+    return s._replace(x=x, seen=x), (jump, jump, xd)
 
 
 COARSER = ("device.encoder_step_m=1e-4", "device.velocity=euler")
@@ -240,10 +240,10 @@ def works(steps, *, seed):
         if before is None:
             place = resting_counts(read)
         else:
-            place, step = counts(place, read, (read - before[1]) / TICK_S, TICK_S)
-            moved = np.array([true_m - before[0], read - before[1], step.dx, step.moved])
+            place, (dx, worked, xd) = counts(place, read, (read - before[1]) / TICK_S, TICK_S)
+            moved = np.array([true_m - before[0], read - before[1], dx, worked])
             found += force * moved
-            force = 25.0 * step.xd
+            force = 25.0 * xd
         before = (x[k], read)
     return found
 

@@ -10,21 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
 
-from pmwvc_core.law.safety.avatar_brake import (
-    RETURN_S,
-    AvatarBrake,
-    brake_ratio,
-    braked,
-    unbraked,
-)
-from pmwvc_core.law.safety.brake_force import MEAN_S, RATIO, resting_brake
-from pmwvc_core.law.safety.hand_brake import (
+from pmwvc_core.law.safety.brakes import (
+    AVATAR_RETURN_S,
+    MEAN_S,
+    RATIO,
     STALL_S,
+    AvatarBrake,
     brake_push,
+    brake_ratio,
     brake_stiffness,
     brake_stored_j,
+    braked,
     holding,
+    resting_brake,
     resting_hand_brake,
+    unbraked,
 )
 from pmwvc_core.law.server.server_port import environment_step
 from pmwvc_core.law.server_step import Came
@@ -200,6 +200,6 @@ def test_a_wave_that_pushes_meets_no_brake():
     ratios = [ratio(0.0, True) for _ in range(6)]
     assert ratios[0] < 10.0 and ratios[-1] > 100.0  # a wait of one step stops no moving object
     assert ratio(1.0, True) == 1.0
-    for _ in range(round(RETURN_S / PERIOD_S) + 1):
+    for _ in range(round(AVATAR_RETURN_S / PERIOD_S) + 1):
         last = ratio(0.0, False)
     assert last == 1.0

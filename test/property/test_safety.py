@@ -169,7 +169,7 @@ def test_limits_of_many_runs_are_those_of_each_by_itself(rows, story, seed):
         np.testing.assert_allclose(together, alone, rtol=1e-12, atol=1e-15)
         causes = as_columns(s.cause, 1, runs)[0]
         assert [state_of(cause) for cause in causes] == [rig.state for rig in singles]
-        events = as_columns(s.interventions.events, 1, runs)[0]
+        events = as_columns(s.events, 1, runs)[0]
         np.testing.assert_array_equal(events, [rig.events for rig in singles])
         found = [text_of(*both) for both in zip(causes, (r.params for r in singles), strict=True)]
         assert found == [rig.reason for rig in singles]

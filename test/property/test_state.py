@@ -18,8 +18,7 @@ from support.played_laws import Laws
 from pmwvc_analysis.models.elements import leaves, planted
 from pmwvc_core.law.channel import playout
 from pmwvc_core.law.channel.segments import forgotten
-from pmwvc_core.law.wave.anti_aliasing import MeanParams, filter_step
-from pmwvc_core.law.wave.hold import Hold, hold
+from pmwvc_core.law.wave.rates import Hold, filter_step, hold
 from pmwvc_core.scenario.reader import parse_scenario
 
 FILTERS = [
@@ -156,7 +155,7 @@ def test_a_law_that_changes_what_it_is_given_is_noticed(monkeypatch):
 
 def test_a_state_of_another_law_is_refused():
     with pytest.raises(KeyError, match="Hold"):
-        filter_step(Hold((0.0,), (0.0,), (0.0,), 0), (1.0,), MeanParams(4))
+        filter_step(Hold((0.0,), (0.0,), (0.0,), 0), (1.0,), 4)
 
 
 def test_signals_are_read_and_set_by_their_names():

@@ -74,7 +74,7 @@ class ForceLimits:
 
     state = property(lambda self: state_of(self.s.cause))
     reason = property(lambda self: text_of(self.s.cause, self.params))
-    events = property(lambda self: self.s.interventions.events)
+    events = property(lambda self: self.s.events)
     ready = property(lambda self: self.s.fading.ready)
 
 

@@ -53,7 +53,7 @@ def opened(end, x_m):
     port = s.port
     if hasattr(port, "counts"):
         exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in x_m)
-        port = port._replace(x=x_m, counts=exact, under=port.under._replace(begun=True))
+        port = port._replace(x=x_m, counts=exact, begun=True)
     end.s = s._replace(limits=s.limits._replace(fading=fading), port=port)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from pmwvc_analysis.models.elements import Elements, elements, lifted
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
-from pmwvc_core.law.channel import excess, playout
+from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import (
     ArrivalsParams,
     anew,
@@ -20,8 +20,7 @@ from pmwvc_core.law.channel.arrivals import (
     start_of,
     wave_of,
 )
-from pmwvc_core.law.channel.packet import Sent
-from pmwvc_core.law.channel.packing import About, pack, packing_params, resting_packing
+from pmwvc_core.law.channel.packet import About, Sent, pack, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
 from pmwvc_core.params import DeadbandParams
 
@@ -49,7 +48,7 @@ class ReceivingEnd:
         played = PlayoutParams(most_repaid, RETURN_S, store_j)
         strict, once = channel == "strict", channel == "zeroing"
         self.p = ArrivalsParams(timeout_s, longest, once, strict, played)
-        self.s = arrivals_of(start_of(strict, timeout_s, period_s), (0.0,) * dof)
+        self.s = arrivals_of(start_of(strict, dof, timeout_s, period_s), (0.0,) * dof)
 
     def push(self, packet, now_ns):
         """Take a packet; return it as the laws have it, None where it is refused."""
@@ -127,7 +126,7 @@ class Playing:
         return self._value(wave)
 
     def spared(self, h, wanted):
-        self.s, energy_j = self._call(excess.spared, h, self._number(wanted))
+        self.s, energy_j = self._call(arrivals.spared, h, self._number(wanted))
         return self._energy(energy_j)
 
     def pass_by(self, lasted_s):

@@ -14,7 +14,7 @@ from pmwvc_core.law.position.energy_tank import (
     tank_packet,
     tank_send,
 )
-from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.law.wave.rates import Hold, hold, load
 from pmwvc_core.made.waves import made_impedance, position_params
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import Packer
@@ -53,7 +53,7 @@ class Held:
             self.s, _ = tank_down(self.s, (0.0,), v, (0.0,), False, self.p)
         self.s = tank_packet(self.s, came, self.p)
 
-    deficit_j = property(lambda self: self.s.level.deficit_j)
+    deficit_j = property(lambda self: self.s.deficit_j)
     free_j = property(lambda self: tank_free_j(self.s))
 
 
@@ -116,4 +116,4 @@ def test_what_is_kept_for_a_first_order_filter_is_the_most_it_can_still_give(pol
     p = params_of(filter=filtering)
     tank, _ = tank_send(resting_tank((0.0,), p.lent_j), (0.1,), p)
     # Nothing was taken in: only the reserve is missing, and no packet goes out.
-    assert -tank.level.saved_j == pytest.approx(k * 0.01, rel=0.02)
+    assert -tank.saved_j == pytest.approx(k * 0.01, rel=0.02)

@@ -107,7 +107,7 @@ def test_the_other_end_is_told_before_this_one_brakes_and_a_late_packet_does_nei
     clock = pace.pace_arrive(pace.RESTING_PACE, PACKET_S)
     told = braked = None
     for tick in range(100):
-        clock, _ = pace.pace_step(clock, TICK_S)
+        clock, _, _ = pace.pace_step(clock, TICK_S)
         told = told or (pace.pace_waits(clock) and tick)
         braked = braked or (pace.pace_brakes(clock) and tick)
     assert told < braked

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.law_rigs import ForceLimits, Port
 
-from pmwvc_core.law.safety.fading import RETURN_S
+from pmwvc_core.law.safety.limits import RETURN_S
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 

@@ -113,7 +113,7 @@ def _opened(s: Any, p: Any) -> tuple[Any, Any]:
     port = s.port
     if hasattr(port, "counts"):
         exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in port.x)
-        port = port._replace(counts=exact, under=port.under._replace(begun=True))
+        port = port._replace(counts=exact, begun=True)
     arrivals = p.arrivals._replace(longest=math.inf)
     return s._replace(port=port), p._replace(
         limits=limits._replace(brakes=False), arrivals=arrivals

@@ -92,5 +92,5 @@ def _settled(frame: int, step: int, arrival: int, phase: int, tick_s: float) -> 
             pace = pace_arrive(pace, frame * tick_s)
             arrival += frame
         if arrival >= frame:
-            pace, _ = pace_step(pace, step * tick_s)
+            pace, _, _ = pace_step(pace, step * tick_s)
     return pace

@@ -14,7 +14,7 @@ import math
 
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_core.law.position.error import ADAPTED
-from pmwvc_core.law.position.strict import MOST
+from pmwvc_core.law.position.feedback import MOST
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 

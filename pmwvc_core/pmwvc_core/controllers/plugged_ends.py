@@ -20,7 +20,7 @@ from pmwvc_core.law.port.master import (
     port_tick,
 )
 from pmwvc_core.law.port.sensing import known_motion
-from pmwvc_core.law.safety.avatar_brake import released_brake
+from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.server.energies import (

@@ -7,8 +7,7 @@ nothing is stepped, a sender is asked to prove itself.
 from collections.abc import Sequence
 
 from pmwvc_core.law.channel.arrivals import arrive, waits
-from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.packing import About, pack
+from pmwvc_core.law.channel.packet import About, Packet, Sent, pack
 from pmwvc_core.law.server.server_port import left
 from pmwvc_core.law.server_step import ABSENT, Server, ServerStepParams
 from pmwvc_core.law.vectors import zero

@@ -81,7 +81,7 @@ class UserView:
     @property
     def safety_events(self) -> int:
         """How often the limits intervened."""
-        return self.s.limits.interventions.events
+        return self.s.limits.events
 
     def report(self) -> FrameReport:
         """Return safety state and energies as they are now."""

@@ -1,10 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The frame schedule: when, after the start of a frame, the server steps and masters take its
-answer; and the frames of a force loop by that schedule.
+answer.
 """
 
 from dataclasses import dataclass
+
+from pmwvc_core.law.user_tick import next_on_grid
 
 
 @dataclass(frozen=True)
@@ -31,16 +33,6 @@ class FrameSchedule:
     def answer_tick(self, *, tick_s: float, rate_drop: int) -> int:
         """Return the tick of a frame that takes the answer, the last one of shorter frames."""
         return min(round(self.answer_s / tick_s), rate_drop - 1)
-
-
-def next_on_grid(now: int, every: int, phase: int = 0) -> int:
-    """Return the first point of a grid after a time, all in ticks or all in ns.
-
-    Frames and steps lie at the multiples of their own length, so that both ends keep their phases;
-    where a length changes, the frame or step that begins then is as long as it takes to the next
-    point of the new grid.
-    """
-    return now + every - (now - phase) % every
 
 
 AT_ONCE = FrameSchedule()  # virtual time

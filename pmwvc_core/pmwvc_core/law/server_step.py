@@ -28,8 +28,7 @@ from pmwvc_core.law.channel.arrivals import (
     waits,
     wave_of,
 )
-from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.packing import About, Packing, PackingParams, pack, pay
+from pmwvc_core.law.channel.packet import About, Packet, Packing, PackingParams, Sent, pack, pay
 from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.server_port import (

@@ -8,6 +8,10 @@
     every tick              packets that have come; motion -> port -> limits -> force
     answer tick             the newest wave to the port, once a frame
 
+Frames begin at the multiples of their length M. Where M changes, or ticks were skipped, the frame
+that begins is as long as it takes to the next multiple, so that both ends keep their phases. A
+frame whose first ticks were skipped starts, and takes its answer, with the first tick that runs.
+
 A caller whose answers come within the same instant starts the frame itself, before the tick; and
 one that changes parameters sends, changes, and begins the frame (``send``, ``begin``).
 """
@@ -15,9 +19,7 @@ one that changes parameters sends, changes, and begins the frame (``send``, ``be
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
-from pmwvc_core.law.channel.frames import FrameParams, Frames, begin_frame, take_answer
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.channel.packing import About, Packing, PackingParams, pack
+from pmwvc_core.law.channel.packet import About, Packet, Packing, PackingParams, pack
 from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
 from pmwvc_core.law.port.master import (
     port_answer,
@@ -28,16 +30,34 @@ from pmwvc_core.law.port.master import (
     port_tick,
 )
 from pmwvc_core.law.port.sensing import STALE_NS, Sample, Sensing, age_ns, sensed
+from pmwvc_core.law.safety.brakes import brake_stored_j
 from pmwvc_core.law.safety.limits import (
     Limits,
     LimitsInput,
     LimitsParams,
     expect,
-    held_j,
     limits,
     limits_restart,
 )
 from pmwvc_core.law.vectors import Vector
+
+
+class Frames(NamedTuple):
+    """The tick with which the next frame starts, that which takes the next answer, and the length
+    on whose grid the frame that starts next lies.
+    """
+
+    next_frame: int
+    next_answer: int
+    rate_drop: int
+
+
+class FrameParams(NamedTuple):
+    """Ticks of a frame, M; which of them takes the answer; period of a tick [s]."""
+
+    rate_drop: int
+    answer_tick: int
+    tick_s: float
 
 
 class User(NamedTuple):
@@ -80,20 +100,26 @@ def send(
     port, arrivals, number = s.port, s.arrivals, s.packing.number + 1
     if age_ns(s.sensing, sample, now_ns) <= STALE_NS:
         port = port_measure(port, sample.x, sample.xd, p.port)
-    held = held_j(s.limits, p.limits)
-    port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held, p.port)
-    limited = s.limits.interventions.events
+    held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
+    port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
+    limited = s.limits.events
     about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves, arrivals.silence.number,
                   limited)  # fmt: skip
     packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
-    s = s._replace(packing=packing, arrivals=arrivals, port=port)
-    return s, packet, sends
+    return s._replace(packing=packing, arrivals=arrivals, port=port), packet, sends
+
+
+def next_on_grid(now: int, every: int, phase: int) -> int:
+    """Return the first point of a grid of frames or steps after a time, in ticks or in ns."""
+    return now + every - (now - phase) % every
 
 
 def begin(s: User, tick: int, p: UserParams) -> User:
     """Begin a frame with a tick."""
-    frames, frame_s = begin_frame(s.frames, tick, p.frames)
-    return s._replace(frames=frames, frame_s=frame_s)
+    every, of_frame = p.frames.rate_drop, tick - tick % s.frames.rate_drop
+    ends = next_on_grid(tick, every, 0)
+    frames = Frames(ends, min(of_frame + p.frames.answer_tick, ends - 1), every)
+    return s._replace(frames=frames, frame_s=(ends - of_frame) * p.frames.tick_s)
 
 
 def user_tick(
@@ -107,8 +133,8 @@ def user_tick(
         if packet.fresh:
             limit = limits_restart(limit) if servers > 0 else limit
             servers += 1
-    frames, answers = take_answer(frames, tick, p.frames)
-    if answers:
+    if tick >= frames.next_answer:
+        frames = frames._replace(next_answer=frames.next_answer + p.frames.rate_drop)
         silent = is_silent(arrivals.silence, now_ns)
         if servers > 0:
             port = port_packet(port, arrivals, newest, p.port)
@@ -120,8 +146,7 @@ def user_tick(
         arrivals = missed(arrivals, (tick - s.due) * p.frames.tick_s)
     sensing, x, xd, known = sensed(s.sensing, sample, now_ns)
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
-    silent_s, unreceived = silence_s(arrivals.silence, now_ns), False
-    brakes = False
+    silent_s, unreceived, brakes = silence_s(arrivals.silence, now_ns), False, False
     if servers > 0:
         unreceived = is_unreceived(arrivals.silence, now_ns)
         brakes = interrupted(arrivals, now_ns)
@@ -129,14 +154,7 @@ def user_tick(
     limit, f = limits(limit, asked, p.limits)
     port = port_applied(port, f, p.port)
     s = s._replace(
-        frames=frames,
-        arrivals=arrivals,
-        newest=newest,
-        servers=servers,
-        port=port,
-        limits=limit,
-        sensing=sensing,
-        due=tick + 1,
-        coupled=coupled,
-    )
+        frames=frames, arrivals=arrivals, newest=newest, servers=servers, port=port, limits=limit,
+        sensing=sensing, due=tick + 1, coupled=coupled,
+    )  # fmt: skip
     return s, Tick(f_m, f)

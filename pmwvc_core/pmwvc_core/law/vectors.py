@@ -66,6 +66,15 @@ def scaled(a: Vector, factor: float) -> Vector:
     return tuple(x * factor for x in a)
 
 
+def between(a: Vector, b: Vector, ratio: float) -> Vector:
+    """Return a + (b - a) ratio: on the way from a to b."""
+    return each(_between, (a, b), ratio)
+
+
+def _between(a: float, b: float, ratio: float) -> float:
+    return a + (b - a) * ratio
+
+
 def zero(like: Vector) -> Vector:
     """Return the vector of zeros with as many axes."""
     return each(_nothing, (like,))

@@ -12,10 +12,8 @@ from pmwvc_core.controllers.plugged_ends import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
 from pmwvc_core.law.channel.arrivals import start_of
-from pmwvc_core.law.channel.packing import packing_params, resting_packing
-from pmwvc_core.law.safety.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
-from pmwvc_core.law.safety.avatar_brake import AvatarBrake
-from pmwvc_core.law.safety.brake_force import resting_brake
+from pmwvc_core.law.channel.packet import packing_params, resting_packing
+from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, BodyLaw, body_law, wall_law
 from pmwvc_core.law.server.contacts import Contact
@@ -126,7 +124,7 @@ def server_params(
                 channel,
                 user.server_impedance,
                 timeout_s=times.timeout_s,
-                lets_go_s=AVATAR_LETS_GO_S,
+                lets_go_s=AVATAR_RETURN_S,
                 store_j=server.store_j,
             ),
             packing_params(user.contact.deadband),
@@ -212,7 +210,7 @@ def resting_server(
         sums, extra = Sums(0.0, 0.0, -1.0), (0.0,) * down
         ports.append(UserPort(avatar, kept, rest, rest, rest, sums, extra))
         rules = guest.arrivals
-        arrivals = start_of(rules.plays_on, rules.timeout_s, user.master.frame_s)
+        arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):

@@ -6,15 +6,12 @@ from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.channel.frames import FrameParams, Frames
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.channel.packing import packing_params, resting_packing
+from pmwvc_core.law.channel.packet import Packet, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.port.sensing import NEVER_NS, Sensing
-from pmwvc_core.law.safety.hand_brake import RETURN_S as DEVICE_LETS_GO_S
-from pmwvc_core.law.safety.hand_brake import brake_stiffness
+from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
 from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
-from pmwvc_core.law.user_tick import User, UserParams
+from pmwvc_core.law.user_tick import FrameParams, Frames, User, UserParams
 from pmwvc_core.made.waves import resting_waves, waves_params
 from pmwvc_core.made.without_waves import device_params, resting_device_end
 from pmwvc_core.scenario import scenario as scenarios
@@ -59,7 +56,7 @@ def user_params(
         channel,
         b,
         timeout_s=user.safety.timeout_s,
-        lets_go_s=DEVICE_LETS_GO_S,
+        lets_go_s=HAND_RETURN_S,
         store_j=master.store_j,
     )
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
@@ -93,7 +90,7 @@ def resting_user(
         Frames(0, 0, master.rate_drop),
         master.frame_s,
         resting_packing(axes),
-        start_of(p.arrivals.plays_on, timeout_s, packet_s),
+        start_of(p.arrivals.plays_on, axes, timeout_s, packet_s),
         packet,
         0,
         port,

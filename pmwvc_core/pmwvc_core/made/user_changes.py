@@ -16,11 +16,10 @@ from pmwvc_core.law.port.filter_bank import Bank, BankFilters, resting_bank
 from pmwvc_core.law.port.local_model import changed_local
 from pmwvc_core.law.port.plain_master import PlainMaster
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
-from pmwvc_core.law.port.strict_state import StrictMasterParams
+from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.anti_aliasing import resting_filter
-from pmwvc_core.law.wave.hold import Hold
+from pmwvc_core.law.wave.rates import Hold, resting_filter
 from pmwvc_core.made.waves import position_params, resting_filters, resting_position
 from pmwvc_core.params import MasterParams
 

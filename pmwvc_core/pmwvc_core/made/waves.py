@@ -6,36 +6,27 @@ from typing import Any
 
 import numpy as np
 
-import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.plugged_local import PluggedLocalParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
-from pmwvc_core.law.port.local_model import acts_of, spring_damper
+from pmwvc_core.law.port.local_model import SpringDamper, acts_of
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, same_gain
-from pmwvc_core.law.port.strict_state import (
+from pmwvc_core.law.port.strict_master import (
     Node,
     StrictEnergies,
     StrictMaster,
     StrictMasterParams,
-    Under,
 )
-from pmwvc_core.law.port.velocity_filter import (
-    resting_complementary,
-    resting_exact,
-    resting_in_force,
-    velocity_params,
-)
-from pmwvc_core.law.position.error import PositionParams
-from pmwvc_core.law.position.feedback import position_lent
-from pmwvc_core.law.position.plain import resting_budgeted, resting_published
-from pmwvc_core.law.position.strict import resting_on_strict
+from pmwvc_core.law.port.velocity_filter import resting_velocity, velocity_params
+from pmwvc_core.law.position.energy_tank import resting_tank
+from pmwvc_core.law.position.error import PositionParams, resting_error
+from pmwvc_core.law.position.feedback import Budgeted, Line, OnStrict, Published, position_lent
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.wave.hold import Hold
+from pmwvc_core.law.wave.rates import Hold, filter_params, resting_filter
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.params import MasterParams
@@ -103,22 +94,22 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
 def _local(master: MasterParams, b: Any) -> Any:
     """Return the parameters of the local model behind an impedance."""
     local = master.local_model
+    place = acts_of(local), local.begins_m, master.tick_s
     if not local.is_plugin:
-        return spring_damper(local, master.tick_s)
-    matched = sum(b.values) / len(b.values)
-    return PluggedLocalParams(local, matched, acts_of(local), local.begins_m, master.tick_s)
+        return SpringDamper(local.stiffness, local.damping, *place)
+    return PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
 
 
 def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothing:
     """Return these filters at rest."""
     if not isinstance(p, FilteredParams):
         return NOTHING
+    own = master.velocity_filter
+    force = resting_velocity(master, p.force, axes) if own.in_force else NOTHING
     near: Any = NOTHING
-    if master.velocity_filter.is_on and not master.velocity_filter.in_force:
-        splits = master.velocity_filter.splits
-        near = (resting_complementary if splits else resting_exact)(axes, p.near)
+    if own.is_on and not own.in_force:
+        near = resting_velocity(master, p.near, axes)
     far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
-    force = resting_in_force(axes, p.force) if master.velocity_filter.in_force else NOTHING
     return Filtered(near, far, force, (0.0,) * axes, same_gain(p.impedance, 0.0))
 
 
@@ -133,23 +124,11 @@ def resting_waves(
     if isinstance(p, StrictMasterParams):
         return StrictMaster(
             Node(position_lent(position, p.position), 0.0, 0.0, 0.0),
-            filters,
-            position,
-            waves,
-            rest,
-            rest,
-            (resting_counts(0.0),) * axes,
-            rest,
-            Under(rest, rest, True, False),
-            0.0,
-            (False, False),
-            StrictEnergies(0.0, 0.0, 0.0),
-        )
+            filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
+            rest, rest, rest, True, False, 0.0, (False, False), StrictEnergies(0.0, 0.0, 0.0),
+        )  # fmt: skip
     energies = PlainEnergies(0.0, 0.0, 0.0, 0.0, 0.0)
-    hold, filter_ = (
-        Hold(rest, rest, rest, 0),
-        resting_filter(master.filter, axes, p.filter),
-    )
+    hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, p.filter)
     return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, energies)
 
 
@@ -175,7 +154,9 @@ def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool
     """Return position feedback at rest."""
     if not isinstance(p, PositionParams):
         return p
+    error = resting_error(rest)
     if strict:
-        return resting_on_strict(rest)
-    published = master.position.as_published
-    return resting_published(rest) if published else resting_budgeted(rest, p)
+        return OnStrict(error, Line(rest, 0.0, 0.0, 0.0, rest), 0.0)
+    if master.position.as_published:
+        return Published(error, 0.0)
+    return Budgeted(error, resting_tank(rest, p.lent_j))

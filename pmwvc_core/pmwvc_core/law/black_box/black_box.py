@@ -35,7 +35,7 @@ from pmwvc_core.law.black_box.touched import (
     visited,
 )
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.safety.avatar_brake import unbraked
+from pmwvc_core.law.safety.brakes import unbraked
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import BodyLaw
 from pmwvc_core.law.server.server_port import (

@@ -11,20 +11,25 @@ strict   segments of displacement and energy, played out
 ======== ==========================================================================================
 
 Whether a packet is accepted is not decided here: numbers, senders and sizes are the receiver's.
+A playout without the free energy for what is undelivered is *short*; the other direction then
+passes on what it can spare.
+
+Equations: docs/theory.md 17.19.
 """
 
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.counting import Counting, count, resting_counting
-from pmwvc_core.law.channel.excess import is_short, spared
 from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import (
+    FEW,
     Moved,
     Playout,
     PlayoutParams,
     add,
     begin,
+    free_j,
     pass_by,
     play,
     resting_playout,
@@ -37,7 +42,10 @@ from pmwvc_core.law.channel.silence import (
     resting_silence,
 )
 from pmwvc_core.law.family import Family, never, none_j, same
-from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.law.vectors import Vector, length, squared, zero
+
+SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
+PASSED_S = 0.1  # time constant with which an excess is passed on
 
 
 class ArrivalsParams(NamedTuple):
@@ -55,9 +63,8 @@ class ArrivalsParams(NamedTuple):
 class PlainArrivals(NamedTuple):
     """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m].
 
-    A running sum of energy makes loss, duplicates and reordering harmless: the newest packet
-    contains all earlier ones. What an earlier life of the peer sent, or was sent before its first
-    packet came, does not count: it is lost, never gained.
+    The newest packet contains all earlier ones. What an earlier life of the peer sent, or was sent
+    before its first packet came, does not count: it is lost, never gained.
     """
 
     silence: Silence
@@ -78,12 +85,6 @@ class StrictArrivals(NamedTuple):
     wanted: bool  # the other end lacks energy
 
 
-class PlainStart(NamedTuple):
-    """Plain arrivals before the first packet."""
-
-    silence: Silence
-
-
 class StrictStart(NamedTuple):
     """Strict arrivals before the first packet, which come every so often [s]."""
 
@@ -99,7 +100,8 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
     return s, 0.0
 
 
-arrivals_of = Family("arrivals_of")  # (start, nothing) -> s: nothing is the vector of zeros
+# (start, nothing) -> s, its lists made here; nothing is the vector of zeros
+arrivals_of = Family("arrivals_of", same)
 arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
 wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
 # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
@@ -114,11 +116,6 @@ received_j = Family("received_j", none_j)
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
-@arrivals_of.member(PlainStart)
-def _plain(start: PlainStart, nothing: Vector) -> PlainArrivals:
-    return PlainArrivals(start.silence, nothing, nothing, False, 0.0, 0.0)
-
-
 @arrivals_of.member(StrictStart)
 def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
     playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
@@ -126,10 +123,14 @@ def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
     return StrictArrivals(start.silence, playout, counting, nothing, False)
 
 
-def start_of(strict: bool, timeout_s: float, period_s: float) -> PlainStart | StrictStart:
+def start_of(
+    strict: bool, axes: int, timeout_s: float, period_s: float
+) -> PlainArrivals | StrictStart:
     """Return arrivals before the first packet."""
-    silence = resting_silence(timeout_s, period_s)
-    return StrictStart(silence, period_s) if strict else PlainStart(silence)
+    silence, nothing = resting_silence(timeout_s, period_s), (0.0,) * axes
+    if strict:
+        return StrictStart(silence, period_s)
+    return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
 
 @arrive.member(PlainArrivals)
@@ -161,14 +162,40 @@ def _arrive_strict(
 @answer_of.member(PlainArrivals)
 def _wave(s: PlainArrivals, h: float, p: ArrivalsParams) -> tuple[PlainArrivals, Vector]:
     wave = s.wave if s.fresh or not p.once else zero(s.wave)
-    after = s._replace(fresh=False)
-    return after, wave
+    return s._replace(fresh=False), wave
 
 
 @wave_of.member(StrictArrivals)
 def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, Vector]:
     playout, wave = play(s.playout, h, p.playout)
     return s._replace(playout=playout), wave
+
+
+def _needed_j(s: Playout) -> float:
+    """Return the free energy that makes up what is undelivered beside the present wave [J]."""
+    return SPARED_J + length(s.undelivered) * length(s.concealed.wave)
+
+
+def is_short(s: Playout) -> bool:
+    """Tell whether something is undelivered, and there is less energy than that takes."""
+    return squared(s.undelivered) > FEW**2 and free_j(s) < _needed_j(s)
+
+
+def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
+    """Return free energy beyond a level, at most so much: the wave can do without it [J]."""
+    released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
+    if released_j == 0.0:
+        return s, released_j
+    return s._replace(moved=m._replace(released_j=m.released_j + released_j)), released_j
+
+
+def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
+    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]; what
+    is needed here stays.
+    """
+    if not wanted:
+        return s, 0.0
+    return release(s, max(free_j(s) - _needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)
 
 
 @sparing.member(StrictArrivals)
@@ -186,8 +213,7 @@ def _anew_strict(s: StrictArrivals) -> StrictArrivals:
 
 @missed.member(StrictArrivals)
 def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
-    playout = pass_by(s.playout, lasted_s)
-    return s._replace(playout=playout)
+    return s._replace(playout=pass_by(s.playout, lasted_s))
 
 
 @waits.member(StrictArrivals)

@@ -58,9 +58,11 @@ def count(
     legal wave [sqrt(W)].
     """
     period_s = packet.period_s
+    own = Counted(True, scaled(packet.wave, period_s), 0.0, period_s)
+    noted = Counting(packet.integral, packet.energy_j, packet.sent_ns, packet.anew, period_s,
+                     period_s, True)  # fmt: skip
     if packet.fresh or not s.begun:  # what it sent before it was followed does not count
-        own = Counted(True, scaled(packet.wave, period_s), 0.0, period_s)
-        return _noted(packet, packet.integral, packet.energy_j, period_s, period_s), own
+        return noted, own
     least_s, most_s = min(s.least_s, period_s), max(s.most_s, period_s)
     lasted_s = period_s
     if packet.lost > 0:
@@ -70,15 +72,8 @@ def count(
     moved = shortened(minus(packet.integral, s.integral), longest * lasted_s)
     paid_j = min(max(packet.energy_j - s.energy_j, 0.0), 0.5 * longest**2 * lasted_s)
     integral, energy_j = plus(s.integral, moved), s.energy_j + paid_j
+    noted = noted._replace(integral=integral, energy_j=energy_j)
     if packet.anew != s.anew:
-        own_j = min(wave_j(packet.wave, period_s), paid_j)
-        own = Counted(True, scaled(packet.wave, period_s), own_j, period_s)
-        return _noted(packet, integral, energy_j, period_s, period_s), own
+        return noted, own._replace(energy_j=min(wave_j(packet.wave, period_s), paid_j))
     segment = Counted(False, moved, paid_j, lasted_s)
-    return _noted(packet, integral, energy_j, least_s, most_s), segment
-
-
-def _noted(
-    packet: Packet, integral: Vector, energy_j: float, least_s: float, most_s: float
-) -> Counting:
-    return Counting(integral, energy_j, packet.sent_ns, packet.anew, least_s, most_s, True)
+    return noted._replace(least_s=least_s, most_s=most_s), segment

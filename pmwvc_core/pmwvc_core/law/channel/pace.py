@@ -45,13 +45,6 @@ class Pace(NamedTuple):
     first: bool  # none has come since the last step
 
 
-class Played(NamedTuple):
-    """What a step plays [s]: skipped before, and beyond what has come."""
-
-    skipped_s: float
-    beyond_s: float
-
-
 RESTING_PACE = Pace(0.0, 0.0, 0.0, 1.0, BURST_S, 0.0, True)
 
 
@@ -85,8 +78,10 @@ def pace_pass_by(s: Pace, lasted_s: float) -> Pace:
     return s._replace(store_s=store_s, burst_s=burst_s)
 
 
-def pace_step(s: Pace, h: float) -> tuple[Pace, Played]:
-    """Go on by h [s]."""
+def pace_step(s: Pace, h: float) -> tuple[Pace, float, float]:
+    """Go on by h [s]; return also what is skipped before, and what is played beyond what has come
+    [s].
+    """
     longest_s = s.segment_s if s.burst_s > 0.0 else LONGEST_S
     skipped_s = max(s.store_s - h - longest_s, 0.0)
     store_s = s.store_s - skipped_s
@@ -104,4 +99,4 @@ def pace_step(s: Pace, h: float) -> tuple[Pace, Played]:
     shift_s = s.shift_s - excess * ratio * h
     burst_s = max(s.burst_s - h, 0.0)
     s = Pace(store_s, silent_s, shift_s, ratio, burst_s, s.segment_s, True)
-    return s, Played(skipped_s, beyond_s)
+    return s, skipped_s, beyond_s

@@ -1,10 +1,29 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What one end says to the other, as the laws see it; not its message."""
+"""What one end says to the other, and its sender: packets with running sums, and the deadband that
+leaves some of them out. A packet is what the laws see of a message.
+
+::
+
+    integral <- integral + w T          energy <- energy + |w|^2 T/2
+    held back where  |w - w_sent| <= ratio |w_sent|
+
+A wave that differs too little from the one sent last to be felt needs no packet of its own
+(Hinterseer et al., 2008), unless the next packet would then stand for more than the longest time
+allowed. The packet after it stands for the time of both and carries their mean. Sums make every
+packet contain all earlier ones.
+
+Equations: docs/theory.md 17.11.
+"""
 
 from typing import NamedTuple
 
-from pmwvc_core.law.vectors import Vector
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
+from pmwvc_core.law.wave.wave import wave_j
+from pmwvc_core.params import DeadbandParams
+
+LAST_NUMBER = (1 << 32) - 1  # 1 follows
+ROUNDING = 1e-9  # of times, relative
 
 
 class Packet(NamedTuple):
@@ -36,3 +55,89 @@ class Sent(NamedTuple):
     position: Vector
     energy_j: float  # running sum where the port keeps it; below zero: that of the waves sent
     extra: Vector
+
+
+class Packing(NamedTuple):
+    """The sums of a sender, and the last packet as far as the next one depends on it."""
+
+    number: int
+    integral: Vector  # [sqrt(W) s]
+    energy_j: float
+    held_s: float  # time of the samples held back since the last packet
+    sent_integral: Vector  # up to them
+    wave: Vector  # of the last packet
+    flags: int  # of the last packet
+    events: int  # of the limits, as noted last
+
+
+class PackingParams(NamedTuple):
+    """The deadband: ratio of two waves that is not felt (none: below zero), longest time [s]."""
+
+    ratio: float
+    longest_s: float
+
+
+class About(NamedTuple):
+    """What a packet says beside its sample."""
+
+    now_ns: int
+    short: bool
+    waits: bool
+    anew: bool
+    leaves: bool
+    echo: int
+    events: int  # of the limits: new ones need a packet
+
+
+def packing_params(deadband: DeadbandParams) -> PackingParams:
+    """Return the parameters of a sender."""
+    ratio = deadband.ratio if deadband.is_on else -1.0
+    return PackingParams(float(ratio), deadband.longest_s * (1.0 + ROUNDING))
+
+
+def resting_packing(axes: int) -> Packing:
+    """Return a sender that has sent nothing."""
+    zero = (0.0,) * axes
+    return Packing(0, zero, 0.0, 0.0, zero, zero, 0, 0)
+
+
+def pay(s: Packing, energy_j: float) -> Packing:
+    """Let the next packet bring more energy than its wave needs."""
+    return s._replace(energy_j=s.energy_j + energy_j)
+
+
+def pack(
+    s: Packing, sent: Sent, period_s: float, about: About, p: PackingParams
+) -> tuple[Packing, Packet, bool]:
+    """Add a sample; return its packet, and whether that is sent."""
+    integral = plus(s.integral, scaled(sent.wave, period_s))
+    energy_j = s.energy_j + wave_j(sent.wave, period_s)
+    news = about.events != s.events  # all of this changes with what a packet says
+    flags = news * 8 + about.waits * 4 + about.anew * 2 + about.leaves
+    number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
+    held_back = _is_held_back(s, sent.wave, period_s, flags, p)
+    if held_back:
+        before = s.sent_integral if held_s > 0.0 else s.integral
+        s = s._replace(
+            integral=integral, energy_j=energy_j, held_s=held_s + period_s, sent_integral=before,
+            events=about.events,
+        )  # fmt: skip
+    else:
+        if held_s > 0.0:
+            period_s += held_s
+            wave = scaled(minus(integral, s.sent_integral), 1.0 / period_s)
+        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags, about.events)
+    own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
+    packet = Packet(
+        number, about.now_ns, period_s, wave, integral, own, sent.position, about.short,
+        about.waits, about.anew, about.leaves, sent.extra, about.echo, False, 0, 0,
+    )  # fmt: skip
+    return s, packet, not held_back
+
+
+def _is_held_back(s: Packing, wave: Vector, period_s: float, flags: int, p: PackingParams) -> bool:
+    if p.ratio < 0.0 or s.number == 0 or flags != s.flags:
+        return False
+    if s.held_s + 2.0 * period_s > p.longest_s:
+        return False
+    return squared(minus(wave, s.wave)) <= p.ratio**2 * squared(s.wave)

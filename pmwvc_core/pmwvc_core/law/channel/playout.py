@@ -19,10 +19,10 @@ A late segment settles its part q = min(c, dt) of the c seconds concealed::
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
 After an outage that made the ends brake, it stays undelivered instead. Repayment
-(:func:`.affordable.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
+(:func:`.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
 over ``rises_s``. The reserve of a segment is |dU|^2/(2 dt). Invariants at every step: given +
 released <= received + E0 (``store_j``), and U(min(p, e)) + guessed = integral played + undelivered
-+ mistaken. What energy it has beyond its needs is the subject of :mod:`.excess`.
++ mistaken. What energy it has beyond its needs is the subject of :mod:`.arrivals`.
 
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
 """
@@ -30,7 +30,6 @@ Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.affordable import affordable, repayment
 from pmwvc_core.law.channel.pace import (
     RESTING_PACE,
     Pace,
@@ -39,9 +38,9 @@ from pmwvc_core.law.channel.pace import (
     pace_pass_by,
     pace_step,
 )
-from pmwvc_core.law.channel.segments import Knot, Knots, added, at, forgotten, played
+from pmwvc_core.law.channel.segments import Knot, Store, added, forgotten, played, played_to
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
-from pmwvc_core.law.wave.wave import wave_j
+from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
 
 MEND_S = 0.03  # time constant with which what was guessed wrong is made good
 SPREAD_S = 0.015  # the energy left for predictions lasts so long at least
@@ -59,14 +58,6 @@ class Moved(NamedTuple):
     released_j: float  # used otherwise
     discarded_j: float  # given up
     lent_j: float  # of E0
-
-
-class Store(NamedTuple):
-    """The segments, and how far they are played: integral [sqrt(W) s] and reserve [J]."""
-
-    knots: Knots
-    integral: Vector
-    reserve_j: float
 
 
 class Concealed(NamedTuple):
@@ -112,8 +103,7 @@ def begin(s: Playout) -> Playout:
     stays.
     """
     m = s.moved
-    discarded_j = m.discarded_j + max(balance_j(m), 0.0)
-    moved = m._replace(discarded_j=discarded_j)
+    moved = m._replace(discarded_j=m.discarded_j + max(balance_j(m), 0.0))
     return resting_playout(zero(s.undelivered), moved)
 
 
@@ -159,18 +149,12 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
         of_it = scaled(integral, min(late_s / duration_s, 1.0))
         guessed = minus(guessed, settled)
         mistaken = minus(plus(mistaken, of_it), settled)
-        store = _played_to(store, pace.store_s)
+        store = played_to(store, pace.store_s)
         if braked:
             undelivered = plus(undelivered, mistaken)
             mistaken = zero(mistaken)
     concealed = Concealed(wave, guessed, mistaken)
     return Playout(pace, store, concealed, undelivered, s.since_s, moved)
-
-
-def _played_to(s: Store, store_s: float) -> Store:
-    """Return the store, played up to where so much of it is left [s]."""
-    integral, reserve_j = at(s.knots, s.knots[len(s.knots) - 1].end_s - max(store_s, 0.0))
-    return Store(s.knots, integral, reserve_j)
 
 
 def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
@@ -179,17 +163,17 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
         return s, zero(s.undelivered)
     c, m, undelivered = s.concealed, s.moved, s.undelivered
     in_store_s = max(s.pace.store_s, 0.0)
-    pace, clock = pace_step(s.pace, h)
+    pace, skipped_s, beyond_s = pace_step(s.pace, h)
     before = s.store
-    if clock.skipped_s > 0.0:
-        before = _played_to(s.store, in_store_s - clock.skipped_s)
+    if skipped_s > 0.0:
+        before = played_to(s.store, in_store_s - skipped_s)
         undelivered = plus(undelivered, minus(before.integral, s.store.integral))
     since_s = 0.0 if pace_brakes(pace) else s.since_s + h
-    store = _played_to(before, pace.store_s)
-    guess, mended = scaled(c.wave, clock.beyond_s), scaled(c.mistaken, min(h / MEND_S, 1.0))
+    store = played_to(before, pace.store_s)
+    guess, mended = scaled(c.wave, beyond_s), scaled(c.mistaken, min(h / MEND_S, 1.0))
     asked = plus(plus(minus(store.integral, before.integral), guess), mended)
     concealed = Concealed(c.wave, plus(c.guessed, guess), minus(c.mistaken, mended))
-    predicts = clock.beyond_s > 0.0
+    predicts = beyond_s > 0.0
     if predicts or not within(mended, SETTLED):
         m = m._replace(lent_j=p.store_j)
     s = Playout(pace, store, concealed, undelivered, since_s, m)
@@ -226,8 +210,7 @@ def _given(
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:
     """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
     m = s.moved
-    given_j = m.given_j - wave_j(wave, h)
-    moved = m._replace(given_j=given_j)
+    moved = m._replace(given_j=m.given_j - wave_j(wave, h))
     undelivered = plus(s.undelivered, scaled(wave, h))
     return s._replace(undelivered=undelivered, moved=moved)
 
@@ -239,6 +222,6 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
     if len(s.store.knots) == 1:
         return s
     pace = pace_pass_by(s.pace, lasted_s)
-    store = _played_to(s.store, pace.store_s)
+    store = played_to(s.store, pace.store_s)
     undelivered = plus(s.undelivered, minus(store.integral, s.store.integral))
     return s._replace(pace=pace, store=store, undelivered=undelivered)

@@ -9,7 +9,7 @@ changed: whoever adds or drops one makes another list.
 
 from typing import NamedTuple, TypeAlias
 
-from pmwvc_core.law.vectors import Vector, each, minus, plus, squared
+from pmwvc_core.law.vectors import Vector, between, minus, plus, squared
 
 ROUNDING_S = 1e-9  # of times
 
@@ -23,6 +23,14 @@ class Knot(NamedTuple):
 
 
 Knots: TypeAlias = list[Knot]  # the first one is the beginning of the first segment
+
+
+class Store(NamedTuple):
+    """The segments, and how far they are played: integral [sqrt(W) s] and reserve [J]."""
+
+    knots: Knots
+    integral: Vector
+    reserve_j: float
 
 
 def added(knots: Knots, integral: Vector, duration_s: float) -> Knots:
@@ -42,13 +50,8 @@ def played(knots: Knots, time_s: float) -> int:
 
 def forgotten(knots: Knots, count: int) -> Knots:
     """Return the knots without the first segments; the rest begins at zero."""
-    first = knots[count]
-    return [
-        Knot(
-            k.end_s - first.end_s, minus(k.integral, first.integral), k.reserve_j - first.reserve_j
-        )
-        for k in knots[count:]
-    ]
+    e, u, j = knots[count]
+    return [Knot(k.end_s - e, minus(k.integral, u), k.reserve_j - j) for k in knots[count:]]
 
 
 def at(knots: Knots, time_s: float) -> tuple[Vector, float]:
@@ -58,9 +61,11 @@ def at(knots: Knots, time_s: float) -> tuple[Vector, float]:
         i += 1
     before, after = knots[i - 1], knots[i]
     ratio = (time_s - before.end_s) / (after.end_s - before.end_s)
-    integral = each(_between, (before.integral, after.integral), ratio)
+    integral = between(before.integral, after.integral, ratio)
     return integral, before.reserve_j + (after.reserve_j - before.reserve_j) * ratio
 
 
-def _between(before: float, after: float, ratio: float) -> float:
-    return before + (after - before) * ratio
+def played_to(s: Store, store_s: float) -> Store:
+    """Return the store, played up to where so much of it is left [s]."""
+    integral, reserve_j = at(s.knots, s.knots[len(s.knots) - 1].end_s - max(store_s, 0.0))
+    return Store(s.knots, integral, reserve_j)

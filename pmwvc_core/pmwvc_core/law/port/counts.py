@@ -44,16 +44,6 @@ class Counts(NamedTuple):
     rough: bool  # the velocity is the jump of the counts
 
 
-class Step(NamedTuple):
-    """Change of the position over a tick as the wave has it and as the force's work counts it [m],
-    and the velocity for the force [m/s].
-    """
-
-    dx: float
-    moved: float
-    xd: float
-
-
 def resting_counts(x: float) -> Counts:
     """Return the counts of a device that begins at a position [m]."""
     return Counts(x, 0.0, 0.0, x, x, 0.0, SLOW_S, UNKNOWN_M, False)
@@ -69,8 +59,11 @@ def rough_count(s: Counts) -> float:
     return s.step_m if s.rough else 0.0
 
 
-def counts(s: Counts, x: float, xd: float, h: float) -> tuple[Counts, Step]:
-    """Take what was measured after a tick of length h [s]."""
+def counts(s: Counts, x: float, xd: float, h: float) -> tuple[Counts, tuple[float, float, float]]:
+    """Take what was measured after a tick of length h [s]; return the change of the position over
+    it as the wave has it and as the force's work counts it [m], and the velocity for the force
+    [m/s].
+    """
     before, jump = s.x, x - s.seen
     step = abs(jump)
     count = min(step, s.step_m) if step > 0.0 else s.step_m
@@ -79,7 +72,7 @@ def counts(s: Counts, x: float, xd: float, h: float) -> tuple[Counts, Step]:
     if count < LEAST_M or count >= UNKNOWN_M:
         slow_s = 0.0 if moves else s.slow_s + h
         s = Counts(x, xd, 0.0, x, x, still_s, slow_s, count, False)
-        return s, Step(x - before, jump, xd)
+        return s, (x - before, jump, xd)
     rough = s.rough
     if moves or abs(xd) > 0.0:
         rough = abs(xd * h - jump) <= ROUNDING * step
@@ -101,4 +94,4 @@ def counts(s: Counts, x: float, xd: float, h: float) -> tuple[Counts, Step]:
     slow_s = 0.0 if step > 1.5 * count else s.slow_s + h
     off = found + EDGE * (edge - found) - x if rough and slow_s >= SLOW_S else 0.0
     after = Counts(found, velocity, off, edge, x, still_s, slow_s, count, rough)
-    return after, Step(found - before, jump + off - s.off, velocity)
+    return after, (found - before, jump + off - s.off, velocity)

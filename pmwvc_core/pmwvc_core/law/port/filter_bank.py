@@ -103,8 +103,7 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
 @port_filters.part_down.member(Bank)
 def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
     e = s.energies
-    low_out = e.low_out + wave_j(v, p.tick_s)
-    energies = e._replace(low_out=low_out)
+    energies = e._replace(low_out=e.low_out + wave_j(v, p.tick_s))
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
     return s._replace(low_down=low_down, energies=energies), w
 
@@ -114,8 +113,8 @@ def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Ban
     local, v0, gains = local_offer(s.local, x, p.local, impedance)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
     answer = plus(down, scaled(plus(v0, along(impedance, gains, up)), gain_of(p.high_down)))
-    s = s._replace(local=local)
-    return s, answer, each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
+    through = each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
+    return s._replace(local=local), answer, through
 
 
 def _through(gain: float, of_filters: float) -> float:
@@ -130,16 +129,12 @@ def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, 
     low_up, low = columns(each(cascade, (s.low_up, u), p.low_up))
     e, h = s.energies, p.tick_s
     energies = BankEnergies(
-        e.low_in + wave_j(low, h),
-        e.low_out,
-        e.high_in + wave_j(u2, h),
-        e.high_out + wave_j(v2, h),
+        e.low_in + wave_j(low, h), e.low_out, e.high_in + wave_j(u2, h), e.high_out + wave_j(v2, h)
     )
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
 
 
 @port_filters.part_energies.member(Bank)
 def _bank_energies(s: Bank, p: BankFilters) -> Vector:
-    e, local = s.energies, s.local
-    stored_j = local_stored_j(local, p.local)
+    e, local, stored_j = s.energies, s.local, local_stored_j(s.local, p.local)
     return e.low_in, e.low_out, e.high_in, e.high_out, stored_j, local.dissipated_j

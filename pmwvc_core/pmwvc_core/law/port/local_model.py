@@ -44,11 +44,6 @@ class SpringDamper(NamedTuple):
     tick_s: float
 
 
-def spring_damper(local: LocalModelParams, tick_s: float) -> SpringDamper:
-    """Return the parameters of a local model."""
-    return SpringDamper(local.stiffness, local.damping, acts_of(local), local.begins_m, tick_s)
-
-
 def acts_of(local: LocalModelParams) -> int:
     """Return where a local model is in place."""
     return {"everywhere": EVERYWHERE, "above": ABOVE}.get(local.acts, BELOW)

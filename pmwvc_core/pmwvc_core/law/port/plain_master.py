@@ -38,8 +38,7 @@ from pmwvc_core.law.position.feedback import (
     position_up,
 )
 from pmwvc_core.law.vectors import Vector, dot, minus, zero
-from pmwvc_core.law.wave.anti_aliasing import filter_sample, filter_step
-from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.law.wave.rates import Hold, filter_sample, filter_step, hold, load
 from pmwvc_core.law.wave.wave import wave_force, wave_j, wave_u
 
 
@@ -93,16 +92,14 @@ def _send(
     e = s.energies
     after, wave = filter_sample(s.filter, p.filter)
     position, wave = position_send(s.position, wave, number, p.frame_s, p.position)
-    u_tx = e.u_tx + wave_j(wave, p.frame_s)
-    energies = e._replace(u_tx=u_tx)
+    energies = e._replace(u_tx=e.u_tx + wave_j(wave, p.frame_s))
     s = s._replace(filter=after, position=position, energies=energies)
     return s, arrivals, Sent(wave, s.x, -1.0, ())
 
 
 @master.port_packet.member(PlainMaster)
 def _packet(s: PlainMaster, arrivals: Any, packet: Packet, p: PlainMasterParams) -> PlainMaster:
-    position = position_packet(s.position, packet, p.position)
-    return s._replace(position=position)
+    return s._replace(position=position_packet(s.position, packet, p.position))
 
 
 @master.port_answer.member(PlainMaster)
@@ -112,11 +109,9 @@ def _answer(
     """Take the newest wave; it stands for the frame that begins. A silence is a wave of zero."""
     e = s.energies
     wave = zero(wave) if silent else wave
-    v_rx = e.v_rx + wave_j(wave, p.frame_s)
-    energies = e._replace(v_rx=v_rx)
+    energies = e._replace(v_rx=e.v_rx + wave_j(wave, p.frame_s))
     position = position_there(s.position, not silent)
-    held = load(s.hold, wave)
-    return s._replace(hold=held, position=position, energies=energies)
+    return s._replace(hold=load(s.hold, wave), position=position, energies=energies)
 
 
 @master.port_tick.member(PlainMaster)

@@ -26,16 +26,15 @@ Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """
 
 import math
+from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import StrictArrivals
-from pmwvc_core.law.channel.excess import is_short, release, spared
+from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, spared
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.playout import Playout, free_j, play, take_back, waiting
+from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
 from pmwvc_core.law.port import master
-from pmwvc_core.law.port.counts import counts, may_count, resting_counts, rough_count
+from pmwvc_core.law.port.counts import Counts, counts, may_count, resting_counts, rough_count
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
 from pmwvc_core.law.port.sensing import known_motion
-from pmwvc_core.law.port.strict_state import Node, StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
@@ -50,52 +49,84 @@ from pmwvc_core.law.vectors import Vector, columns, dot, each, length, plus, sca
 from pmwvc_core.law.wave.wave import damper, wave_force, wave_j, wave_u
 
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
-LIMIT_J = 2e-3
+LIMIT_J, MUCH_J, MOST_DEFICIT_J = 2e-3, 1e-3, 0.01
 MORE = 0.3  # of the damper b, while packets lack energy
 ASKED = 0.2  # likewise, while a playout is short of energy
 MUCH = 0.03  # [sqrt(W) s] that packets were not paid for: all of b is asked for
-MUCH_J = 1e-3
-MOST_DEFICIT_J = 0.01
 TWICE = 2.0
 WITHHELD = 1.0  # of b q^2/h: so far ahead of the true work the one counted may be at first
 SPARED_J = 1e-3  # left to the playout for catching up when the node takes what is free there
 
 
-def _with_playout(a: StrictArrivals, playout: Playout) -> StrictArrivals:
-    return a._replace(playout=playout)
+class Node(NamedTuple):
+    """Energies at the device's node [J]."""
+
+    node_j: float  # came in from both sides and is not paid to a packet yet
+    deficit_j: float  # packets needed it and have not been paid with it yet
+    withheld_j: float  # for rough counts
+    due_j: float  # what the next packet needs at most, with position feedback
+
+
+class StrictEnergies(NamedTuple):
+    """Running sums [J]: u_m, sent, v_m."""
+
+    u_m: float
+    u_tx: float
+    v_m: float
+
+
+class StrictMaster(NamedTuple):
+    """The wave port of a device on the strict channel."""
+
+    node: Node
+    filters: Any
+    position: Any
+    waves: tuple[Vector, Vector, Vector]  # u_m, u after the filters, v_m [sqrt(W)]
+    x: Vector  # [m] last good one
+    xd: Vector  # [m/s] for the force
+    counts: tuple[Counts, ...]  # of every axis
+    integral: Vector  # of u since the frame began [sqrt(W) s]
+    v: Vector  # of the playout, in the tick under way [sqrt(W)]
+    f: Vector  # applied in it [N]
+    settled: bool  # the tick is over and accounted for
+    begun: bool  # a tick ever was
+    unpaid: float  # integral sent without its energy while the server is short [sqrt(W) s]
+    asks: tuple[bool, bool]  # energy is wanted at the other end, is short here
+    energies: StrictEnergies
+
+
+class StrictMasterParams(NamedTuple):
+    """Impedance, tick [s], and the parameters of the parts."""
+
+    impedance: Any
+    tick_s: float
+    filters: Any
+    position: Any
+    lends: bool  # whether the position feedback borrowed from the node
+    playout: PlayoutParams
 
 
 @master.port_measure.member(StrictMaster)
 def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> StrictMaster:
     """Account for the tick that ended with this motion; once."""
     x, xd = known_motion(x, xd, s.x)
-    under, h, node, e = s.under, p.tick_s, s.node, s.energies
-    if under.settled:
-        if under.begun:
+    h, node = p.tick_s, s.node
+    if s.settled:
+        if s.begun:
             return s
-        return s._replace(
-            node=node, x=x, xd=xd, counts=each(resting_counts, (x,)), under=under, energies=e
-        )
+        return s._replace(x=x, xd=xd, counts=each(resting_counts, (x,)))
     tracked, steps = columns(each(counts, (s.counts, x, xd), h))
     dx, moved, xd = columns(steps)
     u = wave_u(p.impedance, scaled(dx, 1.0 / h), s.waves[2])
     filters, u = filters_up(s.filters, u, p.filters)
-    position = position_up(s.position, u, under.f, xd, p.position)
-    node_j = node.node_j + wave_j(under.v, h) + dot(under.f, moved)
+    position = position_up(s.position, u, s.f, xd, p.position)
+    node_j = node.node_j + wave_j(s.v, h) + dot(s.f, moved)
     due_j = node.due_j + wave_j(u, h)
-    node = node._replace(node_j=node_j, due_j=due_j)
     return s._replace(
-        node=node,
-        filters=filters,
-        position=position,
-        waves=(s.waves[0], u, s.waves[2]),
-        x=x,
-        xd=xd,
-        counts=tracked,
-        integral=plus(s.integral, scaled(u, h)),
-        under=under._replace(settled=True, begun=True),
-        energies=e,
-    )
+        node=node._replace(node_j=node_j, due_j=due_j), filters=filters, position=position,
+        waves=(s.waves[0], u, s.waves[2]), x=x, xd=xd, counts=tracked,
+        integral=plus(s.integral, scaled(u, h)), settled=True, begun=True,
+    )  # fmt: skip
 
 
 @master.port_send.member(StrictMaster)
@@ -107,6 +138,7 @@ def _send(
     playout, node, e, unpaid = a.playout, s.node, s.energies, s.unpaid
     wave = scaled(s.integral, 1.0 / frame_s)
     needed, lent = wave_j(wave, frame_s), position_lent(s.position, p.position)
+    kept = KEPT_J + lent
     node_j, withheld_j, counting = node.node_j, node.withheld_j, False
     for i in range(len(s.counts)):
         counting = counting or may_count(s.counts[i])
@@ -115,7 +147,6 @@ def _send(
         withheld_j = dot(damper(p.impedance, rough), rough) * (WITHHELD / p.tick_s)
         node_j += node.withheld_j - withheld_j
     position, wave = position_send(s.position, wave, number, frame_s, p.position)
-    kept = KEPT_J + lent
     if p.lends:
         playout, released_j = release(playout, max(kept - node_j, 0.0), SPARED_J)
         node_j += released_j
@@ -125,23 +156,19 @@ def _send(
     paid = max(min(own, needed), own - kept)
     if counting:
         paid = max(paid, min(own - lent, needed + node.deficit_j))
-    paid = max(paid, 0.0)
+    paid, deficit_j = max(paid, 0.0), node.deficit_j
     if paid < needed and withheld_j <= 0.0:  # not for its rough counts
         unpaid += (1.0 - math.sqrt(paid / needed)) * length(wave) * frame_s
-    deficit_j = node.deficit_j
     if counting:
         short = needed - paid
         deficit_j += short + (TWICE - 1.0) * max(short, 0.0)
         deficit_j = min(max(deficit_j, 0.0), MOST_DEFICIT_J) if withheld_j > 0.0 else 0.0
     energies = e._replace(u_tx=e.u_tx + paid)
     s = s._replace(
-        node=Node(node_j - paid, deficit_j, withheld_j, 0.0),
-        position=position,
-        integral=zero(s.integral),
-        unpaid=unpaid,
-        energies=energies,
-    )
-    return s, _with_playout(a, playout), Sent(wave, s.x, energies.u_tx, ())
+        node=Node(node_j - paid, deficit_j, withheld_j, 0.0), position=position,
+        integral=zero(s.integral), unpaid=unpaid, energies=energies,
+    )  # fmt: skip
+    return s, a._replace(playout=playout), Sent(wave, s.x, energies.u_tx, ())
 
 
 @master.port_packet.member(StrictMaster)
@@ -158,8 +185,7 @@ def _packet(
 def _answer(
     s: StrictMaster, wave: Vector, silent: bool, frame_s: float, p: StrictMasterParams
 ) -> StrictMaster:
-    position = position_there(s.position, not silent)
-    return s._replace(position=position)
+    return s._replace(position=position_there(s.position, not silent))
 
 
 @master.port_tick.member(StrictMaster)
@@ -188,15 +214,10 @@ def _tick(
     if more > 0.0:
         f_m = plus(f_m, scaled(damper(b, xd), more))
     s = s._replace(
-        node=node,
-        filters=filters,
-        position=position,
-        waves=(u_m, s.waves[1], v_m),
-        x=x,
-        xd=xd,
-        under=s.under._replace(v=v, settled=False),
-    )
-    return s, _with_playout(a, playout), f_m
+        node=node, filters=filters, position=position, waves=(u_m, s.waves[1], v_m), x=x, xd=xd,
+        v=v, settled=False,
+    )  # fmt: skip
+    return s, a._replace(playout=playout), f_m
 
 
 @master.port_applied.member(StrictMaster)
@@ -204,8 +225,7 @@ def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     """Note the force that was let through [N]; what it cost is known when the tick is over."""
     e, (u_m, _, v_m) = s.energies, s.waves
     u_j, v_j = e.u_m + wave_j(u_m, p.tick_s), e.v_m + wave_j(v_m, p.tick_s)
-    energies = e._replace(u_m=u_j, v_m=v_j)
-    return s._replace(under=s.under._replace(f=f, settled=False), energies=energies)
+    return s._replace(f=f, settled=False, energies=StrictEnergies(u_j, e.u_tx, v_j))
 
 
 @master.port_signals.member(StrictMaster)

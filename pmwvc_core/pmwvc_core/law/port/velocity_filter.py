@@ -79,20 +79,15 @@ def velocity_params(master: MasterParams) -> VelocityParams:
     return VelocityParams(high, low, master.velocity_filter.share, master.tick_s)
 
 
-def resting_exact(axes: int, p: VelocityParams) -> Exact:
-    """Return the exact filter at rest."""
-    return Exact((resting_cascade(p.high),) * axes, (0.0,) * axes, 0.0)
-
-
-def resting_in_force(axes: int, p: VelocityParams) -> InForce:
-    """Return the filter of the force's velocity at rest."""
-    return InForce((resting_cascade(p.high),) * axes, 0.0)
-
-
-def resting_complementary(axes: int, p: VelocityParams) -> Complementary:
-    """Return the complementary filter at rest."""
-    low, high = (resting_cascade(p.low),) * axes, (resting_cascade(p.high),) * axes
-    return Complementary(low, low, high, high, (0.0,) * axes, (0.0,) * axes, 0.0)
+def resting_velocity(
+    master: MasterParams, p: VelocityParams, axes: int
+) -> Exact | InForce | Complementary:
+    """Return the velocity filter of a master at rest."""
+    high, rest = (resting_cascade(p.high),) * axes, (0.0,) * axes
+    if master.velocity_filter.splits:
+        low = (resting_cascade(p.low),) * axes
+        return Complementary(low, low, high, high, rest, rest, 0.0)
+    return InForce(high, 0.0) if master.velocity_filter.in_force else Exact(high, rest, 0.0)
 
 
 @port_filters.part_down.member(Exact)

@@ -28,80 +28,64 @@ Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.affordable import affordable
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.position.error import PositionParams
 from pmwvc_core.law.vectors import Vector, dot, minus, scaled
-from pmwvc_core.law.wave.wave import wave_j
+from pmwvc_core.law.wave.wave import affordable, wave_j
 
 SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be a force step
 
 
-class Level(NamedTuple):
-    """What is on the account [J]."""
+class Tank(NamedTuple):
+    """The account of one master; energies since the start [J]."""
 
     saved_j: float  # free but for parts and limits; below zero while reserves are not covered
     spent_j: float  # less what came back
     deficit_j: float  # given out by the hold, brought by no packet yet, paid by nothing saved
     discarded_j: float  # was more than the account may hold
-
-
-class Passed(NamedTuple):
-    """Running sums [J]: of v, of u, of F xd, of the force held times the distance, of packets."""
-
-    played_j: float
-    taken_j: float
-    device_j: float
-    work_j: float
-    received_j: float
-
-
-class Latest(NamedTuple):
-    """What the next step refers to: device, waves, sums when last looked at, newest packet."""
-
+    played_j: float  # of v
+    taken_j: float  # of u
+    device_j: float  # of F xd
+    work_j: float  # of the force held times the distance
+    received_j: float  # of packets
+    # What the next step refers to:
     x: Vector
     moved: bool  # x is known
     f: Vector
     v: Vector
     y: Vector
-    of_hold_j: float
+    of_hold_j: float  # when last looked at, as of_u_j
     of_u_j: float
-    epoch: int
+    epoch: int  # of the newest packet, as number and sum_j
     number: int
     sum_j: float
 
 
-class Tank(NamedTuple):
-    """The account of one master."""
-
-    level: Level
-    passed: Passed
-    latest: Latest
-
-
 def resting_tank(nothing: Vector, lent_j: float) -> Tank:
     """Return a tank with the storage declared."""
-    latest = Latest(nothing, False, nothing, nothing, nothing, 0.0, 0.0, -1, 0, 0.0)
-    return Tank(Level(lent_j, 0.0, 0.0, 0.0), Passed(0.0, 0.0, 0.0, 0.0, 0.0), latest)
+    return Tank(
+        lent_j, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+        nothing, False, nothing, nothing, nothing, 0.0, 0.0, -1, 0, 0.0,
+    )  # fmt: skip
 
 
 def _channel_j(s: Tank) -> float:
     """Return what the waves took in at the device [J]."""
-    return s.passed.taken_j - s.passed.played_j - s.level.spent_j
+    return s.taken_j - s.played_j - s.spent_j
 
 
 def _lacking_j(s: Tank) -> float:
     """Return what parts and limits gave out more than they got [J], as a number below zero."""
-    return min(s.passed.device_j - _channel_j(s), 0.0)
+    return min(s.device_j - _channel_j(s), 0.0)
 
 
 def tank_free_j(s: Tank) -> float:
     """Return the energy that may be spent now [J]."""
-    by_work = s.level.saved_j + s.level.discarded_j + (s.passed.work_j - _channel_j(s))
-    return max(min(s.level.saved_j + _lacking_j(s), by_work), 0.0)
+    by_work = s.saved_j + s.discarded_j + (s.work_j - _channel_j(s))
+    return max(min(s.saved_j + _lacking_j(s), by_work), 0.0)
 
 
-def _saved(s: Level, energy_j: float, most_j: float) -> Level:
+def _saved(s: Tank, energy_j: float, most_j: float) -> Tank:
     """Put energy on the account; what is more than it may hold is gone."""
     saved_j = s.saved_j + energy_j
     held_j = min(saved_j, most_j)
@@ -110,69 +94,52 @@ def _saved(s: Level, energy_j: float, most_j: float) -> Level:
 
 def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
     """Settle the frame that ends, then take the newest packet in."""
-    level, passed, n = s.level, s.passed, s.latest
-    of_hold_j = passed.received_j - passed.played_j - wave_j(n.v, p.hold_s)
-    change_j = of_hold_j - n.of_hold_j
+    of_hold_j = s.received_j - s.played_j - wave_j(s.v, p.hold_s)
+    change_j = of_hold_j - s.of_hold_j
     gained_j, lost_j = max(change_j, 0.0), max(-change_j, 0.0)
-    repaid_j = min(level.deficit_j, gained_j)
-    drawn_j = min(max(level.saved_j, 0.0), lost_j)
-    deficit_j = level.deficit_j + (lost_j - drawn_j) - repaid_j
-    level = level._replace(deficit_j=deficit_j)
-    level = _saved(level, gained_j - repaid_j - drawn_j, p.most_j)
-    epoch, number, sum_j, received_j = n.epoch, n.number, n.sum_j, passed.received_j
+    repaid_j = min(s.deficit_j, gained_j)
+    drawn_j = min(max(s.saved_j, 0.0), lost_j)
+    deficit_j = s.deficit_j + (lost_j - drawn_j) - repaid_j
+    s = _saved(s, gained_j - repaid_j - drawn_j, p.most_j)
+    epoch, number, sum_j, received_j = s.epoch, s.number, s.sum_j, s.received_j
     if packet.epoch != epoch or packet.number > number:
         if packet.epoch != epoch:
             sum_j = packet.energy_j - wave_j(packet.wave, packet.period_s)
         received_j += max(packet.energy_j - sum_j, 0.0)
         epoch, number, sum_j = packet.epoch, packet.number, packet.energy_j
-    passed = passed._replace(received_j=received_j)
-    latest = n._replace(of_hold_j=of_hold_j, epoch=epoch, number=number, sum_j=sum_j)
-    return Tank(level, passed, latest)
+    return s._replace(deficit_j=deficit_j, received_j=received_j, of_hold_j=of_hold_j,
+                      epoch=epoch, number=number, sum_j=sum_j)  # fmt: skip
 
 
 def tank_down(
     s: Tank, x: Vector, v: Vector, wanted: Vector, spends: bool, p: PositionParams
 ) -> tuple[Tank, Vector]:
     """Count the work of the force held until the device is at x [m], and the wave v that the hold
-    gives out; return as much of a change wanted of it as can be paid for [sqrt(W)].
-
-    That is the longest s w, s <= 1, with (|v + s w|^2 - |v|^2)/2 <= free/0.1 s. A change that
-    makes the wave smaller brings energy.
+    gives out; return as much of a change wanted of it as can be paid for within 0.1 s [sqrt(W)].
     """
-    passed, n = s.passed, s.latest
-    work_j = passed.work_j + dot(n.f, minus(x, n.x)) if n.moved else passed.work_j
-    played_j = passed.played_j + wave_j(v, p.tick_s)
-    passed = passed._replace(played_j=played_j, work_j=work_j)
-    latest = n._replace(x=x, moved=True, v=v)
-    s = Tank(s.level, passed, latest)
+    work_j = s.work_j + dot(s.f, minus(x, s.x)) if s.moved else s.work_j
+    s = s._replace(played_j=s.played_j + wave_j(v, p.tick_s), work_j=work_j, x=x, moved=True, v=v)
     if not spends:
         return s, wanted
     wanted, cost = affordable(v, wanted, tank_free_j(s) * (2.0 / SPREAD_S))
-    cost_j, level = cost * (0.5 * p.tick_s), s.level
-    level = level._replace(spent_j=level.spent_j + cost_j)
-    return Tank(_saved(level, -cost_j, p.most_j), passed, latest), wanted
+    cost_j = cost * (0.5 * p.tick_s)
+    return _saved(s._replace(spent_j=s.spent_j + cost_j), -cost_j, p.most_j), wanted
 
 
 def tank_up(s: Tank, u: Vector, f: Vector, xd: Vector, h: float) -> Tank:
     """Note what came back in a tick [sqrt(W)], and the device's force and velocity."""
-    passed, n = s.passed, s.latest
-    taken_j, device_j = passed.taken_j + wave_j(u, h), passed.device_j + dot(f, xd) * h
-    passed = passed._replace(taken_j=taken_j, device_j=device_j)
-    latest = n._replace(f=f)
-    return Tank(s.level, passed, latest)
+    taken_j, device_j = s.taken_j + wave_j(u, h), s.device_j + dot(f, xd) * h
+    return s._replace(taken_j=taken_j, device_j=device_j, f=f)
 
 
 def tank_send(s: Tank, y: Vector, p: PositionParams) -> tuple[Tank, Vector]:
     """Return the filter's output y, or as much of it as can be paid for [sqrt(W)]."""
-    n, level, filter_s = s.latest, s.level, max(p.filter_s, 0.0)
-    taken_j = s.passed.taken_j
-    before_j = taken_j - n.of_u_j + wave_j(n.y, filter_s)
+    filter_s, sent = max(p.filter_s, 0.0), y
+    before_j = s.taken_j - s.of_u_j + wave_j(s.y, filter_s)
     needed_j = wave_j(y, p.frame_s)
-    allowed_j = max(level.saved_j + before_j + _lacking_j(s), 0.0)
-    sent = y
+    allowed_j = max(s.saved_j + before_j + _lacking_j(s), 0.0)
     if needed_j > allowed_j:
         sent = scaled(y, math.sqrt(min(allowed_j / needed_j, 1.0)))
         needed_j = allowed_j
-    level = _saved(level, before_j - wave_j(y, filter_s) - needed_j, p.most_j)
-    latest = n._replace(y=y, of_u_j=taken_j)
-    return Tank(level, s.passed, latest), sent
+    s = _saved(s, before_j - wave_j(y, filter_s) - needed_j, p.most_j)
+    return s._replace(y=y, of_u_j=s.taken_j), sent

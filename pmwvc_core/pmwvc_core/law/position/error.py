@@ -100,14 +100,6 @@ def resting_error(nothing: Vector) -> PositionError:
     return PositionError(sending, seen, nothing, nothing, False, nothing, 0, 0.0, False)
 
 
-def error_opened(s: PositionError) -> PositionError:
-    """Return what is known before the first packet, its list made here."""
-    d = s.sending
-    posted = [Posted(0, d.integral, 0.0)]
-    sending = d._replace(posted=posted)
-    return _with(s, sending)
-
-
 def error_sent(
     s: PositionError, y: Vector, wave: Vector, number: int, frame_s: float
 ) -> PositionError:
@@ -116,16 +108,13 @@ def error_sent(
     integral, time_s = plus(d.integral, scaled(wave, frame_s)), d.time_s + frame_s
     kept = d.posted[1:] if len(d.posted) > KEPT else d.posted
     posted = [*kept, Posted(number, integral, time_s)]
-    sending = Sending(integral, time_s, frame_s, zero(y), y, posted)
-    return _with(s, sending)
+    return s._replace(sending=Sending(integral, time_s, frame_s, zero(y), y, posted))
 
 
 def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
     """Note the wave of a tick that goes on to the server [sqrt(W)]."""
     d = s.sending
-    since = plus(d.since, scaled(u, h))
-    sending = d._replace(since=since)
-    return _with(s, sending)
+    return s._replace(sending=d._replace(since=plus(d.since, scaled(u, h))))
 
 
 def is_news(s: PositionError, packet: Packet) -> bool:
@@ -139,7 +128,9 @@ def is_same_avatar(s: PositionError, packet: Packet) -> bool:
 
 
 def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
-    """Note the newest packet, which is news."""
+    """Note the newest packet, where it is news."""
+    if not is_news(s, packet):
+        return s
     d, place, round_trip_s = s.sending, -1, s.round_trip_s
     for i in range(len(d.posted)):
         if d.posted[i].number == packet.echo and packet.echo > 0:
@@ -156,11 +147,6 @@ def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> Positio
     seen = Seen(packet.epoch, packet.number, packet.anew, packet.position, wave, answered,
                 place >= 0, True)  # fmt: skip
     return s._replace(sending=d, seen=seen, referenced=referenced, round_trip_s=round_trip_s)
-
-
-def error_there(s: PositionError, there: bool) -> PositionError:
-    """Note whether the server is there."""
-    return s._replace(there=there)
 
 
 def error_tick(
@@ -202,7 +188,3 @@ def asked(s: PositionError, error: Vector, p: PositionParams) -> Vector:
     if p.adapts and s.round_trip_s > 0.0:
         return scaled(wave_u(p.impedance, error, zero(error)), -ADAPTED / s.round_trip_s)
     return scaled(error, -p.gain)
-
-
-def _with(s: PositionError, sending: Sending) -> PositionError:
-    return s._replace(sending=sending)

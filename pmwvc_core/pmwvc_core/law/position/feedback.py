@@ -1,14 +1,61 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Position feedback as the ports of a master see it; by default there is none.
+"""Position feedback on the returning wave, v_m - K_p e, and who pays for it; by default there is
+none.
 
-Order: once a frame ``position_packet`` (the newest packet, with the avatar's position), then
+Ports call, once a frame, ``position_packet`` (the newest packet, with the avatar's position), then
 ``position_there`` (whether the server is); every tick ``position_down`` and ``position_up``;
-``position_send`` at a frame start. On the plain channel the feedback pays for what it sends and
-gives out; on the strict channel the node does.
+``position_send`` at a frame start.
+
+On the plain channel e = x_m - x_s - x_ref (``printed``, ``budgeted``) or its residual
+(``integral``). ``printed`` pays for nothing and can generate energy; the others change v_m, and
+shorten packets, as the energy tank allows (:mod:`.energy_tank`). At rest the rendered stiffness is
+the environment's, which takes stored energy (K/M <= 4/tau^2 without it, docs/theory.md, section
+11): ``lent_j`` at the start.
+
+On the strict channel the node (:mod:`pmwvc_core.law.port.strict_master`) pays. It begins with the
+energy lent, E0, and is refilled to it before packets get more than they need. A tick takes at most
+what is free, spread over ``SPREAD_S``. Between packets the avatar's position follows a line.
+
+There in free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e
+counts as far as the avatar feels a force, in full from ``FORCE_N`` on. The force follows from the
+packets (the server's wave and the way of the avatar). A gain that adapts grows by up to ``MOST``
+as less is left of the loan, so that slow presses return what they took (17.17).
+
+Equations: docs/theory.md 17.8, 17.16.
 """
 
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import Family, no_accounts, none_j, passed, same
+from pmwvc_core.law.position.energy_tank import (
+    SPREAD_S,
+    Tank,
+    tank_down,
+    tank_free_j,
+    tank_packet,
+    tank_send,
+    tank_up,
+)
+from pmwvc_core.law.position.error import (
+    PositionError,
+    PositionParams,
+    Posted,
+    asked,
+    error_packet,
+    error_sent,
+    error_taken,
+    error_tick,
+    is_news,
+    is_same_avatar,
+)
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
+from pmwvc_core.law.wave.wave import affordable, wave_u
+
+MOST = 2.0  # times the gain, with less left than a share of the loan
+FULL, LEAST = 0.75, 0.25  # shares of the loan: the gain itself is used above, MOST times it below
+FORCE_N = 0.05  # at the avatar: the whole error counts; below it the square of the ratio of it
 
 position_packet = Family("position_packet", same)  # (s, packet, p) -> s
 position_there = Family("position_there", same)  # (s, there) -> s
@@ -21,3 +68,172 @@ position_lent = Family("position_lent", none_j)  # (s, p) -> energy lent at the 
 position_opened = Family("position_opened", same)  # (s) -> s, its lists made here
 # (s) -> sums and levels [J], as they are named
 position_energies = Family("position_energies", no_accounts)
+
+
+class Published(NamedTuple):
+    """Feedback without regard to energy; what it spent [J]."""
+
+    error: PositionError
+    spent_j: float
+
+
+class Budgeted(NamedTuple):
+    """Feedback paid out of a tank."""
+
+    error: PositionError
+    tank: Tank
+
+
+def _error(
+    s: PositionError, v: Vector, x: Vector, p: PositionParams
+) -> tuple[PositionError, Vector]:
+    """Return the error; what comes down is the newest packet, and the hold's wave before."""
+    return error_tick(s, x, s.seen.x, v, plus(s.seen.wave, scaled(s.v, p.hold_s)), p)
+
+
+@position_packet.member(Published)
+def _published_packet(s: Published, packet: Packet, p: PositionParams) -> Published:
+    return s._replace(error=error_packet(s.error, packet, p))
+
+
+@position_packet.member(Budgeted)
+def _budgeted_packet(s: Budgeted, packet: Packet, p: PositionParams) -> Budgeted:
+    return Budgeted(error_packet(s.error, packet, p), tank_packet(s.tank, packet, p))
+
+
+@position_down.member(Published)
+def _published_down(
+    s: Published, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
+) -> tuple[Published, Vector]:
+    error, e = _error(s.error, v, x, p)
+    if not error.there:
+        return s._replace(error=error), v
+    changed = plus(v, asked(error, e, p))
+    more = squared(changed) - squared(v)
+    return Published(error, s.spent_j + more * (0.5 * p.tick_s)), changed
+
+
+@position_down.member(Budgeted)
+def _budgeted_down(
+    s: Budgeted, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
+) -> tuple[Budgeted, Vector]:
+    error, e = _error(s.error, v, x, p)
+    tank, change = tank_down(s.tank, x, v, asked(error, e, p), error.there, p)
+    return Budgeted(error, tank), plus(v, change) if error.there else v
+
+
+@position_up.member(Budgeted)
+def _budgeted_up(s: Budgeted, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Budgeted:
+    return Budgeted(error_taken(s.error, u, p.tick_s), tank_up(s.tank, u, f, xd, p.tick_s))
+
+
+@position_send.member(Budgeted)
+def _budgeted_send(
+    s: Budgeted, wave: Vector, number: int, frame_s: float, p: PositionParams
+) -> tuple[Budgeted, Vector]:
+    tank, sent = tank_send(s.tank, wave, p)
+    return Budgeted(error_sent(s.error, wave, sent, number, frame_s), tank), sent
+
+
+@position_energies.member(Budgeted)
+def _budgeted_energies(s: Budgeted) -> Vector:
+    tank = s.tank
+    return tank.spent_j, tank_free_j(tank), tank.discarded_j, tank.deficit_j
+
+
+class Line(NamedTuple):
+    """The avatar's position and the share of the error that counts, on a line from packet to
+    packet; and the integral of the newest one.
+    """
+
+    x: Vector  # [m]
+    share: float
+    under: float  # the share by the newest packet's force
+    left_s: float  # until the line is there
+    integral: Vector  # [sqrt(W) s]
+
+
+class OnStrict(NamedTuple):
+    """Feedback paid out of the node; what it took so far, less what it brought [J]."""
+
+    error: PositionError
+    line: Line
+    spent_j: float
+
+
+@position_packet.member(OnStrict)
+def _strict_packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
+    if not is_news(s.error, packet):
+        return s
+    line, seen = s.line, s.error.seen
+    x, under, left_s = line.x, line.under, line.left_s
+    if is_same_avatar(s.error, packet):
+        left_s = packet.period_s
+        wave = scaled(minus(packet.integral, line.integral), 2.0)
+        rest = wave_u(p.impedance, minus(packet.position, seen.x), wave)
+        lasted_s = (packet.number - seen.number) * packet.period_s
+        force = scaled(wave_u(p.impedance, rest, scaled(rest, 0.0)), 0.5 / lasted_s)
+        under = min(squared(force) * FORCE_N**-2, 1.0)
+    else:
+        x = packet.position
+    line = Line(x, line.share, under, left_s, packet.integral)
+    return OnStrict(error_packet(s.error, packet, p), line, s.spent_j)
+
+
+@position_down.member(OnStrict)
+def _strict_down(
+    s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
+) -> tuple[OnStrict, Vector]:
+    line = s.line
+    if line.left_s > 0.0:
+        ratio = min(p.tick_s / line.left_s, 1.0)
+        at = plus(line.x, scaled(minus(s.error.seen.x, line.x), ratio))
+        share = line.share + ratio * (line.under - line.share)
+        line = Line(at, share, line.under, line.left_s - p.tick_s, line.integral)
+    error, e = error_tick(s.error, x, line.x, v, waiting, p)
+    if not error.there:
+        return OnStrict(error, line, s.spent_j), v
+    wanted = asked(error, scaled(e, line.share), p)
+    if p.adapts and p.lent_j > 0.0:
+        used = (FULL - free_j / p.lent_j) * (1.0 / (FULL - LEAST))
+        wanted = scaled(wanted, 1.0 + (MOST - 1.0) * min(max(used, 0.0), 1.0))
+    wanted, cost = affordable(v, wanted, max(free_j, 0.0) * (2.0 / SPREAD_S))
+    return OnStrict(error, line, s.spent_j + cost * (0.5 * p.tick_s)), plus(v, wanted)
+
+
+@position_lent.member(OnStrict)
+def _strict_lent(s: OnStrict, p: PositionParams) -> float:
+    return p.lent_j
+
+
+@position_there.member(Published, Budgeted, OnStrict)
+def _seen_there(s: Any, there: bool) -> Any:
+    """Note whether the server is there."""
+    return s._replace(error=s.error._replace(there=there))
+
+
+@position_up.member(Published, OnStrict)
+def _wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Any:
+    """Note the wave that goes on; the node or nobody pays for it."""
+    return s._replace(error=error_taken(s.error, u, p.tick_s))
+
+
+@position_send.member(Published, OnStrict)
+def _wave_sent(
+    s: Any, wave: Vector, number: int, frame_s: float, p: PositionParams
+) -> tuple[Any, Vector]:
+    """Note the wave that is sent, as it is."""
+    return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
+
+
+@position_energies.member(Published, OnStrict)
+def _spent(s: Any) -> Vector:
+    return (s.spent_j,)
+
+
+@position_opened.member(Published, Budgeted, OnStrict)
+def _opened(s: Any) -> Any:
+    """Return the feedback before the first packet, its list made here."""
+    d = s.error.sending
+    sending = d._replace(posted=[Posted(0, d.integral, 0.0)])
+    return s._replace(error=s.error._replace(sending=sending))

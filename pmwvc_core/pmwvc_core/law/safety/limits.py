@@ -7,10 +7,11 @@ What reaches the device, for whatever a controller asks, including values that a
 * the force starts at zero, changes by at most ``max_slew * tick_s`` in a tick and is never longer
   than ``max_force`` (a vector keeps its direction);
 * after a start, another server or any recovery it grows from zero over ``soft_start_s``, after a
-  silence from what had not faded (:mod:`.fading`);
+  silence of the same server from what had not faded, within ``RETURN_S`` (at once with a brake);
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part that opposes the motion remains;
-  what pushes fades (at once above the speed). After ``release_s`` damping and brake are let go;
+  what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` damping and
+  brake are let go over ``LET_GO_S``;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
 * **device silent**: no force while the device senses nothing; after ``LOST_S`` a fault, which ends
   with the next sample;
@@ -18,7 +19,7 @@ What reaches the device, for whatever a controller asks, including values that a
 * **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
 
 The slew limit holds on the way to zero as well. On the strict channel a brake holds the hand while
-no waves come (:mod:`.hand_brake`).
+no waves come (:mod:`.brakes`).
 
 Equations: docs/theory.md 10.2.
 """
@@ -26,17 +27,16 @@ Equations: docs/theory.md 10.2.
 from typing import NamedTuple
 
 from pmwvc_core.law.safety import causes
-from pmwvc_core.law.safety.brake_force import brake_limit
-from pmwvc_core.law.safety.fading import RESTING_FADING, Fading, Through, damping, faded
-from pmwvc_core.law.safety.hand_brake import (
+from pmwvc_core.law.safety.brakes import (
     HandBrake,
+    brake_limit,
     brake_push,
-    brake_stored_j,
     holding,
     resting_hand_brake,
 )
 from pmwvc_core.law.vectors import (
     Vector,
+    dot,
     length,
     minus,
     plus,
@@ -50,35 +50,38 @@ from pmwvc_core.params import SafetyParams
 
 LOST_S = 1.0
 REACH = 1.01  # of the workspace: a stop gives way a little
+FADE_S, LET_GO_S = 0.02, 0.5
+RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 
 
-class Device(NamedTuple):
-    """Whether the device was ever sensed, for how long not [s], and whether it ran away."""
+class Fading(NamedTuple):
+    """What is let through: of the whole force, and of what pushes while only damping is."""
 
-    sensed: bool
-    missing_s: float
-    faulty: bool
-
-
-class Interventions(NamedTuple):
-    """How often the limits intervened: the beginnings of damping, of a fault, of values that are
-    not finite, and of every stretch of ticks with too large a force or change.
-    """
-
-    events: int
-    disturbed: bool  # in the tick before
-    limited: bool
+    gain: float
+    push: float
+    ready: bool  # the force has been let through in full
+    damped: bool  # in the tick before
+    returns: bool  # rises after a silence of the same server
+    quiet: bool  # the tick before saw a silence and nothing else
 
 
 class Limits(NamedTuple):
-    """State of the limits; ``f`` is the force as applied last [N]."""
+    """State of the limits.
 
-    f: Vector
+    They intervene (``events``) where damping, a fault or values that are not finite begin, and
+    every stretch of ticks with too large a force or change.
+    """
+
+    f: Vector  # as applied last [N]
     fading: Fading
-    device: Device
+    sensed: bool  # the device ever was
+    missing_s: float  # for how long it has not been
+    faulty: bool  # it ran away
     brake: HandBrake
-    interventions: Interventions
+    events: int
+    disturbed: bool  # in the tick before
+    limited: bool
     cause: int  # of the state in the last tick, :mod:`.causes`
     silence_s: float  # from which on the server counts as silent
 
@@ -126,8 +129,8 @@ def limits_params(
 def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
     """Return the limits before the first tick."""
     return Limits(
-        nothing, RESTING_FADING, Device(False, 0.0, False), resting_hand_brake(nothing),
-        Interventions(0, False, False), causes.WAITING, p.timeout_s,
+        nothing, Fading(0.0, 1.0, False, False, False, False), False, 0.0, False,
+        resting_hand_brake(nothing), 0, False, False, causes.WAITING, p.timeout_s,
     )  # fmt: skip
 
 
@@ -138,22 +141,14 @@ def expect(s: Limits, silence_s: float, p: LimitsParams) -> Limits:
 
 def rearm(s: Limits) -> Limits:
     """Leave a fault; the force starts from zero again."""
-    device = s.device._replace(faulty=False)
-    return s._replace(device=device)
+    return s._replace(faulty=False)
 
 
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
-    old = s.fading
-    fading = old._replace(gain=0.0, returns=False, quiet=False)
-    brake = resting_hand_brake(zero(s.f))
-    brake = brake._replace(x=s.brake.x)
+    fading = s.fading._replace(gain=0.0, returns=False, quiet=False)
+    brake = resting_hand_brake(zero(s.f))._replace(x=s.brake.x)
     return s._replace(fading=fading, brake=brake, cause=causes.WAITING)
-
-
-def held_j(s: Limits, p: LimitsParams) -> float:
-    """Return the energy that the brake stores [J]."""
-    return brake_stored_j(s.brake, p.brake_stiffness)
 
 
 def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
@@ -164,29 +159,33 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
     good = within(x.f_asked, LARGEST) and within(x.x, LARGEST) and within(x.xd, LARGEST)
     f, xd = (x.f_asked, x.xd) if good else (zero(x.f_asked), zero(x.xd))
     speed, active = squared(xd), x.coupled and x.sensed
-    sensed = s.device.sensed or x.sensed
-    missing_s = 0.0 if x.sensed else s.device.missing_s + p.tick_s
+    sensed, missing_s = s.sensed or x.sensed, 0.0 if x.sensed else s.missing_s + p.tick_s
     lost = x.coupled and missing_s > LOST_S
     gone = x.coupled and not x.sensed and (sensed or lost)
     overdue = x.silence_s > p.release_s
-    silent = active and x.silence_s > s.silence_s
-    silent = silent and (x.interrupted or overdue or not p.brakes)
+    silent = active and x.silence_s > s.silence_s and (x.interrupted or overdue or not p.brakes)
     fast = active and speed > p.damper_velocity**2
-    faulty = s.device.faulty or (active and speed > p.fault_velocity**2)
+    faulty = s.faulty or (active and speed > p.fault_velocity**2)
     outside = active and not within(x.x, p.reach)
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and not faulty
-    through = Through(force, damped, fast, outside, silent, released)
-    fading = faded(s.fading, through, p.soft_start_s, p.tick_s, p.brakes)
+    alone = silent and not (fast or outside)
+    fading = _faded(s.fading, force, damped, fast, alone, released, p)
     if damped:
-        f = damping(f, xd, fading.push)
+        f = _damping(f, xd, fading.push)
     if holds:
         brake, more = brake_push(brake, f, p.brake_stiffness)
         f = f if fast or outside else plus(f, more)
-    applied, limited = _limited(s.f, scaled(f, fading.gain), p)
+    f = scaled(f, fading.gain)
+    applied, limited = shortened(f, p.max_force), squared(f) > p.max_force**2
+    change = minus(applied, s.f)
+    size = length(change)
+    if size > p.slew:
+        applied, limited = plus(s.f, scaled(change, p.slew / size)), True
     unreceived = x.unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
-    interventions = _counted(s.interventions, disturbed, limited and force and not damped)
+    limited = limited and force and not damped
+    events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
     cause = causes.NONE
     if faulty:
         cause = causes.RUNAWAY
@@ -210,21 +209,42 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
         cause = causes.SOFT_START
     elif holds and brake_limit(brake.largest) > 0.0:
         cause = causes.LATE
-    device = Device(sensed, missing_s, faulty)
-    return Limits(applied, fading, device, brake, interventions, cause, s.silence_s), applied
+    s = Limits(
+        applied, fading, sensed, missing_s, faulty, brake, events, disturbed, limited, cause,
+        s.silence_s,
+    )  # fmt: skip
+    return s, applied
 
 
-def _limited(before: Vector, f: Vector, p: LimitsParams) -> tuple[Vector, bool]:
-    """Limit the force, then its change; tell whether either was limited."""
-    wanted = shortened(f, p.max_force)
-    change = minus(wanted, before)
-    size = length(change)
-    limited = squared(f) > p.max_force**2
-    if size <= p.slew:
-        return wanted, limited
-    return plus(before, scaled(change, p.slew / size)), True
+def _faded(
+    s: Fading, force: bool, damped: bool, fast: bool, alone: bool, released: bool, p: LimitsParams
+) -> Fading:
+    """Go one tick on: whether a force is let through at all; only damping; since it is too fast,
+    so that what pushes goes at once; since the server is silent, and for nothing else; not even
+    that any more. With a brake, which holds the hand meanwhile, the force comes back whole.
+    """
+    recovers = s.damped and not damped
+    quiet = s.quiet and s.ready
+    returns = (quiet if recovers else s.returns) and force
+    gain = s.gain
+    if recovers and not (quiet and p.brakes):
+        gain *= s.push
+    if released:
+        gain = max(gain - p.tick_s / LET_GO_S, 0.0)
+    else:
+        rise_s = min(p.soft_start_s, RETURN_S) if returns else p.soft_start_s
+        gain = min(gain + p.tick_s / rise_s, 1.0)
+    if not force:
+        gain = 0.0
+    ready = s.ready or (gain >= 1.0 and not damped)
+    push = 1.0
+    if damped:
+        push = 0.0 if fast else max(s.push - p.tick_s / FADE_S, 0.0)
+    return Fading(gain, push, ready, damped, returns, alone)
 
 
-def _counted(s: Interventions, disturbed: bool, limited: bool) -> Interventions:
-    begins = (disturbed and not s.disturbed) + (limited and not s.limited)
-    return Interventions(s.events + begins, disturbed, limited)
+def _damping(f: Vector, xd: Vector, push: float) -> Vector:
+    """Return the part of a force [N] that opposes the motion, and what is left of the rest."""
+    power, speed = dot(f, xd), squared(xd)
+    kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
+    return plus(kept, scaled(minus(f, kept), push))

@@ -5,7 +5,7 @@
 from typing import NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.safety.avatar_brake import AvatarBrake
+from pmwvc_core.law.safety.brakes import AvatarBrake
 from pmwvc_core.law.server.body import kinetic_j
 from pmwvc_core.law.server.contacts import contact_energy, touching
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, UserPort

@@ -25,7 +25,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.safety.avatar_brake import released_brake
+from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.contacts import Contact, offset_of
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero

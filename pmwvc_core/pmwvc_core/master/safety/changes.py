@@ -8,7 +8,7 @@ must still let the largest force go in ``LET_GO_S``.
 """
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.safety.fading import LET_GO_S
+from pmwvc_core.law.safety.limits import LET_GO_S
 from pmwvc_core.params import SafetyParams, specs
 
 LOWERED = ("max_force", "max_slew", "damper_velocity", "fault_velocity", "timeout_s", "release_s")

@@ -197,7 +197,7 @@ def _noted(s: End, p: EndParams, number: int, tick: int, last: bool, blocks: Arr
         return s
     user, k = s.user, s.blocks
     blocks[number, k, 0] = user.limits.cause
-    blocks[number, k, 1] = user.limits.interventions.events
+    blocks[number, k, 1] = user.limits.events
     blocks[number, k, 2] = s.device.against_j
     blocks[number, k, 3] = s.device.by_hand_j
     energies = port_energies(user.port, user.arrivals, p.user.port)

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.frame.schedule import AT_ONCE, next_on_grid
+from pmwvc_core.frame.schedule import AT_ONCE
+from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Integers

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The anti-aliasing filter of the outgoing wave, with the drop from tick rate to packet rate
-(App. A, B).
+"""Between tick and packet rate (App. A, B): the anti-aliasing filter of the outgoing wave, and the
+hold, which expands a packet to the ticks of its frame.
 
-A packet carries the output at a frame start::
+A packet carries the filter's output at a frame start::
 
     none                the wave of the last tick
     first_order         y+ = p y + (1 - p) u: the output after a tick already holds that tick
@@ -11,16 +11,24 @@ A packet carries the output at a frame start::
     integrate_and_dump  the mean over the frame, the integral of M ticks divided by their duration
 
 (mean)^2 M <= sum of squares, so the mean never sends more energy than came in. A frame that lost
-ticks is still divided by M, a longer one by its own number.
+ticks is still divided by M, a longer one by its own number. The hold (Eq. 43-54, indices
+corrected)::
 
-Equations: docs/theory.md 2.1, 2.5.
+    v_m = v_{i-1} + (v_i - v_{i-1}) j/M      delayed first order, for the ticks j = 1..M after a
+                                             packet; v_{-1} = 0
+    v_m = v_i                                zero order (M = 1 here), and after M ticks
+
+An early packet starts its ramp at the value reached. With E = T_c (M-1)/4 v_m^2 stored, a frame of
+up to M ticks releases no more than the packet brings and E loses; after M ticks it does.
+
+Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
 """
 
 import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, between, columns, each, plus, scaled, zero
 from pmwvc_core.law.wave.cascade import Cascade, Sections, cascade, resting_cascade, sections_of
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.filter_design import design, pole_of
@@ -56,25 +64,13 @@ filter_step = Family("filter_step")  # (s, u, p) -> (s, y): the wave of a tick [
 filter_sample = Family("filter_sample")  # (s, p) -> (s, y): what a packet carries
 
 
-class MeanParams(NamedTuple):
-    """M, ticks per frame."""
-
-    rate_drop: int
-
-
-class PoleParams(NamedTuple):
-    """The pole p."""
-
-    pole: float
-
-
 def filter_params(params: FilterParams, *, tick_s: float, rate_drop: int) -> Any:
-    """Return the parameters of a filter."""
+    """Return the parameters of a filter: its sections, its pole, or M, the ticks of a frame."""
     if params.kind == "butterworth":
         return sections_of(design(params, tick_s=tick_s))
     if params.kind == "first_order":
-        return PoleParams(math.exp(-float(pole_of(params)) * tick_s))
-    return MeanParams(rate_drop)
+        return math.exp(-float(pole_of(params)) * tick_s)
+    return rate_drop
 
 
 def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
@@ -88,39 +84,34 @@ def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
 
 
 @filter_step.member(Passing)
-def _pass(s: Passing, u: Vector, p: MeanParams) -> tuple[Passing, Vector]:
+def _pass(s: Passing, u: Vector, p: int) -> tuple[Passing, Vector]:
     return Passing(u), u
 
 
-@filter_sample.member(Passing)
-def _passed(s: Passing, p: MeanParams) -> tuple[Passing, Vector]:
+@filter_sample.member(Passing, FirstOrder, Butterworth)
+def _latest(s: Any, p: Any) -> tuple[Any, Vector]:
     return s, s.y
 
 
 @filter_step.member(FirstOrder)
-def _first_order(s: FirstOrder, u: Vector, p: PoleParams) -> tuple[FirstOrder, Vector]:
-    y = plus(scaled(u, 1.0 - p.pole), scaled(s.y, p.pole))
+def _first_order(s: FirstOrder, u: Vector, pole: float) -> tuple[FirstOrder, Vector]:
+    y = plus(scaled(u, 1.0 - pole), scaled(s.y, pole))
     return FirstOrder(y), y
 
 
-@filter_sample.member(FirstOrder)
-def _first_order_sample(s: FirstOrder, p: PoleParams) -> tuple[FirstOrder, Vector]:
-    return s, s.y
-
-
 @filter_step.member(Mean)
-def _mean(s: Mean, u: Vector, p: MeanParams) -> tuple[Mean, Vector]:
+def _mean(s: Mean, u: Vector, rate_drop: int) -> tuple[Mean, Vector]:
     s = Mean(plus(s.total, u), s.ticks + 1)
-    return s, _mean_of(s, p)
+    return s, _mean_of(s, rate_drop)
 
 
 @filter_sample.member(Mean)
-def _dump(s: Mean, p: MeanParams) -> tuple[Mean, Vector]:
-    return Mean(zero(s.total), 0), _mean_of(s, p)
+def _dump(s: Mean, rate_drop: int) -> tuple[Mean, Vector]:
+    return Mean(zero(s.total), 0), _mean_of(s, rate_drop)
 
 
-def _mean_of(s: Mean, p: MeanParams) -> Vector:
-    return each(_divided, (s.total,), max(s.ticks, p.rate_drop))
+def _mean_of(s: Mean, rate_drop: int) -> Vector:
+    return each(_divided, (s.total,), max(s.ticks, rate_drop))
 
 
 def _divided(total: float, ticks: int) -> float:
@@ -133,6 +124,24 @@ def _butterworth(s: Butterworth, u: Vector, p: Sections) -> tuple[Butterworth, V
     return Butterworth(y, delays), y
 
 
-@filter_sample.member(Butterworth)
-def _butterworth_sample(s: Butterworth, p: Sections) -> tuple[Butterworth, Vector]:
-    return s, s.y
+class Hold(NamedTuple):
+    """Ramp of the present frame [sqrt(W)], and the ticks of it that are over."""
+
+    start: Vector
+    target: Vector
+    value: Vector
+    done: int
+
+
+def load(s: Hold, v: Vector) -> Hold:
+    """Begin a frame with the packet v [sqrt(W)]."""
+    return Hold(s.value, v, s.value, 0)
+
+
+def hold(s: Hold, ticks: int) -> tuple[Hold, Vector]:
+    """Return the wave of the next tick [sqrt(W)]; ``ticks`` is M, or 1 for zero order."""
+    done = s.done + 1
+    value = s.target
+    if done < ticks:
+        value = between(s.start, s.target, done / ticks)
+    return s._replace(value=value, done=done), value

@@ -1,0 +1,208 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The brakes, which hold on while no waves come: the hand where it was, and the avatar's contact.
+
+The largest force F_L of either is ``RATIO`` times the mean force over ``MEAN_S`` before the wait.
+It grows over ``RISE_S``, stays while the end waits, and fades over ``return_s`` once waves are
+back; a wait meanwhile takes it up from there.
+
+At the device an elastic-plastic spring z beside the damper b gives what is missing of F_L::
+
+    z <- z + dx,   F = k z,   k = b/STALL_S
+    z shortened to |k z| <= F_L, |f + k z| <= max(F_L, |f|)      f: asked for without it
+
+z begins at zero and is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling
+generates is less than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
+
+At the avatar: a damper (N - 1) b beside the port. The coupling then solves a port of impedance
+N b, and the waves of the user are those in front of the damper::
+
+    u' = u/sqrt(N),   v = (u' + v')/sqrt(N) - u
+    (|u|^2 - |v|^2)/2 = (|u'|^2 - |v'|^2)/2 + (N - 1)/(2 N) |u' + v'|^2
+
+The last term is heat, for any N >= 1. N gives a friction of at most F_L against the contact's
+force R that the wave leaves over::
+
+    R = f_s - sqrt(2b) u,   N = |R|/(|R| - F_L), at most ``FIRMEST``; 1 where R . f_s <= 0
+
+Equations: docs/theory.md 17.12, 17.13, 17.15.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.family import Family, same
+from pmwvc_core.law.vectors import (
+    Vector,
+    between,
+    dot,
+    each,
+    length,
+    minus,
+    plus,
+    scaled,
+    shortened,
+    squared,
+    within,
+    zero,
+)
+from pmwvc_core.law.wave.wave import (
+    Impedance,
+    MatrixImpedance,
+    affordable,
+    damper,
+    free_velocity,
+    impedance,
+)
+
+RATIO, MEAN_S, RISE_S = 1.3, 0.05, 0.04
+STALL_S, HAND_RETURN_S, AVATAR_RETURN_S = 0.0125, 0.2, 0.1
+LARGEST_M = 1e100  # a position beyond it is none
+FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
+
+
+class BrakeForce(NamedTuple):
+    """Mean force rendered [N], the largest one in a wait [N], and what ratio of that acts."""
+
+    mean: Vector
+    held: float
+    left: float
+
+
+def resting_brake(like: Vector) -> BrakeForce:
+    """Return the brake of an end that renders no force."""
+    return BrakeForce(zero(like), 0.0, 0.0)
+
+
+def brake_limit(s: BrakeForce) -> float:
+    """Return the largest force of the present step [N]; zero where nothing is held."""
+    return s.held * s.left
+
+
+def brake_force(s: BrakeForce, waits: bool, f: Vector, h: float, return_s: float) -> BrakeForce:
+    """Go one step of h [s] on: whether no waves come, at this end or at the other one, and the
+    force rendered in the last step [N].
+    """
+    mean, held = s.mean, s.held
+    if s.left <= 0.0:
+        mean = between(mean, f, min(h / MEAN_S, 1.0))
+        if not waits:
+            return BrakeForce(mean, held, 0.0)
+        held = RATIO * length(mean)
+    change = h / RISE_S if waits else -h / return_s
+    return BrakeForce(mean, held, min(max(s.left + change, 0.0), 1.0))
+
+
+class HandBrake(NamedTuple):
+    """Its largest force, the position before, and the deflection z [m]."""
+
+    largest: BrakeForce
+    x: Vector
+    z: Vector
+
+
+def resting_hand_brake(nothing: Vector) -> HandBrake:
+    """Return a brake that holds nothing."""
+    return HandBrake(resting_brake(nothing), nothing, nothing)
+
+
+def brake_stiffness(impedance: float) -> float:
+    """Return k [N/m] for a wave impedance, the smallest one of a matrix [N s/m]."""
+    return impedance * (1.0 / STALL_S)
+
+
+def brake_stored_j(s: HandBrake, k: float) -> float:
+    """Return the energy that the hand can have back [J]."""
+    return 0.5 * k * squared(s.z)
+
+
+def holding(
+    s: HandBrake, waits: bool, x: Vector, f: Vector, tick_s: float, k: float
+) -> tuple[HandBrake, bool]:
+    """Go one tick on; tell whether anything is held.
+
+    Whether no waves come; the position [m]: where it is no number nothing begins to be held; and
+    the force on the device in the tick before [N].
+    """
+    known = within(x, LARGEST_M)
+    largest = brake_force(s.largest, waits and known, f, tick_s, HAND_RETURN_S)
+    if largest.left <= 0.0:
+        return HandBrake(largest, x, zero(s.z)), False
+    moved = x if known else zero(x)
+    moved = minus(moved, s.x) if within(s.x, LARGEST_M) else moved
+    z = shortened(plus(s.z, moved), brake_limit(largest) / k)
+    return HandBrake(largest, x, z), True
+
+
+def brake_push(s: HandBrake, f: Vector, k: float) -> tuple[HandBrake, Vector]:
+    """Return the brake's force beside a force that the controller asks for [N]."""
+    limit = brake_limit(s.largest)
+    given, _ = affordable(f, scaled(s.z, k), max(limit * limit - squared(f), 0.0))
+    return s._replace(z=scaled(given, 1.0 / k)), given
+
+
+class AvatarBrake(NamedTuple):
+    """Its largest force, and its heat since the start [J]."""
+
+    largest: BrakeForce
+    heat_j: float
+
+
+firmer = Family("firmer")  # (impedance, n) -> n times an impedance
+
+
+@firmer.member(Impedance)
+def _firmer(p: Impedance, n: float) -> Impedance:
+    return impedance(n * p.b)
+
+
+@firmer.member(MatrixImpedance)
+def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
+    root = math.sqrt(n)
+    return MatrixImpedance(
+        each(scaled, (p.b,), n), each(scaled, (p.inverse,), 1.0 / n),
+        each(scaled, (p.root_2b,), root), each(scaled, (p.root_2_over_b,), 1.0 / root),
+        p.numbers, scaled(p.values, n), p.to_axes, p.from_axes,
+    )  # fmt: skip
+
+
+# (s) -> s: the user left; also of what a controller without waves keeps of an avatar
+released_brake = Family("released_brake", same)
+
+
+@released_brake.member(AvatarBrake)
+def _released(s: AvatarBrake) -> AvatarBrake:
+    """Let go at once; what became heat stays counted."""
+    return AvatarBrake(resting_brake(s.largest.mean), s.heat_j)
+
+
+def brake_ratio(
+    s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
+) -> tuple[AvatarBrake, float]:
+    """Return N for a step of h [s], from the wave received [sqrt(W)] and the contact force of the
+    last step [N]; 1 where nothing brakes.
+    """
+    largest = brake_force(s.largest, waits, f_s, h, AVATAR_RETURN_S)
+    limit, ratio = brake_limit(largest), 1.0
+    if limit > 0.0:
+        left = minus(f_s, damper(b, free_velocity(b, u)))
+        if dot(left, f_s) > 0.0:
+            size = length(left)
+            ratio = size / max(size - limit, size * (1.0 / FIRMEST))
+    return AvatarBrake(largest, s.heat_j), ratio
+
+
+def braked(b: Any, u: Vector, ratio: float) -> tuple[Any, Vector]:
+    """Return impedance and wave behind the damper."""
+    return firmer(b, ratio), scaled(u, 1.0 / math.sqrt(ratio))
+
+
+def unbraked(
+    s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, h: float
+) -> tuple[AvatarBrake, Any, Vector]:
+    """Return the impedance of the port itself and the wave in front of the damper [sqrt(W)], given
+    the wave received and u' + v'.
+    """
+    heat_j = s.heat_j + (1.0 - 1.0 / ratio) * (0.5 * h) * squared(both)
+    wave = minus(scaled(both, 1.0 / math.sqrt(ratio)), u)
+    return AvatarBrake(s.largest, heat_j), firmer(b, 1.0 / ratio), wave
