@@ -28,8 +28,13 @@ from pmwvc_core.law.safety.limits import (
     rearm,
     resting_limits,
 )
-from pmwvc_core.law.server.energies import environment_energies, port_shown
-from pmwvc_core.law.server.server_port import environment_step, joined, left
+from pmwvc_core.law.server.server_port import (
+    environment_energies,
+    environment_step,
+    joined,
+    left,
+    port_shown,
+)
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.made.accounts import accounts_of_server, accounts_of_user
 from pmwvc_core.made.server import resting_server, server_params

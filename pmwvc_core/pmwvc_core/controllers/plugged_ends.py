@@ -23,15 +23,18 @@ from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.safety.avatar_brake import released_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
-from pmwvc_core.law.server.energies import (
+from pmwvc_core.law.server.sampled import object_pushed
+from pmwvc_core.law.server.server_port import (
+    Environment,
     PortShown,
+    Sums,
+    UserPort,
     environment_energies,
+    environment_step,
     in_touch,
     port_shown,
     potential_j,
 )
-from pmwvc_core.law.server.sampled import object_pushed
-from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
 from pmwvc_core.law.vectors import Vector, dot, plus, squared, zero
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-import pmwvc_core.law.black_box.box_energies  # noqa: F401  # joins the families
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.compensations import compensation_params
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams

@@ -20,10 +20,14 @@ Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box.compensations import CompensationParams, PortWave, compensated
-from pmwvc_core.law.black_box.jumps import faded
-from pmwvc_core.law.black_box.secant import Line, decoded, ratio_in_use
-from pmwvc_core.law.black_box.seen import Seen, checked, guess, noted
+from pmwvc_core.law.black_box.compensations import (
+    CompensationParams,
+    PortWave,
+    compensated,
+    compensation_energies,
+)
+from pmwvc_core.law.black_box.secant import Line, decoded, learned, ratio_in_use
+from pmwvc_core.law.black_box.seen import Seen, checked, faded, guess, noted
 from pmwvc_core.law.black_box.touched import (
     FreeCube,
     Vectors,
@@ -40,9 +44,13 @@ from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import BodyLaw
 from pmwvc_core.law.server.server_port import (
     Environment,
+    PortShown,
     UserPort,
     avatar_of,
+    brakes_j,
+    environment_energies,
     environment_step,
+    port_shown,
     summed,
     taken_port,
 )
@@ -51,6 +59,7 @@ from pmwvc_core.law.vectors import (
     columns,
     dot,
     each,
+    is_zero,
     length,
     minus,
     plus,
@@ -247,3 +256,20 @@ def _give(
     sums = summed(port.sums, wave, v_s, h)
     port = UserPort(avatar, brake, port.offset, port.x_s, v_s, sums, port.extra)
     return Seen(True, port.x_s, a.f, s.secant, s.jumps, s.usable, s.jumped), port
+
+
+@environment_energies.member(BlackBoxParams)
+def _energies(p: BlackBoxParams, s: Environment) -> Vector:
+    e = s.body.accounts
+    stored: Vector = (
+        0.0, max(s.body.stored_j, 0.0), e.environment_j, e.late_j, e.withheld_j, e.contained_j
+    )  # fmt: skip
+    of_port = stored + compensation_energies(s.body.compensation, p.compensation)
+    return of_port + (brakes_j(s.ports),)  # noqa: RUF005
+
+
+@port_shown.member(BlackBoxParams)
+def _shown(p: BlackBoxParams, s: Environment, user: int) -> PortShown:
+    port = s.ports[user]
+    touches = port.avatar.present and not is_zero(port.avatar.f)
+    return PortShown(port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0)

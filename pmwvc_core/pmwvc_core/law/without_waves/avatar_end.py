@@ -20,20 +20,18 @@ from pmwvc_core.law.server.contacts import (
     offset_of,
     slid,
 )
-from pmwvc_core.law.server.energies import (
-    PortShown,
-    environment_energies,
-    in_touch,
-    port_shown,
-    potential_j,
-)
 from pmwvc_core.law.server.sampled import object_pushed
 from pmwvc_core.law.server.server_port import (
     Environment,
+    PortShown,
     Sums,
     UserPort,
     avatar_of,
+    environment_energies,
     environment_step,
+    in_touch,
+    port_shown,
+    potential_j,
 )
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import loaded_axis
