@@ -7,7 +7,7 @@ from typing import Any
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.frames import FrameParams, Frames
-from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.packet import no_packet
 from pmwvc_core.law.channel.packing import packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.port.sensing import NEVER_NS, Sensing
@@ -84,7 +84,7 @@ def resting_user(
     """Return a user's force loop at rest."""
     nothing, master = (0.0,) * axes, user.master
     timeout_s = user.safety.timeout_s
-    record, packet = record_of(controller), no_packet(axes)
+    record, packet = record_of(controller), no_packet(nothing, ())
     if record.waves and record.device is None:
         port: Any = resting_waves(master, p.port, axes)
     else:
@@ -102,10 +102,3 @@ def resting_user(
         NEVER,
         False,
     )
-
-
-def no_packet(axes: int) -> Packet:
-    """Return what stands for the newest packet before the first."""
-    rest = (0.0,) * axes
-    flags = (False, False, False, False)
-    return Packet(0, 0, 0.0, rest, rest, 0.0, rest, *flags, (), 0, False, 0, 0)

@@ -18,11 +18,12 @@ Equations: docs/theory.md 6.1, 6.2, 6.3.
 
 import functools
 import math
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.params.matrix import matrix_of
 
 ROUNDING = 1e-12
@@ -97,19 +98,7 @@ class MatrixImpedance:
 Impedance: TypeAlias = Value | MatrixImpedance
 
 
-class Port(Protocol):
-    """Parameters that name an impedance: a number, and a matrix in its place."""
-
-    @property
-    def impedance(self) -> Any:
-        """Number b [N s/m]."""
-
-    @property
-    def impedance_matrix(self) -> str:
-        """Matrix B [N s/m], empty for b."""
-
-
-def impedance_of(port: Port) -> Impedance:
+def impedance_of(port: MasterParams | ContactParams) -> Impedance:
     """Return the impedance that parameters name: the matrix where there is one, else the number.
 
     Raises
@@ -122,7 +111,7 @@ def impedance_of(port: Port) -> Impedance:
     return given
 
 
-def server_impedance(own: Port, master: Port) -> Impedance:
+def server_impedance(own: ContactParams, master: MasterParams) -> Impedance:
     """Return the impedance of a server port: its own, or that of the user's master."""
     unsaid = own.impedance is None and not own.impedance_matrix.strip()
     return impedance_of(master if unsaid else own)

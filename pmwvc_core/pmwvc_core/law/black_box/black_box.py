@@ -26,19 +26,9 @@ from pmwvc_core.law.black_box.compensations import (
     compensated,
     compensation_energies,
 )
-from pmwvc_core.law.black_box.secant import Line, decoded, learned, ratio_in_use
+from pmwvc_core.law.black_box.secant import learned, ratio_in_use
 from pmwvc_core.law.black_box.seen import Seen, checked, faded, guess, noted
-from pmwvc_core.law.black_box.touched import (
-    FreeCube,
-    Vectors,
-    Wall,
-    energy_j,
-    local_line,
-    moved_by,
-    shown,
-    visited,
-)
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.black_box.touched import ahead, exchange, visited
 from pmwvc_core.law.safety.avatar_brake import unbraked
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import BodyLaw
@@ -109,50 +99,6 @@ class BlackBoxParams(NamedTuple):
     identity: Rows  # of the axes
 
 
-class Reply(NamedTuple):
-    """The answer of an environment."""
-
-    answered: bool
-    velocities: Vectors  # [m/s] of the avatars, as decoded
-    forces: Vectors  # [N]
-    stored_j: float
-    x: Vector  # of the object
-    xd: Vector
-
-
-# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
-exchange = Family("exchange")
-
-
-@exchange.member(Wall, FreeCube)
-def exchange_known(
-    s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: BlackBoxParams
-) -> tuple[Any, Reply]:
-    """Ask an environment of the library."""
-    if p.sloped:
-        forces, slopes = local_line(s, starts, p.new_s, p.environment)
-        velocities = each(solved_line, (avatars, forces, slopes), p.identity)
-    positions = each(_ahead, (starts, velocities), p.new_s)
-    s, forces = moved_by(s, positions, velocities, p.body.period_s, p.environment)
-    x, xd = shown(s, starts[0])
-    return s, Reply(True, velocities, forces, energy_j(s, p.environment), x, xd)
-
-
-def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:
-    """Return the velocity that fits F0 [N] and G [N s/m], a slope per axis."""
-    rows = each(scaled, (identity, each(_positive, (slope,))))
-    free = free_velocity(a.impedance, a.u)
-    return decoded(Line(force, rows, zero(force)), a.impedance, free)[0]
-
-
-def _positive(slope: float) -> float:
-    return max(slope, 0.0)
-
-
-def _ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:
-    return plus(start, scaled(velocity, weight_s))
-
-
 @environment_step.member(BlackBoxParams)
 def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environment:
     box = s.body
@@ -165,7 +111,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
     environment, reply = exchange(environment, avatars, starts, velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
     if reply.answered:
-        ends = each(_ahead, (starts, reply.velocities), p.new_s)
+        ends = each(ahead, (starts, reply.velocities), p.new_s)
         way_m = max(faded(way_m, p.body.period_s), length(xd) * p.body.period_s)
         for i in range(len(users)):
             way_m = max(way_m, length(minus(ends[i], users[i].jumps.position)))

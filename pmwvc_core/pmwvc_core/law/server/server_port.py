@@ -121,16 +121,13 @@ def left(s: UserPort) -> tuple[UserPort, float]:
         return s, 0.0
     contact, dropped_j = detached(a.contact)
     avatar = Avatar(False, a.impedance, nothing, nothing, nothing, contact, nothing)
-    brake = released_brake(s.brake)
-    port = s._replace(avatar=avatar, brake=brake, v_s=nothing)
-    return port, dropped_j
+    return s._replace(avatar=avatar, brake=released_brake(s.brake), v_s=nothing), dropped_j
 
 
 def passed_through(s: UserPort, energy_j: float) -> UserPort:
     """Count energy that came and goes back beside the waves [J]."""
     e = s.sums
-    sums = Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j)
-    return s._replace(sums=sums)
+    return s._replace(sums=Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j))
 
 
 def changed_port(
@@ -139,9 +136,7 @@ def changed_port(
     """Take contact and impedance over; the springs store what they stored. Return what is lost."""
     a = s.avatar
     contact, lost_j = changed_contact(a.contact, stiffness, damping)
-    avatar = a._replace(impedance=impedance, contact=contact)
-    port = s._replace(avatar=avatar)
-    return port, lost_j
+    return s._replace(avatar=a._replace(impedance=impedance, contact=contact)), lost_j
 
 
 @environment_step.member(EnvironmentParams)
@@ -169,9 +164,7 @@ def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, 
         brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
         if ratio > 1.0:
             impedance, u = braked(impedance, u, ratio)
-    avatar = a._replace(impedance=impedance, u=u)
-    port = s._replace(avatar=avatar, brake=brake)
-    return port, ratio
+    return s._replace(avatar=a._replace(impedance=impedance, u=u), brake=brake), ratio
 
 
 def _give(

@@ -109,25 +109,18 @@ def _sum(one: float, other: float) -> float:
 
 
 @port_shown.member(AvatarEndParams)
-def _shown(p: AvatarEndParams, s: Environment, user: int) -> PortShown:
+def port_without_waves(p: Any, s: Environment, user: int) -> PortShown:
+    """Return a port whose waves are none."""
     port = s.ports[user]
     return PortShown(zero(port.v_s), in_touch(port), 0.0)
-
-
-class Pulled(NamedTuple):
-    """An avatar that spring and damper have moved."""
-
-    xd: Vector
-    f: Vector
-    contact: Contact
-    lost_j: float
 
 
 def pulled(
     contact: Contact, stretch: Vector, velocity: Vector, stiffness: float, damping: float,
     body: Body, h: float,
-) -> Pulled:  # fmt: skip
-    """Let spring and damper pull an avatar against its contact (backward Euler).
+) -> tuple[Vector, Vector, Contact, float]:  # fmt: skip
+    """Let spring and damper pull an avatar against its contact (backward Euler); return xd_s, f_s,
+    the contact, and the energy that it dropped.
 
     ::
 
@@ -140,7 +133,7 @@ def pulled(
     f = contact_unwrapped(contact, free, body.xd, impedance, h)
     xd = each(loaded_axis, (free, f), impedance)
     contact, lost_j = slid(contact, scaled(xd, h))
-    return Pulled(xd, f, contact, lost_j)
+    return xd, f, contact, lost_j
 
 
 def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:
