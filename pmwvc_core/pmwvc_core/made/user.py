@@ -19,7 +19,7 @@ from pmwvc_core.made.waves import resting_waves, waves_params
 from pmwvc_core.made.without_waves import device_params, resting_device_end
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
-from pmwvc_core.wave.limits import largest_wave, wave_of_speed
+from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most

@@ -122,10 +122,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
     held_j = _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
     users, ports = columns(each(_give, (users, s.ports, ports, came, ratios, returned), p))
-    e = box.accounts
-    environment_j, late_j, withheld_j, contained_j = (
-        e.environment_j, e.late_j, e.withheld_j, e.contained_j
-    )  # fmt: skip
+    environment_j, late_j, withheld_j, contained_j = box.accounts
     for i in range(len(waves)):
         environment_j += sums[i].environment_j
         late_j += sums[i].late_j

@@ -23,7 +23,6 @@ from pmwvc_core.law.black_box.secant import (
     LARGEST,
     Secant,
     decoded,
-    expecting,
     learn,
     line,
     resting_secant,
@@ -105,9 +104,9 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
     free = free_velocity(a.impedance, a.u)
     if port.brake.largest.left <= 0.0:  # a braked avatar waits
         free = plus(free, scaled(a.kept, REPAID / p.body.period_s))
-    velocity, expected = decoded(line(s.secant, start, p.new_s), a.impedance, free)
-    secant = expecting(s.secant, expected)
-    return s._replace(secant=secant), velocity
+    secant = s.secant
+    velocity, expected = decoded(line(secant, start, p.new_s), a.impedance, free)
+    return s._replace(secant=secant._replace(expected=expected)), velocity
 
 
 def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:

@@ -64,8 +64,7 @@ def implicit_coupled(
     found = _root(avatars, body, law)
     after, lost_j = drifted(body, found.velocity, law)
     moved, heats = columns(each(_advanced, (avatars, found.answers), law.period_s))
-    lost_j = total(lost_j, heats)
-    return moved, after, lost_j, found.close
+    return moved, after, total(lost_j, heats), found.close
 
 
 def _advanced(a: Avatar, answer: CoupledAnswer, h: float) -> tuple[Avatar, float]:

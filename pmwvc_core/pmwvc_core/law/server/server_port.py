@@ -144,9 +144,8 @@ def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Enviro
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
-    lost_j = total(lost_j, dropped)
     unsettled = s.unsettled if settled else s.unsettled + 1
-    return Environment(ports, body, s.dissipated_j + lost_j, unsettled)
+    return Environment(ports, body, s.dissipated_j + total(lost_j, dropped), unsettled)
 
 
 def avatar_of(s: UserPort) -> Avatar:

@@ -75,8 +75,7 @@ def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environm
     avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
-    lost_j = total(lost_j, lost)
-    return Environment(ports, body, s.dissipated_j + lost_j, s.unsettled)
+    return Environment(ports, body, s.dissipated_j + total(lost_j, lost), s.unsettled)
 
 
 def _meet(
