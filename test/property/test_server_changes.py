@@ -16,7 +16,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.law.server.contacts import contact_force, offset_of
 from pmwvc_core.law.server.server_port import changed_port
-from pmwvc_core.made.server_changes import changed_server
+from pmwvc_core.made.server import changed_server
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.simulation.session import simulate_one

@@ -5,6 +5,7 @@ between a controller and a device, a user's port, and the users around an enviro
 """
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
+from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.ends.forms import known, value, vector
 from pmwvc_core.law.channel.arrivals import arrivals_of, arrive
 from pmwvc_core.law.channel.playout import add
@@ -28,10 +29,14 @@ from pmwvc_core.law.safety.limits import (
     rearm,
     resting_limits,
 )
-from pmwvc_core.law.server.energies import environment_energies, port_shown
-from pmwvc_core.law.server.server_port import environment_step, joined, left
+from pmwvc_core.law.server.server_port import (
+    environment_energies,
+    environment_step,
+    joined,
+    left,
+    port_shown,
+)
 from pmwvc_core.law.server_step import Came
-from pmwvc_core.made.accounts import accounts_of_server, accounts_of_user
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.made.user_changes import changed_master

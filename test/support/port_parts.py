@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A filter of a wave port alone, between any waves: a velocity filter, or a filter bank."""
 
+from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.law.wave.wave import along
-from pmwvc_core.made.accounts import accounts_of_user
 from support.law_rigs import Port
 
 

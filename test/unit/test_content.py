@@ -9,7 +9,7 @@ from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.transport.packet import FLAG_DIRECT
-from pmwvc_core.wave.limits import DIRECT, largest_wave
+from pmwvc_core.wave.impedance import DIRECT, largest_wave
 
 
 @pytest.mark.parametrize("controller", LIBRARY)

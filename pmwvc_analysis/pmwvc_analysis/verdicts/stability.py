@@ -49,8 +49,7 @@ from pmwvc_analysis.verdicts.oscillation import (
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_core.wave.impedance import Impedance
-from pmwvc_core.wave.limits import largest_wave
+from pmwvc_core.wave.impedance import Impedance, largest_wave
 
 GROWN_M_S = 50e-3
 LIMITED = "limited by safety"

@@ -6,15 +6,109 @@ A laboratory adds a controller by installing a package of its own that names a r
 (:class:`.record.Controller`) in that group; nothing here changes.
 """
 
+from dataclasses import replace
+
 from pmwvc_core.account import Entry
-from pmwvc_core.controllers import waves, without_waves
-from pmwvc_core.controllers.record import Controller
+from pmwvc_core.baselines import tuning
+from pmwvc_core.controllers.accounts import (
+    BRAKES,
+    FORCE_FILTER,
+    OF_BANK,
+    OF_BLACK_BOX,
+    OF_POSITION,
+    OF_PSPM,
+    OF_STRICT,
+    OF_TDPA,
+    OF_WAVES,
+    VELOCITY_FILTER,
+)
+from pmwvc_core.controllers.record import HELD, Controller, Rule
+from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings.record import forward
+
+
+def _storage_j(master: MasterParams, baseline: BaselineParams) -> float:
+    """Return what position feedback may spend before it is paid [J]; none as published."""
+    position = master.position
+    return float(position.storage_j) if position.is_paid else 0.0
+
+
+PMWVC = Controller(
+    name="pmwvc",
+    words="Wave variables: stable at any constant delay where the gains of both ends prove it.",
+    waves=True,
+    linear="pmwvc",
+    drifts=True,
+    storage_j=_storage_j,
+    accounts=OF_WAVES,
+)
+
+
+DIRECT = Controller(
+    name="direct",
+    words="Direct coupling: nothing keeps it passive as delay or stiffness grows.",
+    waves=False,
+    linear="direct",
+    drifts=True,
+    coupling=replace(HELD, moves=None),
+)
+VIRTUAL_COUPLING = Controller(
+    name="virtual_coupling",
+    words="Virtual coupling: stable where its rules are met; energy is not monitored.",
+    waves=False,
+    linear="virtual_coupling",
+    coupling=HELD,
+    rule=Rule(
+        "virtual_coupling",
+        tuning.check_virtual_coupling,
+        {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)},
+    ),
+)
+TDPA = Controller(
+    name="tdpa",
+    words="Time-domain passivity control: energy that the link generated is dissipated "
+    "later; a device at rest dissipates none.",
+    waves=False,
+    linear=None,  # without its dissipation nothing of it is left
+    rule=Rule(
+        "tdpa",
+        tuning.check_tdpa,
+        {
+            "damping": (0.3, 20.0),
+            "damping_max": (5.0, 100.0),
+            "fade_s": (1e-3, 0.05),
+            "drift_share": (0.01, 0.5),
+        },
+    ),
+    coupling=replace(HELD, moves=forward),
+    accounts=OF_TDPA,
+)
+PSPM = Controller(
+    name="pspm",
+    words="Set-position modulation: neither end releases more energy than its tank holds.",
+    waves=False,
+    linear="virtual_coupling",  # with tanks that are never empty
+    coupling=HELD,
+    rule=Rule(
+        "pspm",
+        tuning.check_pspm,
+        {
+            "stiffness": (50.0, 3000.0),
+            "damping": (0.3, 10.0),
+            "initial_j": (2e-3, 0.2),
+            "cap_j": (2e-3, 0.2),
+        },
+    ),
+    storage_j=lambda _, baseline: 2.0 * float(baseline.pspm.initial_j),  # [J] of both tanks
+    accounts=OF_PSPM,
+)
 
 RECORDS: Records[Controller] = Records(
     Controller,
-    (waves.RECORD, *without_waves.RECORDS),
+    (PMWVC, DIRECT, VIRTUAL_COUPLING, TDPA, PSPM),
     group="pmwvc.controllers",
     parameter="controller",
     what="a controller",
@@ -48,9 +142,40 @@ def is_strict(controller: str, channel: str) -> bool:
     """Tell whether a controller, by name, runs on the strict channel; only the library's
     waves can.
     """
-    return channel == STRICT and controller == waves.RECORD.name
+    return channel == STRICT and controller == PMWVC.name
 
 
 def is_zeroing(controller: str, channel: str) -> bool:
     """Tell whether a controller, by name, counts every wave once; only waves can."""
     return channel == ZEROING and has_waves(controller)
+
+
+def accounts_of_user(controller: str, channel: str, master: MasterParams) -> tuple[Entry, ...]:
+    """Return the accounts of a user's port behind the energies of any port."""
+    record = record_of(controller)
+    if record.device is not None or not record.waves:
+        return record.accounts
+    strict = is_strict(controller, channel)
+    velocity, position = master.velocity_filter, master.position
+    found = list(OF_STRICT if strict else ())
+    if velocity.is_on and not velocity.in_force:
+        found.append(VELOCITY_FILTER)
+    if master.bank.is_on:
+        found += OF_BANK
+    if velocity.is_on and velocity.in_force:
+        found.append(FORCE_FILTER)
+    if position.is_on:
+        lent = strict or position.as_published
+        found += OF_POSITION[:1] if lent else OF_POSITION
+    return tuple(found)
+
+
+def accounts_of_server(controller: str, channel: str, server: ServerParams) -> tuple[Entry, ...]:
+    """Return the accounts of the environment."""
+    record = record_of(controller)
+    if record.avatar is not None or not record.waves:
+        return record.accounts
+    found: tuple[Entry, ...] = ()
+    if COUPLINGS.of(server.coupling).black_box:
+        found = OF_BLACK_BOX + COMPENSATIONS.of(server.compensation).accounts
+    return (*found, BRAKES) if is_strict(controller, channel) else found

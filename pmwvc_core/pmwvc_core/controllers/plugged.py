@@ -91,7 +91,9 @@ def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
     free = scaled(drive, 1.0 / impedance)
     f = contact_unwrapped(step.contact, free, step.body.xd, impedance, step.period_s)
     xd = minus(free, scaled(f, 1.0 / impedance))
-    return _moved(step, xd, f, scaled(xd, step.period_s))
+    contact, dropped_j = slid(step.contact, scaled(xd, step.period_s))
+    lost_j = dropped_j + step.period_s * contact_heat(contact, minus(xd, step.body.xd))
+    return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)
 
 
 def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
@@ -101,9 +103,3 @@ def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
     rate = minus(velocity, step.body.xd)
     f, lost_j = contact_force(contact, rate), step.period_s * contact_heat(contact, rate)
     return Moved(plus(step.body.x, offset_of(contact)), velocity, f, contact, lost_j + dropped_j)
-
-
-def _moved(step: AvatarStep, xd: Vector, f: Vector, way: Vector) -> Moved:
-    contact, dropped_j = slid(step.contact, way)
-    lost_j = dropped_j + step.period_s * contact_heat(contact, minus(xd, step.body.xd))
-    return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)

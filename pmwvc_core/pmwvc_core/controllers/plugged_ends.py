@@ -23,16 +23,18 @@ from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
-from pmwvc_core.law.server.energies import (
-    PortShown,
+from pmwvc_core.law.server.sampled import object_pushed
+from pmwvc_core.law.server.server_port import (
+    Environment,
+    Sums,
+    UserPort,
     environment_energies,
-    in_touch,
+    environment_step,
     port_shown,
     potential_j,
 )
-from pmwvc_core.law.server.sampled import object_pushed
-from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step
 from pmwvc_core.law.vectors import Vector, dot, plus, squared, zero
+from pmwvc_core.law.without_waves.avatar_end import port_without_waves
 
 
 class Plugged(NamedTuple):
@@ -180,7 +182,4 @@ def _environment_energies(p: PluggedServerParams, s: Environment) -> Vector:
     return kinetic_j(s.body, p.body), potential_j(s), *accounts
 
 
-@port_shown.member(PluggedServerParams)
-def _shown(p: PluggedServerParams, s: Environment, user: int) -> PortShown:
-    port = s.ports[user]
-    return PortShown(zero(port.v_s), in_touch(port), 0.0)
+port_shown.member(PluggedServerParams)(port_without_waves)

@@ -24,16 +24,6 @@ HELD = Coupling(
 )
 
 
-def nothing(p: Any, axes: int) -> tuple[()]:
-    """Return the state of a law that keeps nothing."""
-    return ()
-
-
-def no_energies(s: Any) -> tuple[float, ...]:
-    """Keep no accounts."""
-    return ()
-
-
 @dataclass(frozen=True)
 class Rule:
     """The parameters of a controller: the rule they should meet, and the ranges of a search."""
@@ -89,11 +79,11 @@ class Controller(Record):
     waves: bool
     device: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
     avatar: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
-    device_rest: Callable[[Any, int], Any] = nothing
-    avatar_rest: Callable[[Any, int], Any] = nothing
+    device_rest: Callable[[Any, int], Any] = lambda p, axes: ()
+    avatar_rest: Callable[[Any, int], Any] = lambda p, axes: ()
     extra: Callable[[int], tuple[int, int]] = lambda axes: (0, 0)
     params: type | None = None
-    energies: Callable[[Any], tuple[float, ...]] = no_energies
+    energies: Callable[[Any], tuple[float, ...]] = lambda s: ()
     drifts: bool = False
     rule: Rule | None = None
     storage_j: Callable[[MasterParams, BaselineParams], float] = lambda master, baseline: 0.0

@@ -10,8 +10,7 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
-from pmwvc_core.wave.impedance import Impedance
-from pmwvc_core.wave.limits import largest_wave
+from pmwvc_core.wave.impedance import Impedance, largest_wave
 
 LONGEST_PERIOD_S = 10.0  # of a packet on the strict channel
 ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH

@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from pmwvc_core.controllers.library import accounts_of_server
 from pmwvc_core.ends.changes import Changing
 from pmwvc_core.ends.forms import message
 from pmwvc_core.ends.guests import all_left, challenge, counted
@@ -23,9 +24,7 @@ from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.server.server_port import changed_port
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
-from pmwvc_core.made.accounts import accounts_of_server
-from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.server_changes import alike, changed_server
+from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes

@@ -9,8 +9,7 @@ from typing import Any
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
-from pmwvc_core.law.server.energies import PortShown, environment_energies, port_shown
-from pmwvc_core.law.server.server_port import UserPort
+from pmwvc_core.law.server.server_port import PortShown, UserPort, environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.task import Task, offset

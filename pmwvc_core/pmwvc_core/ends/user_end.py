@@ -16,6 +16,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.changes import Changing
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
@@ -29,7 +30,6 @@ from pmwvc_core.law.port.master import port_opened, port_signals
 from pmwvc_core.law.port.sensing import NEVER_NS, Sample
 from pmwvc_core.law.safety.limits import rearm
 from pmwvc_core.law.user_tick import begin, send, user_tick
-from pmwvc_core.made.accounts import accounts_of_user
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.made.user_changes import changed_master, changed_safety
 from pmwvc_core.numeric import Value

@@ -28,7 +28,16 @@ from pmwvc_core.law.channel.arrivals import (
     waits,
     wave_of,
 )
-from pmwvc_core.law.channel.packet import About, Packet, Packing, PackingParams, Sent, pack, pay
+from pmwvc_core.law.channel.packet import (
+    About,
+    Packet,
+    Packing,
+    PackingParams,
+    Sent,
+    no_packet,
+    pack,
+    pay,
+)
 from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
 from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.server.server_port import (
@@ -170,7 +179,7 @@ def _gone(
     """Answer a user; energy that it lacks and its wave does not need here goes back to it."""
     arrivals, packing = s.arrivals, s.packing
     if s.presence == ABSENT:
-        return s, port, Answer(_nothing(s, port), False)
+        return s, port, Answer(no_packet(zero(port.x_s), port.extra), False)
     arrivals, passed_j = sparing(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
         packing, port = pay(packing, passed_j), passed_through(port, passed_j)
@@ -180,11 +189,3 @@ def _gone(
     )
     packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
     return s._replace(arrivals=arrivals, packing=packing), port, Answer(packet, sends)
-
-
-def _nothing(s: Guest, port: UserPort) -> Packet:
-    """Return a packet that is not sent."""
-    rest = zero(port.x_s)
-    return Packet(
-        0, 0, 0.0, rest, rest, 0.0, rest, False, False, False, False, port.extra, 0, False, 0, 0
-    )

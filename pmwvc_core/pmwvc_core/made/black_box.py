@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-import pmwvc_core.law.black_box.box_energies  # noqa: F401  # joins the families
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.compensations import compensation_params
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
@@ -24,7 +23,7 @@ from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
 from pmwvc_core.server.black_box.outside import Outside
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.environments import make_black_box
+from pmwvc_core.server.environments import PLUGINS
 from pmwvc_core.wave import impedance as impedances
 
 Contacts = Sequence[Contact]
@@ -110,7 +109,9 @@ def resting_box(
         values = getattr(own, server.environment, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults = Faults("server.environment", server.environment)
-        state = Outside(Asked(make_black_box(setup)), call, faults, (False,) * len(users))
+        state = Outside(
+            Asked(PLUGINS.make(server.environment, setup)), call, faults, (False,) * len(users)
+        )
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     return BlackBox(
         rest,

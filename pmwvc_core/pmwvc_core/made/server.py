@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The laws of the server made from parameters: what they start from, and what they go by."""
+"""The laws of the server made from parameters: what they start from, what they go by, and what
+changes in flight.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -10,12 +12,12 @@ import numpy as np
 from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
 from pmwvc_core.controllers.plugged_ends import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.black_box.black_box import BlackBoxParams
+from pmwvc_core.law.black_box.black_box import BlackBox, BlackBoxParams
 from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.packet import packing_params, resting_packing
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
 from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, BodyLaw, body_law, wall_law
+from pmwvc_core.law.server.body import Body, BodyLaw, body_law, changed_body, wall_law
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.implicit import Implicit
 from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
@@ -23,6 +25,7 @@ from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
+from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
 from pmwvc_core.made.black_box import black_box_params, resting_box
 from pmwvc_core.made.user import arrivals_params
@@ -39,7 +42,7 @@ from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.couplings.contained import Contained
 from pmwvc_core.server.couplings.record import backward
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 OBJECTS: Mapping[str, Callable[[ServerParams], BodyLaw]] = {
     "cube": lambda server: body_law(server.object_mass, server.object_damping, server.period_s),
@@ -169,17 +172,29 @@ def are_coupled(users: Sequence["scenarios.User"]) -> bool:
     return any(isinstance(user.server_impedance, MatrixImpedance) for user in users)
 
 
-def _impedance(user: "scenarios.User", users: Sequence["scenarios.User"], axes: int) -> Impedance:
-    """Return a user's impedance; a matrix where any user's is one."""
-    b = user.server_impedance
-    if isinstance(b, MatrixImpedance) or not are_coupled(users):
-        return b
-    return as_matrix(float(b), axes)
+def alike(ports: Sequence[UserPort], users: Sequence["scenarios.User"]) -> tuple[UserPort, ...]:
+    """Return ports with impedances of one kind: a number is a matrix while any user's is one."""
+    coupled = are_coupled(users)
+    return tuple(_alike(port, len(port.x_s), coupled=coupled) for port in ports)
 
 
-def as_matrix(b: float, axes: int) -> MatrixImpedance:
-    """Return a number b [N s/m] as a matrix."""
-    return MatrixImpedance(np.full(axes, b), np.eye(axes))
+def _alike(port: UserPort, axes: int, *, coupled: bool) -> UserPort:
+    b = port.avatar.impedance
+    if coupled and isinstance(b, wave.Impedance):
+        b = made_impedance(MatrixImpedance(np.full(axes, b.b), np.eye(axes)))
+    elif not coupled and isinstance(b, wave.MatrixImpedance):
+        b = made_impedance(b.b[0][0])
+    return port._replace(avatar=port.avatar._replace(impedance=b))
+
+
+def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> Environment:
+    """Go on with other parameters of object and coupling, from forces and velocities as they are;
+    no energy comes or goes. ``p`` are the parameters until here, ``q`` those from here on. A black
+    box keeps its own.
+    """
+    if isinstance(s.body, BlackBox):
+        return s
+    return s._replace(body=changed_body(s.body, p.environment.body, q.environment.body))
 
 
 def resting_server(
@@ -198,7 +213,7 @@ def resting_server(
     rest, record = (0.0,) * axes, record_of(controller)
     contacts, ports, guests = _contacts(users, server, axes), [], []
     for user, guest, contact in zip(users, p.guests, contacts, strict=True):
-        b = made_impedance(_impedance(user, users, axes))
+        b = made_impedance(user.server_impedance)
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         kept: Any = AvatarBrake(resting_brake(rest), 0.0)
         if record.avatar is not None:
@@ -215,5 +230,5 @@ def resting_server(
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = resting_box(server, users, contacts, own, call)
-    environment = Environment(tuple(ports), body, 0.0, 0)
+    environment = Environment(alike(ports, users), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

@@ -6,7 +6,7 @@ from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.channel.packet import Packet, packing_params, resting_packing
+from pmwvc_core.law.channel.packet import no_packet, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.port.sensing import NEVER_NS, Sensing
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
@@ -16,7 +16,7 @@ from pmwvc_core.made.waves import resting_waves, waves_params
 from pmwvc_core.made.without_waves import device_params, resting_device_end
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
-from pmwvc_core.wave.limits import largest_wave, wave_of_speed
+from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
@@ -81,7 +81,7 @@ def resting_user(
     """Return a user's force loop at rest."""
     nothing, master = (0.0,) * axes, user.master
     timeout_s = user.safety.timeout_s
-    record, packet = record_of(controller), no_packet(axes)
+    record, packet = record_of(controller), no_packet(nothing, ())
     if record.waves and record.device is None:
         port: Any = resting_waves(master, p.port, axes)
     else:
@@ -99,10 +99,3 @@ def resting_user(
         NEVER,
         False,
     )
-
-
-def no_packet(axes: int) -> Packet:
-    """Return what stands for the newest packet before the first."""
-    rest = (0.0,) * axes
-    flags = (False, False, False, False)
-    return Packet(0, 0, 0.0, rest, rest, 0.0, rest, *flags, (), 0, False, 0, 0)

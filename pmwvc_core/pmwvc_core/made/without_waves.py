@@ -9,7 +9,7 @@ from pmwvc_core.controllers.plugged import DeviceAnswer
 from pmwvc_core.controllers.plugged_ends import Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.family import NOTHING, Nothing
+from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams, resting_end
 from pmwvc_core.law.without_waves.direct import Direct, Held
 from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
@@ -26,41 +26,28 @@ class Made(NamedTuple):
 
     law: Callable[[BaselineParams, float], Any]
     at_device: Callable[[BaselineParams, int], Any]
-    at_avatar: Callable[[BaselineParams, int], Any]
-    sprung: bool
-
-
-def _nothing(baseline: BaselineParams, axes: int) -> Nothing:
-    return NOTHING
-
-
-def _spring_damper(baseline: BaselineParams, tick_s: float) -> VirtualCoupling:
-    coupling = baseline.virtual_coupling
-    return VirtualCoupling(coupling.stiffness, coupling.damping)
-
-
-def _pspm(baseline: BaselineParams, tick_s: float) -> Pspm:
-    return Pspm(baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j)
+    at_avatar: Callable[[BaselineParams, int], Any] = lambda baseline, axes: NOTHING
+    sprung: bool = False
 
 
 CONTROLLERS: Mapping[str, Made] = {
-    "direct": Made(
-        lambda baseline, tick_s: Direct(0),
-        lambda baseline, axes: Held((0.0,) * axes),
-        _nothing,
-        sprung=False,
-    ),
+    "direct": Made(lambda baseline, tick_s: Direct(0), lambda baseline, axes: Held((0.0,) * axes)),
     "virtual_coupling": Made(
-        _spring_damper, lambda baseline, axes: resting_coupling(axes), _nothing, sprung=True
+        lambda baseline, tick_s: VirtualCoupling(
+            baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
+        ),
+        lambda baseline, axes: resting_coupling(axes),
+        sprung=True,
     ),
     "tdpa": Made(
         lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
         lambda baseline, axes: resting_tdpa(axes),
         lambda baseline, axes: RESTING_OBSERVER,
-        sprung=False,
     ),
     "pspm": Made(
-        _pspm,
+        lambda baseline, tick_s: Pspm(
+            baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
+        ),
         lambda baseline, axes: resting_pspm(axes, baseline.pspm.initial_j),
         lambda baseline, axes: resting_spring(axes, baseline.pspm.initial_j),
         sprung=True,

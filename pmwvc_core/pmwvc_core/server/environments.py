@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import PluginGroup, Record
-from pmwvc_core.server.black_box.interface import BlackBox, EnvironmentSetup
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +59,6 @@ CUBE = Environment(
     noun="the cube",
     movable=True,
 )
-
-
 WALL = Environment(
     name="wall",
     words="A wall that does not move.",
@@ -79,8 +76,6 @@ WALL_WITH_SLOPE = Environment(
     sloped=True,
     spring=True,
 )
-
-
 HUNT_CROSSLEY = Environment(
     name="hunt_crossley",
     words="A soft body that stands still, F = K d^n (1 + c d').",
@@ -88,25 +83,18 @@ HUNT_CROSSLEY = Environment(
     sloped=True,
     contact_law=False,
 )
-
-
-def _drive_hz(params: ServerParams) -> float:
-    drive = params.active_wall
-    return drive.frequency_hz if drive.amplitude_m > 0.0 else 0.0
-
-
-def _own_energy(params: ServerParams) -> str:
-    return "its environment is driven" if params.active_wall.amplitude_m > 0.0 else ""
-
-
 ACTIVE_WALL = Environment(
     name="active_wall",
     words="A wall driven along axis 0: it gives out the energy of its drive.",
     linear="wall",
     noun="the wall",
     contact_law=False,
-    drive_hz=_drive_hz,
-    own_energy=_own_energy,
+    drive_hz=lambda params: (
+        params.active_wall.frequency_hz if params.active_wall.amplitude_m > 0.0 else 0.0
+    ),
+    own_energy=lambda params: (
+        "its environment is driven" if params.active_wall.amplitude_m > 0.0 else ""
+    ),
 )
 
 
@@ -146,16 +134,3 @@ def require(name: str) -> None:
     """
     if name not in LIBRARY:
         PLUGINS.required(name)
-
-
-def make_black_box(setup: EnvironmentSetup) -> BlackBox:
-    """Make the environment of another package that ``setup.server.environment`` names, at rest.
-
-    Raises
-    ------
-    ParameterError
-        If there is no such environment (naming those there are), if it cannot be imported or made
-        (with the reason), or if what is made is not an environment.
-    """
-    made: BlackBox = PLUGINS.make(setup.server.environment, setup)
-    return made

@@ -13,19 +13,28 @@ sqrt(2B)^T sqrt(2B) = 2B *and* sqrt(2B) = sqrt(2B)^T; a root by elements has nei
 Every component of a wave is in sqrt(W), so one energy serves all axes, whatever B says of metres
 or radians. Ends with different B are a lossless transformer, as with numbers.
 
+The receiver refuses a longer wave than an end of a link may send. Whatever is adjustable stays
+inside its range, so a device renders at most ``FORCE_N`` and moves at most at ``VELOCITY_M_S``
+while it is coupled; u = (F + b xd)/sqrt(2b) then bounds what a master emits, and a passive server
+returns no more.
+
 Equations: docs/theory.md 6.1, 6.2, 6.3.
 """
 
 import functools
 import math
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import ContactParams, MasterParams, SafetyParams, specs
 from pmwvc_core.params.matrix import matrix_of
 
 ROUNDING = 1e-12
+FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
+VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
+DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no waves
 
 
 class MatrixImpedance:
@@ -97,19 +106,7 @@ class MatrixImpedance:
 Impedance: TypeAlias = Value | MatrixImpedance
 
 
-class Port(Protocol):
-    """Parameters that name an impedance: a number, and a matrix in its place."""
-
-    @property
-    def impedance(self) -> Any:
-        """Number b [N s/m]."""
-
-    @property
-    def impedance_matrix(self) -> str:
-        """Matrix B [N s/m], empty for b."""
-
-
-def impedance_of(port: Port) -> Impedance:
+def impedance_of(port: MasterParams | ContactParams) -> Impedance:
     """Return the impedance that parameters name: the matrix where there is one, else the number.
 
     Raises
@@ -118,11 +115,13 @@ def impedance_of(port: Port) -> Impedance:
         If the text is no symmetric positive definite matrix.
     """
     matrix = port.impedance_matrix.strip()
-    given: Impedance = parsed(matrix) if matrix else port.impedance
-    return given
+    if matrix:
+        return parsed(matrix)
+    assert port.impedance is not None  # of a contact: server_impedance asks only where it is said
+    return port.impedance
 
 
-def server_impedance(own: Port, master: Port) -> Impedance:
+def server_impedance(own: ContactParams, master: MasterParams) -> Impedance:
     """Return the impedance of a server port: its own, or that of the user's master."""
     unsaid = own.impedance is None and not own.impedance_matrix.strip()
     return impedance_of(master if unsaid else own)
@@ -189,3 +188,23 @@ def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
     """
     least, most = smallest(impedance), largest(impedance)
     return force / math.sqrt(2.0 * least) + velocity * math.sqrt(0.5 * most)
+
+
+def largest_wave(impedance: Impedance, *, waves: bool) -> float:
+    """Return the longest wave that can be meant [sqrt(W)].
+
+    Parameters
+    ----------
+    impedance
+        Wave impedance of the port [N s/m].
+    waves
+        Whether the controller has waves; others send velocities, forces, positions.
+    """
+    return longest_wave(impedance, FORCE_N, VELOCITY_M_S) if waves else DIRECT
+
+
+def wave_of_speed(impedance: Impedance, velocity: float) -> float:
+    """Return a wave that moves an avatar against nothing no faster than that [sqrt(W)]; velocity
+    in m/s.
+    """
+    return velocity * math.sqrt(0.5 * smallest(impedance))

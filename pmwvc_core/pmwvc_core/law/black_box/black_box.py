@@ -20,29 +20,27 @@ Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box.compensations import CompensationParams, PortWave, compensated
-from pmwvc_core.law.black_box.jumps import faded
-from pmwvc_core.law.black_box.secant import Line, decoded, ratio_in_use
-from pmwvc_core.law.black_box.seen import Seen, checked, guess, noted
-from pmwvc_core.law.black_box.touched import (
-    FreeCube,
-    Vectors,
-    Wall,
-    energy_j,
-    local_line,
-    moved_by,
-    shown,
-    visited,
+from pmwvc_core.law.black_box.compensations import (
+    CompensationParams,
+    PortWave,
+    compensated,
+    compensation_energies,
 )
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.black_box.secant import learned, ratio_in_use
+from pmwvc_core.law.black_box.seen import Seen, checked, faded, guess, noted
+from pmwvc_core.law.black_box.touched import ahead, exchange, visited
 from pmwvc_core.law.safety.brakes import unbraked
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import BodyLaw
 from pmwvc_core.law.server.server_port import (
     Environment,
+    PortShown,
     UserPort,
     avatar_of,
+    brakes_j,
+    environment_energies,
     environment_step,
+    port_shown,
     summed,
     taken_port,
 )
@@ -51,6 +49,7 @@ from pmwvc_core.law.vectors import (
     columns,
     dot,
     each,
+    is_zero,
     length,
     minus,
     plus,
@@ -100,50 +99,6 @@ class BlackBoxParams(NamedTuple):
     identity: Rows  # of the axes
 
 
-class Reply(NamedTuple):
-    """The answer of an environment."""
-
-    answered: bool
-    velocities: Vectors  # [m/s] of the avatars, as decoded
-    forces: Vectors  # [N]
-    stored_j: float
-    x: Vector  # of the object
-    xd: Vector
-
-
-# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
-exchange = Family("exchange")
-
-
-@exchange.member(Wall, FreeCube)
-def exchange_known(
-    s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: BlackBoxParams
-) -> tuple[Any, Reply]:
-    """Ask an environment of the library."""
-    if p.sloped:
-        forces, slopes = local_line(s, starts, p.new_s, p.environment)
-        velocities = each(solved_line, (avatars, forces, slopes), p.identity)
-    positions = each(_ahead, (starts, velocities), p.new_s)
-    s, forces = moved_by(s, positions, velocities, p.body.period_s, p.environment)
-    x, xd = shown(s, starts[0])
-    return s, Reply(True, velocities, forces, energy_j(s, p.environment), x, xd)
-
-
-def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:
-    """Return the velocity that fits F0 [N] and G [N s/m], a slope per axis."""
-    rows = each(scaled, (identity, each(_positive, (slope,))))
-    free = free_velocity(a.impedance, a.u)
-    return decoded(Line(force, rows, zero(force)), a.impedance, free)[0]
-
-
-def _positive(slope: float) -> float:
-    return max(slope, 0.0)
-
-
-def _ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:
-    return plus(start, scaled(velocity, weight_s))
-
-
 @environment_step.member(BlackBoxParams)
 def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environment:
     box = s.body
@@ -156,7 +111,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
     environment, reply = exchange(environment, avatars, starts, velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
     if reply.answered:
-        ends = each(_ahead, (starts, reply.velocities), p.new_s)
+        ends = each(ahead, (starts, reply.velocities), p.new_s)
         way_m = max(faded(way_m, p.body.period_s), length(xd) * p.body.period_s)
         for i in range(len(users)):
             way_m = max(way_m, length(minus(ends[i], users[i].jumps.position)))
@@ -167,10 +122,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
     held_j = _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
     users, ports = columns(each(_give, (users, s.ports, ports, came, ratios, returned), p))
-    e = box.accounts
-    environment_j, late_j, withheld_j, contained_j = (
-        e.environment_j, e.late_j, e.withheld_j, e.contained_j
-    )  # fmt: skip
+    environment_j, late_j, withheld_j, contained_j = box.accounts
     for i in range(len(waves)):
         environment_j += sums[i].environment_j
         late_j += sums[i].late_j
@@ -247,3 +199,20 @@ def _give(
     sums = summed(port.sums, wave, v_s, h)
     port = UserPort(avatar, brake, port.offset, port.x_s, v_s, sums, port.extra)
     return Seen(True, port.x_s, a.f, s.secant, s.jumps, s.usable, s.jumped), port
+
+
+@environment_energies.member(BlackBoxParams)
+def _energies(p: BlackBoxParams, s: Environment) -> Vector:
+    e = s.body.accounts
+    stored: Vector = (
+        0.0, max(s.body.stored_j, 0.0), e.environment_j, e.late_j, e.withheld_j, e.contained_j
+    )  # fmt: skip
+    of_port = stored + compensation_energies(s.body.compensation, p.compensation)
+    return of_port + (brakes_j(s.ports),)  # noqa: RUF005
+
+
+@port_shown.member(BlackBoxParams)
+def _shown(p: BlackBoxParams, s: Environment, user: int) -> PortShown:
+    port = s.ports[user]
+    touches = port.avatar.present and not is_zero(port.avatar.f)
+    return PortShown(port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0)

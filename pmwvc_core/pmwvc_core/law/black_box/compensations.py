@@ -26,7 +26,7 @@ Equations: docs/theory.md 5.6, 5.7, 5.8.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, no_accounts
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
 from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import ServerParams
@@ -34,6 +34,7 @@ from pmwvc_core.params import ServerParams
 # (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
 # environment and decoding, below zero where the environment does not report it
 compensated = Family("compensated")
+compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
 
 
 class PortWave(NamedTuple):
@@ -124,6 +125,11 @@ def _corrected(
     return Corrected(deficit_w - pay_w), each(_shortened, (waves,), ratio)
 
 
+@compensation_energies.member(Corrected)
+def _deficit(s: Corrected, p: CompensationParams) -> Vector:
+    return (p.period_s * s.deficit_w,)
+
+
 @compensated.member(JointLedger)
 def _ledger(
     s: JointLedger, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
@@ -140,6 +146,11 @@ def _ledger(
     tank_j = min(left_j, stored_j if stored_j >= 0.0 else p.cap_j)
     s = JointLedger(tank_j, s.granted_j + grant_j, s.capped_j + (left_j - tank_j))
     return s, each(_shortened, (waves,), ratio)
+
+
+@compensation_energies.member(JointLedger)
+def _tank(s: JointLedger, p: CompensationParams) -> Vector:
+    return (s.tank_j, s.granted_j, s.capped_j)
 
 
 def _shortened(wave: PortWave, ratio: float) -> Vector:

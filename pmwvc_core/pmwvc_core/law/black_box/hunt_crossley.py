@@ -11,7 +11,6 @@ out no more than it got: K d^n is the slope of a convex potential.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box import touched
-from pmwvc_core.law.black_box.black_box import exchange, exchange_known
 from pmwvc_core.law.black_box.touched import Vectors
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, zero
 
@@ -109,4 +108,4 @@ def _still(s: SoftBody, like: Vector) -> tuple[Vector, Vector]:
     return zero(like), zero(like)
 
 
-exchange.member(SoftBody)(exchange_known)
+touched.exchange.member(SoftBody)(touched.exchange_known)

@@ -140,11 +140,6 @@ def _solved(impedance: Any, slope: Rows, right: Vector) -> Vector:
     return x
 
 
-def expecting(s: Secant, expected: bool) -> Secant:
-    """Note whether the avatar was decoded with a force."""
-    return s._replace(expected=expected)
-
-
 def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
     """Take in the force [N] at the avatar's position [m], where it can be used."""
     if not good:

@@ -4,18 +4,68 @@
 learned there, and whether the environment's force could be used.
 
 An avatar that is not where the last step left it, with that force, began anew.
+
+A force that jumps while hardly anything moved is a fault of the environment. With s the longest
+way in this step of any avatar or of the object (fading over ``MEMORY_S``), a change of force since
+the last one that was used, n steps ago, is accepted up to
+
+    |F - F-| <= 100 (b/T) s + b n ``KICK_M_S``
+
+The first term is the stiffest contact that the port can learn (``secant.LARGEST``); by the second
+a force that stays is accepted soon.
+
+Equations: docs/theory.md 5.13.
 """
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box.jumps import Jumps, explained, resting_jumps
-from pmwvc_core.law.black_box.secant import Secant, decoded, expecting, learn, line, resting_secant
+from pmwvc_core.law.black_box.secant import (
+    LARGEST,
+    Secant,
+    decoded,
+    learn,
+    line,
+    resting_secant,
+)
 from pmwvc_core.law.server.server_port import UserPort
-from pmwvc_core.law.vectors import Vector, is_zero, minus, plus, scaled, within, zero
+from pmwvc_core.law.vectors import Vector, is_zero, length, minus, plus, scaled, within, zero
 from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
 
 REPAID = 0.3  # of what is undelivered per step
 LARGEST_N = 1e6  # more is no force
+KICK_M_S = 0.4  # change of force over b
+MEMORY_S = 0.5
+
+
+class Jumps(NamedTuple):
+    """Position, the last force that was used, and the steps since."""
+
+    position: Vector
+    force: Vector
+    steps: int
+
+
+def resting_jumps(position: Vector) -> Jumps:
+    """Begin without force."""
+    return Jumps(position, zero(position), 0)
+
+
+def faded(way_m: float, period_s: float) -> float:
+    """Return what is left of the longest way after a step [m]."""
+    return max(1.0 - period_s / MEMORY_S, 0.0) * way_m
+
+
+def explained(
+    s: Jumps, position: Vector, force: Vector, good: bool, way_m: float, scale: float,
+    period_s: float,
+) -> tuple[Jumps, bool]:  # fmt: skip
+    """Tell whether a force [N] at an avatar [m] can be used; ``scale`` is b/T [N/m]."""
+    steps = s.steps + 1
+    most = LARGEST * scale * way_m + KICK_M_S * scale * period_s * steps
+    found = length(minus(force, s.force)) <= most
+    if good and found:
+        return Jumps(position, force, 0), found
+    return Jumps(position, s.force, steps), found
 
 
 class Seen(NamedTuple):
@@ -54,9 +104,9 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
     free = free_velocity(a.impedance, a.u)
     if port.brake.largest.left <= 0.0:  # a braked avatar waits
         free = plus(free, scaled(a.kept, REPAID / p.body.period_s))
-    velocity, expected = decoded(line(s.secant, start, p.new_s), a.impedance, free)
-    secant = expecting(s.secant, expected)
-    return s._replace(secant=secant), velocity
+    secant = s.secant
+    velocity, expected = decoded(line(secant, start, p.new_s), a.impedance, free)
+    return s._replace(secant=secant._replace(expected=expected)), velocity
 
 
 def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:

@@ -16,7 +16,9 @@ at the end of the step.
 import math
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.black_box.secant import Line, decoded
 from pmwvc_core.law.family import Family
+from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j
 from pmwvc_core.law.server.contacts import (
     Contact,
@@ -30,7 +32,8 @@ from pmwvc_core.law.server.contacts import (
 )
 from pmwvc_core.law.server.implicit import Row, solved_axis
 from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring
-from pmwvc_core.law.vectors import Vector, columns, each, minus, scaled, zero
+from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
+from pmwvc_core.law.wave.wave import Rows, free_velocity
 
 Vectors = tuple[Vector, ...]
 visited = Family("visited")  # (s, there, begins, positions) -> s: who is there, who begins anew
@@ -189,3 +192,48 @@ def _cube_j(s: FreeCube, p: BodyLaw) -> float:
 @shown.member(Wall, FreeCube)
 def _moving(s: Any, like: Vector) -> tuple[Vector, Vector]:
     return s.body.x, s.body.xd
+
+
+class Reply(NamedTuple):
+    """The answer of an environment."""
+
+    answered: bool
+    velocities: Vectors  # [m/s] of the avatars, as decoded
+    forces: Vectors  # [N]
+    stored_j: float
+    x: Vector  # of the object
+    xd: Vector
+
+
+# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
+exchange = Family("exchange")
+
+
+@exchange.member(Wall, FreeCube)
+def exchange_known(
+    s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: Any
+) -> tuple[Any, Reply]:
+    """Ask an environment of the library."""
+    if p.sloped:
+        forces, slopes = local_line(s, starts, p.new_s, p.environment)
+        velocities = each(solved_line, (avatars, forces, slopes), p.identity)
+    positions = each(ahead, (starts, velocities), p.new_s)
+    s, forces = moved_by(s, positions, velocities, p.body.period_s, p.environment)
+    x, xd = shown(s, starts[0])
+    return s, Reply(True, velocities, forces, energy_j(s, p.environment), x, xd)
+
+
+def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:
+    """Return the velocity that fits F0 [N] and G [N s/m], a slope per axis."""
+    rows = each(scaled, (identity, each(_positive, (slope,))))
+    free = free_velocity(a.impedance, a.u)
+    return decoded(Line(force, rows, zero(force)), a.impedance, free)[0]
+
+
+def _positive(slope: float) -> float:
+    return max(slope, 0.0)
+
+
+def ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:
+    """Return where an avatar is at the end of a step [m]."""
+    return plus(start, scaled(velocity, weight_s))

@@ -48,6 +48,13 @@ class Packet(NamedTuple):
     epoch: int  # of the sender: another one where it started again
 
 
+def no_packet(rest: Vector, extra: Vector) -> Packet:
+    """Return what stands for a packet where there is none; ``rest`` are zeros."""
+    return Packet(
+        0, 0, 0.0, rest, rest, 0.0, rest, False, False, False, False, extra, 0, False, 0, 0
+    )
+
+
 class Sent(NamedTuple):
     """What a port sends at a frame start."""
 

@@ -27,7 +27,7 @@ from pmwvc_core.law.server.springs import (
     stored,
     unwrapped_axis,
 )
-from pmwvc_core.law.vectors import Vector, each, zero
+from pmwvc_core.law.vectors import Vector, each, scaled, zero
 
 
 class Contact(NamedTuple):
@@ -142,7 +142,7 @@ def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple
     became heat or was dropped [J].
     """
     held, law, heat_j = touching(c), c.law, 0.0
-    springs = each(_moved, (c.springs, each(_way, (rate,), h)), held, law)
+    springs = each(_moved, (c.springs, scaled(rate, h)), held, law)
     for i in range(len(rate)):
         s, after = c.springs[i], springs[i]
         if not s.one_sided:
@@ -155,10 +155,6 @@ def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple
             heat_j += stored(s, law) - stored(after, law)
     moved, dropped_j = _loosened(Contact(law, c.grips, springs))
     return moved, heat_j + dropped_j
-
-
-def _way(rate: float, h: float) -> float:
-    return h * rate
 
 
 def slid(c: Contact, displacement: Vector) -> tuple[Contact, float]:

@@ -92,10 +92,11 @@ def _loose(s: Spring, stiffness: float, held: bool) -> float:
 
 
 def _loop(row: Vector, gain: float, number: int, numbers: tuple[int, ...]) -> Vector:
-    return each(_of_loop, (row, numbers), gain, number)
+    return each(of_loop, (row, numbers), gain, number)
 
 
-def _of_loop(y: float, column: int, gain: float, row: int) -> float:
+def of_loop(y: float, column: int, gain: float, row: int) -> float:
+    """Return an element of 1 + gain Y."""
     return gain * y + (1.0 if column == row else 0.0)
 
 

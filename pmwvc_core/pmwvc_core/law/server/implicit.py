@@ -57,11 +57,10 @@ def implicit(
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
     moved, heats = columns(each(_advanced, (avatars, columns(answers)), law.period_s))
-    lost_j = total(lost_j, heats)
     every = True
     for i in range(len(settled)):
         every = every and settled[i]
-    return moved, after, lost_j, every
+    return moved, after, total(lost_j, heats), every
 
 
 def _rows(a: Avatar) -> tuple[Row, ...]:

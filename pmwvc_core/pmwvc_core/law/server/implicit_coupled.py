@@ -17,7 +17,7 @@ from typing import NamedTuple
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import advanced_contact
-from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, inverse
+from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, inverse, of_loop
 from pmwvc_core.law.server.implicit import ROUNDING
 from pmwvc_core.law.vectors import (
     Vector,
@@ -64,8 +64,7 @@ def implicit_coupled(
     found = _root(avatars, body, law)
     after, lost_j = drifted(body, found.velocity, law)
     moved, heats = columns(each(_advanced, (avatars, found.answers), law.period_s))
-    lost_j = total(lost_j, heats)
-    return moved, after, lost_j, found.close
+    return moved, after, total(lost_j, heats), found.close
 
 
 def _advanced(a: Avatar, answer: CoupledAnswer, h: float) -> tuple[Avatar, float]:
@@ -146,8 +145,4 @@ def _absolute(a: float) -> float:
 
 
 def _loop(row: Vector, number: int, gives: float, numbers: tuple[int, ...]) -> Vector:
-    return each(_of_loop, (row, numbers), gives, number)
-
-
-def _of_loop(slope: float, column: int, gives: float, row: int) -> float:
-    return gives * slope + (1.0 if column == row else 0.0)
+    return each(of_loop, (row, numbers), gives, number)

@@ -72,8 +72,7 @@ def object_pushed(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Push
             force = plus(force, avatars[i].f)
     body, moved, lost_j = pushed_body(body, force, law)
     avatars, dropped = columns(each(_left_behind, (avatars,), scaled(moved, -1.0)))
-    lost_j = total(lost_j, dropped)
-    return avatars, body, lost_j
+    return avatars, body, total(lost_j, dropped)
 
 
 def _left_behind(a: Avatar, way: Vector) -> tuple[Avatar, float]:
@@ -88,8 +87,7 @@ def one_step_delay(p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law
     """Decode with the last force."""
     avatars, body, lost_j = object_pushed(avatars, body, law)
     moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
-    lost_j = total(lost_j, lost)
-    return moved, body, lost_j, True
+    return moved, body, total(lost_j, lost), True
 
 
 def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar, float]:
@@ -108,8 +106,7 @@ def unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLa
     """Solve each avatar with its contact."""
     avatars, body, lost_j = object_pushed(avatars, body, law)
     moved, lost = columns(each(_unwrapped, (avatars,), p, body.xd, law.period_s))
-    lost_j = total(lost_j, lost)
-    return moved, body, lost_j, True
+    return moved, body, total(lost_j, lost), True
 
 
 def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar, float]:
@@ -129,8 +126,7 @@ def one_frame_late(p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law
     """Decode now, move in the next step."""
     moved, lost = columns(each(_late, (avatars,), body.xd, law.period_s))
     moved, body, lost_j = object_pushed(moved, body, law)
-    lost_j = total(lost_j, lost)
-    return moved, body, lost_j, True
+    return moved, body, total(lost_j, lost), True
 
 
 def _late(a: Avatar, xd_o: Vector, h: float) -> tuple[Avatar, float]:

@@ -17,16 +17,24 @@ Equations: docs/theory.md 17.20.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.safety.brakes import brake_ratio, braked, released_brake, unbraked
+from pmwvc_core.law.safety.brakes import (
+    AvatarBrake,
+    brake_ratio,
+    braked,
+    released_brake,
+    unbraked,
+)
 from pmwvc_core.law.server.avatar import Avatar, couple
-from pmwvc_core.law.server.body import Body, BodyLaw
+from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.server.contacts import (
     attached,
     changed_contact,
     cleared,
+    contact_energy,
     detached,
     offset_of,
     slid,
+    touching,
 )
 from pmwvc_core.law.vectors import (
     Vector,
@@ -113,16 +121,13 @@ def left(s: UserPort) -> tuple[UserPort, float]:
         return s, 0.0
     contact, dropped_j = detached(a.contact)
     avatar = Avatar(False, a.impedance, nothing, nothing, nothing, contact, nothing)
-    brake = released_brake(s.brake)
-    port = s._replace(avatar=avatar, brake=brake, v_s=nothing)
-    return port, dropped_j
+    return s._replace(avatar=avatar, brake=released_brake(s.brake), v_s=nothing), dropped_j
 
 
 def passed_through(s: UserPort, energy_j: float) -> UserPort:
     """Count energy that came and goes back beside the waves [J]."""
     e = s.sums
-    sums = Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j)
-    return s._replace(sums=sums)
+    return s._replace(sums=Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j))
 
 
 def changed_port(
@@ -131,9 +136,7 @@ def changed_port(
     """Take contact and impedance over; the springs store what they stored. Return what is lost."""
     a = s.avatar
     contact, lost_j = changed_contact(a.contact, stiffness, damping)
-    avatar = a._replace(impedance=impedance, contact=contact)
-    port = s._replace(avatar=avatar)
-    return port, lost_j
+    return s._replace(avatar=a._replace(impedance=impedance, contact=contact)), lost_j
 
 
 @environment_step.member(EnvironmentParams)
@@ -141,9 +144,8 @@ def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Enviro
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
-    lost_j = total(lost_j, dropped)
     unsettled = s.unsettled if settled else s.unsettled + 1
-    return Environment(ports, body, s.dissipated_j + lost_j, unsettled)
+    return Environment(ports, body, s.dissipated_j + total(lost_j, dropped), unsettled)
 
 
 def avatar_of(s: UserPort) -> Avatar:
@@ -161,9 +163,7 @@ def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, 
         brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
         if ratio > 1.0:
             impedance, u = braked(impedance, u, ratio)
-    avatar = a._replace(impedance=impedance, u=u)
-    port = s._replace(avatar=avatar, brake=brake)
-    return port, ratio
+    return s._replace(avatar=a._replace(impedance=impedance, u=u), brake=brake), ratio
 
 
 def _give(
@@ -184,3 +184,55 @@ def _give(
     avatar = a._replace(impedance=impedance, u=wave, contact=contact)
     x_s, sums = plus(body.x, offset_of(contact)), summed(s.sums, wave, v_s, h)
     return UserPort(avatar, brake, offset, x_s, v_s, sums, s.extra), dropped_j
+
+
+# (p, s) -> energies [J]: kinetic, potential, and the accounts of the environment
+environment_energies = Family("environment_energies")
+port_shown = Family("port_shown")  # (p, s, user) -> PortShown
+brake_j = Family("brake_j")  # (brake) -> heat since the start [J]
+
+
+class PortShown(NamedTuple):
+    """A user's port as seen from outside."""
+
+    v_s: Vector  # [sqrt(W)] zero without waves
+    touches: bool
+    learned: float  # (K T + 2B)/b of what its avatar touches; zero where it learns nothing
+
+
+@brake_j.member(AvatarBrake)
+def _heat_j(s: AvatarBrake) -> float:
+    return s.heat_j
+
+
+def brakes_j(ports: tuple[UserPort, ...]) -> float:
+    """Return the heat of all avatars' brakes since the start [J]."""
+    total = 0.0
+    for i in range(len(ports)):
+        total += brake_j(ports[i].brake)
+    return total
+
+
+def potential_j(s: Environment) -> float:
+    """Return the energy of all contact springs [J]."""
+    total = 0.0
+    for i in range(len(s.ports)):
+        if s.ports[i].avatar.present:
+            total += contact_energy(s.ports[i].avatar.contact)
+    return total
+
+
+@environment_energies.member(EnvironmentParams)
+def _energies(p: EnvironmentParams, s: Environment) -> Vector:
+    return (kinetic_j(s.body, p.body), potential_j(s), brakes_j(s.ports))
+
+
+@port_shown.member(EnvironmentParams)
+def _port(p: EnvironmentParams, s: Environment, user: int) -> PortShown:
+    port = s.ports[user]
+    return PortShown(port.v_s, in_touch(port), 0.0)
+
+
+def in_touch(s: UserPort) -> bool:
+    """Tell whether an avatar's contact holds or touches."""
+    return s.avatar.present and touching(s.avatar.contact)

@@ -20,20 +20,18 @@ from pmwvc_core.law.server.contacts import (
     offset_of,
     slid,
 )
-from pmwvc_core.law.server.energies import (
-    PortShown,
-    environment_energies,
-    in_touch,
-    port_shown,
-    potential_j,
-)
 from pmwvc_core.law.server.sampled import object_pushed
 from pmwvc_core.law.server.server_port import (
     Environment,
+    PortShown,
     Sums,
     UserPort,
     avatar_of,
+    environment_energies,
     environment_step,
+    in_touch,
+    port_shown,
+    potential_j,
 )
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import loaded_axis
@@ -77,8 +75,7 @@ def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environm
     avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
-    lost_j = total(lost_j, lost)
-    return Environment(ports, body, s.dissipated_j + lost_j, s.unsettled)
+    return Environment(ports, body, s.dissipated_j + total(lost_j, lost), s.unsettled)
 
 
 def _meet(
@@ -111,25 +108,18 @@ def _sum(one: float, other: float) -> float:
 
 
 @port_shown.member(AvatarEndParams)
-def _shown(p: AvatarEndParams, s: Environment, user: int) -> PortShown:
+def port_without_waves(p: Any, s: Environment, user: int) -> PortShown:
+    """Return a port whose waves are none."""
     port = s.ports[user]
     return PortShown(zero(port.v_s), in_touch(port), 0.0)
-
-
-class Pulled(NamedTuple):
-    """An avatar that spring and damper have moved."""
-
-    xd: Vector
-    f: Vector
-    contact: Contact
-    lost_j: float
 
 
 def pulled(
     contact: Contact, stretch: Vector, velocity: Vector, stiffness: float, damping: float,
     body: Body, h: float,
-) -> Pulled:  # fmt: skip
-    """Let spring and damper pull an avatar against its contact (backward Euler).
+) -> tuple[Vector, Vector, Contact, float]:  # fmt: skip
+    """Let spring and damper pull an avatar against its contact (backward Euler); return xd_s, f_s,
+    the contact, and the energy that it dropped.
 
     ::
 
@@ -142,7 +132,7 @@ def pulled(
     f = contact_unwrapped(contact, free, body.xd, impedance, h)
     xd = each(loaded_axis, (free, f), impedance)
     contact, lost_j = slid(contact, scaled(xd, h))
-    return Pulled(xd, f, contact, lost_j)
+    return xd, f, contact, lost_j
 
 
 def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:

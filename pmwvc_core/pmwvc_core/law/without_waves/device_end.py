@@ -82,16 +82,14 @@ def _send(
 
 @master.port_packet.member(DeviceEnd)
 def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> DeviceEnd:
-    law = device_receives(s.law, packet, received_j(arrivals), p)
-    return s._replace(law=law)
+    return s._replace(law=device_receives(s.law, packet, received_j(arrivals), p))
 
 
 @master.port_answer.member(DeviceEnd)
 def _answer(
     s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
 ) -> DeviceEnd:
-    law = device_answer(s.law, wave, silent, s.motion, p)
-    return s._replace(law=law)
+    return s._replace(law=device_answer(s.law, wave, silent, s.motion, p))
 
 
 @master.port_tick.member(DeviceEnd)

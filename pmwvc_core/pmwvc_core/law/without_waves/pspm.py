@@ -182,8 +182,8 @@ def _meet(
     """Move the set point, then the avatar; one that has just joined begins where it is."""
     spring = taken_in(kept if kept.placed else spring_let_go(kept, x_s), report.received_j)
     spring = aimed(spring, report.position, x_s, p)
-    a = pulled(contact, minus(spring.q, x_s), zero(x_s), p.stiffness, p.damping, body, h)
-    x_s, work_j = plus(body.x, offset_of(a.contact)), -h * dot(a.f, a.xd)
+    stretch = minus(spring.q, x_s)
+    xd, f, contact, lost_j = pulled(contact, stretch, zero(x_s), p.stiffness, p.damping, body, h)
+    x_s, work_j = plus(body.x, offset_of(contact)), -h * dot(f, xd)
     spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)
-    rate = minus(a.xd, body.xd)
-    return Met(spring, a.xd, a.f, a.contact, rate, spring.sent_j, a.lost_j)
+    return Met(spring, xd, f, contact, minus(xd, body.xd), spring.sent_j, lost_j)

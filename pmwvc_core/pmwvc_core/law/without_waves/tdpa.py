@@ -120,8 +120,7 @@ def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
 
 @device_end.device_receives.member(TdpaDevice)
 def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
-    observer = informed(s.observer, received_j)
-    return s._replace(observer=observer)
+    return s._replace(observer=informed(s.observer, received_j))
 
 
 @device_end.device_answer.member(TdpaDevice)

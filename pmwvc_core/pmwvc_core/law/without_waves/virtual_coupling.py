@@ -84,5 +84,7 @@ def _meet(
 ) -> Met:  # fmt: skip
     """Pull the avatar towards the device."""
     stretch = minus(report.position, x_s)
-    a = pulled(contact, stretch, report.velocity, p.stiffness, p.damping, body, h)
-    return Met(kept, a.xd, a.f, a.contact, minus(a.xd, body.xd), -1.0, a.lost_j)
+    xd, f, contact, lost_j = pulled(
+        contact, stretch, report.velocity, p.stiffness, p.damping, body, h
+    )
+    return Met(kept, xd, f, contact, minus(xd, body.xd), -1.0, lost_j)

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS
-from pmwvc_core.law.black_box.black_box import BlackBoxParams, Reply, exchange, solved_line
-from pmwvc_core.law.black_box.touched import Vectors, visited
+from pmwvc_core.law.black_box.black_box import BlackBoxParams
+from pmwvc_core.law.black_box.touched import Reply, Vectors, exchange, solved_line, visited
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.numeric import Array

@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.server.energies import environment_energies, port_shown
+from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.law.vectors import each, squared
 from pmwvc_core.numeric import Array, Integers

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.frame.rows import SIGNALS
-from pmwvc_core.made.accounts import accounts_of_server, accounts_of_user
 from pmwvc_core.master.safety.states import state_of, text_of
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.simulation.buffers import add_learned
