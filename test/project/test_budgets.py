@@ -28,9 +28,9 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "laws": Room(7_836, 6_000, inside("pmwvc_core", "law")),
+    "laws": Room(7_387, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        5_874,
+        5_755,
         2_500,
         inside(
             "pmwvc_core",
@@ -45,9 +45,9 @@ ROOMS = {
             ),
         ),
     ),
-    "links and packets": Room(3_402, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(3_325, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        6_899,
+        6_624,
         4_700,
         (
             *inside(
@@ -56,7 +56,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(2_198, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(2_044, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         6_762,
         3_500,
@@ -67,7 +67,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        6_053,
+        6_052,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -83,8 +83,8 @@ ROOMS = {
         3_749, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(4_942, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_679, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(4_713, 3_000, ("pmwvc_view",)),
+    "nodes": Room(2_678, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(4_712, 3_000, ("pmwvc_view",)),
 }
 
 
