@@ -4,7 +4,7 @@
 
 import pytest
 
-from pmwvc_core.law.wave.rates import (
+from pmwvc_core.law.wave.anti_aliasing import (
     filter_params,
     filter_sample,
     filter_step,

@@ -19,7 +19,8 @@ from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.rates import Hold, resting_filter
+from pmwvc_core.law.wave.anti_aliasing import resting_filter
+from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.made.waves import position_params, resting_filters, resting_position
 from pmwvc_core.params import MasterParams
 

@@ -26,7 +26,8 @@ from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
 from pmwvc_core.law.position.feedback import Budgeted, Line, OnStrict, Published, position_lent
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.rates import Hold, filter_params, resting_filter
+from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
+from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.params import MasterParams

@@ -30,8 +30,9 @@ from pmwvc_core.law.server.contacts import (
     slid,
     touching,
 )
+from pmwvc_core.law.server.grip import Answer
 from pmwvc_core.law.server.implicit import Row, solved_axis
-from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring
+from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, free_velocity
 

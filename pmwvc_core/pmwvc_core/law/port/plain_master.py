@@ -38,7 +38,8 @@ from pmwvc_core.law.position.feedback import (
     position_up,
 )
 from pmwvc_core.law.vectors import Vector, dot, minus, zero
-from pmwvc_core.law.wave.rates import Hold, filter_sample, filter_step, hold, load
+from pmwvc_core.law.wave.anti_aliasing import filter_sample, filter_step
+from pmwvc_core.law.wave.hold import Hold, hold, load
 from pmwvc_core.law.wave.wave import wave_force, wave_j, wave_u
 
 

@@ -22,7 +22,8 @@ from typing import NamedTuple
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import advanced_contact, touching
-from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring, spring_answer, spring_meets
+from pmwvc_core.law.server.grip import Answer
+from pmwvc_core.law.server.springs import ContactLaw, Spring, spring_answer, spring_meets
 from pmwvc_core.law.vectors import columns, each, total
 from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
 

@@ -3,7 +3,7 @@
 """From the parameters of the anti-aliasing filter to its coefficients (App. A, App. B).
 
 A cut-off can be given in several ways; here each becomes a pole or second-order sections. The
-filter that runs is in :mod:`pmwvc_core.wave.rates`.
+filter that runs is in :mod:`pmwvc_core.law.wave.anti_aliasing`.
 
 Equations: docs/theory.md 2.2.
 """

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Between tick and packet rate (App. A, B): the anti-aliasing filter of the outgoing wave, and the
-hold, which expands a packet to the ticks of its frame.
+"""The anti-aliasing filter of the outgoing wave, with the drop from tick rate to packet rate
+(App. A, B).
 
-A packet carries the filter's output at a frame start::
+A packet carries the output at a frame start::
 
     none                the wave of the last tick
     first_order         y+ = p y + (1 - p) u: the output after a tick already holds that tick
@@ -11,24 +11,16 @@ A packet carries the filter's output at a frame start::
     integrate_and_dump  the mean over the frame, the integral of M ticks divided by their duration
 
 (mean)^2 M <= sum of squares, so the mean never sends more energy than came in. A frame that lost
-ticks is still divided by M, a longer one by its own number. The hold (Eq. 43-54, indices
-corrected)::
+ticks is still divided by M, a longer one by its own number.
 
-    v_m = v_{i-1} + (v_i - v_{i-1}) j/M      delayed first order, for the ticks j = 1..M after a
-                                             packet; v_{-1} = 0
-    v_m = v_i                                zero order (M = 1 here), and after M ticks
-
-An early packet starts its ramp at the value reached. With E = T_c (M-1)/4 v_m^2 stored, a frame of
-up to M ticks releases no more than the packet brings and E loses; after M ticks it does.
-
-Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
+Equations: docs/theory.md 2.1, 2.5.
 """
 
 import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.vectors import Vector, between, columns, each, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, zero
 from pmwvc_core.law.wave.cascade import Cascade, Sections, cascade, resting_cascade, sections_of
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.filter_design import design, pole_of
@@ -122,26 +114,3 @@ def _divided(total: float, ticks: int) -> float:
 def _butterworth(s: Butterworth, u: Vector, p: Sections) -> tuple[Butterworth, Vector]:
     delays, y = columns(each(cascade, (s.delays, u), p))
     return Butterworth(y, delays), y
-
-
-class Hold(NamedTuple):
-    """Ramp of the present frame [sqrt(W)], and the ticks of it that are over."""
-
-    start: Vector
-    target: Vector
-    value: Vector
-    done: int
-
-
-def load(s: Hold, v: Vector) -> Hold:
-    """Begin a frame with the packet v [sqrt(W)]."""
-    return Hold(s.value, v, s.value, 0)
-
-
-def hold(s: Hold, ticks: int) -> tuple[Hold, Vector]:
-    """Return the wave of the next tick [sqrt(W)]; ``ticks`` is M, or 1 for zero order."""
-    done = s.done + 1
-    value = s.target
-    if done < ticks:
-        value = between(s.start, s.target, done / ticks)
-    return s._replace(value=value, done=done), value
