@@ -45,7 +45,7 @@ ROOMS = {
             ),
         ),
     ),
-    "links and packets": Room(3_325, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(3_324, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         6_624,
         4_700,

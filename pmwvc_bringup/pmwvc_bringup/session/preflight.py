@@ -17,7 +17,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server import environments
 from pmwvc_core.simulation.conditions import place_of
 
-# Of a core at 1 kHz: a master takes 12 to 25 %, its share of server, emulator and recorder 15 %.
+# Of a core at 1 kHz: a master takes 12 to 25 %, its share of the other nodes up to 15 %.
 USER_CORES, TICK_S = 0.3, 0.001
 
 

@@ -24,7 +24,8 @@ def _gathered(name: str, installed: Iterable[str], load: Callable[[str], Any]) -
     for one in installed:
         with contextlib.suppress(PmwvcError):  # whoever asks for that plug-in is told why
             kind = getattr(load(one), "params", None)
-            fields += [(one, kind, group(kind))] if kind is not None else []
+            if kind is not None:
+                fields.append((one, kind, group(kind)))
     here = {"__module__": __name__}  # where another process finds it
     return dataclasses.make_dataclass(name, fields, frozen=True, namespace=here)
 

@@ -10,7 +10,6 @@ import numpy as np
 from pmwvc_core.numeric import Array, Integers, Value
 
 WAITING = 256  # most rows that wait: they are in a cache still
-NUMBERS = {float, int, bool}
 
 
 class Columns:
@@ -40,7 +39,7 @@ class Columns:
             rows = np.array([np.broadcast_to(value, width) for value in values])
             self._together[list(indices)] = rows.reshape(len(indices), names, width)
             return
-        if not NUMBERS.issuperset(map(type, values)):  # of a plug-in
+        if not all(isinstance(value, (float, int)) for value in values):  # of a plug-in
             values = [float(np.sum(value)) for value in values]
         self._waiting += values
         self._indices += indices

@@ -39,7 +39,6 @@ LARGEST = sys.float_info.max
 ECHO = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
 WHOLE = attrgetter("epoch", "seq", "sent_ns", "flags", "came_ns", *ECHO)
 VALUES = attrgetter("wave", "integral", "energy", "position")
-WHOLE_NUMBERS = {int, bool}
 
 
 class Receiver:
@@ -201,7 +200,7 @@ class Receiver:
 def _well_typed(packet: WavePacket) -> bool:
     extra, refusal = packet.extra, packet.refusal
     return (
-        WHOLE_NUMBERS.issuperset(map(type, WHOLE(packet)))
+        all(isinstance(number, int) for number in WHOLE(packet))
         and 1 <= packet.seq < 1 << 32  # uint32 in the message
         and isinstance(packet.period, (float, int))
         and all(map(_is_value, VALUES(packet)))
