@@ -35,12 +35,12 @@ CHANGES = [
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """A live session of 4 s over a bad network; the hands have closed and hold."""
+    """A live session over a bad network, long enough for changes where nodes are found late."""
     folder = tmp_path_factory.mktemp("recorded") / "session"
     link = {"delay_s": 0.012, "jitter": "uniform", "jitter_s": 0.006, "loss": 0.05}
     link |= {"duplicate": 0.05, "keep_order": "false"}
     words = [word for name, value in link.items() for word in ("--set", f"link.{name}={value}")]
-    with Running(folder, "carry_16ms", "--duration", 4, *words) as session:
+    with Running(folder, "carry_16ms", "--duration", 10, *words) as session:
         with ros(domain=domain_of(session)) as peer:
             steps = peer.collect(ServerTrace, "/server/trace")
             for step, node, values in CHANGES:

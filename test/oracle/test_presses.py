@@ -53,7 +53,7 @@ def test_presses_leave_the_loan_at_a_level_above_zero(monkeypatch):
     assert found.passive
     assert -LOAN_J <= found.least_j < -1e-4
     # the control: the same gain whatever is left
-    as_written(monkeypatch, position__strict__MOST=1.0)
+    as_written(monkeypatch, position__feedback__MOST=1.0)
     control = pressed(run, 10.5 * PRESS_S)
     assert -np.diff(control.left_j)[-1] > 2.0 * taken[-1]
     assert control.left_j[-1] < found.left_j[-1] - 2e-4

@@ -32,7 +32,7 @@ AROUND = (
 @pytest.fixture
 def unbound(monkeypatch):
     """Give every playout energy for whatever it does, and time to settle."""
-    names = ("channel__playout__free_j", "channel__excess__free_j")
+    names = ("channel__playout__free_j", "channel__arrivals__free_j")
     endless = dict.fromkeys(names, lambda playout: 1e9)
     as_written(monkeypatch, channel__playout__MOST_J=1e12, **endless)
     monkeypatch.setattr(linear_loops, "SETTLED", 14000)

@@ -9,6 +9,7 @@ import copy
 import numpy as np
 import pytest
 from support import plain as files
+from support.laws import as_written
 
 from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
@@ -132,3 +133,23 @@ def test_behind_an_encoder_the_parts_of_the_device_are_those_without_one():
     notes = budget(other, scenario).notes
     assert any("true motion" in note for note in notes)
     assert any("where its model" in line for line in inconsistencies(other, scenario))
+
+
+def test_the_damper_that_a_short_playout_asks_for_is_a_share_of_b_xd_and_nothing_else(
+    monkeypatch,
+):
+    as_written(monkeypatch, port__strict_master__MUCH=1e-4)  # little unpaid asks for much
+    texts = ("channel=strict", "link.schedule=1 delay_s=0.3; 3 base")
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=6.0)
+    traces = simulate_one(scenario)
+    user, impedance = traces.users[0], scenario.users[0].impedance
+    natural = impedance * user.xd_m - np.sqrt(2.0 * impedance) * user.v_m
+    moves = np.abs(user.xd_m) > 1e-4
+    share = (user.f_m - natural)[moves] / (impedance * user.xd_m[moves])
+    assert (share > 0.3).any()  # more than is asked for at first
+    assert inconsistencies(traces, scenario) == []
+    true, tick = user.f_m.copy(), int(np.argmax(np.abs(user.xd_m)))
+    for other in (-0.5, 0.1, 1.5):
+        user.f_m[tick] = natural[tick] + other * impedance * user.xd_m[tick]
+        assert any("F is not" in line for line in inconsistencies(traces, scenario)), other
+        user.f_m[tick] = true[tick]

@@ -17,7 +17,7 @@ from pmwvc_core.wave.transform import WavePort
 
 # Accounts of what answers the outgoing wave within the tick: v_m then depends on how far it was
 # shortened.
-ANSWERS = ("velocity_filter", "local_stored", "bank_low_in")
+ANSWERS = {"velocity_filter", "local_stored", "bank_low_in"}
 
 
 def master(
@@ -33,27 +33,27 @@ def master(
     found += _port(user)
     if known is not None and "force_velocity_filter" not in user.accounts:
         found += _force(user, known) + _filter(user, known)
-        if not _answered(user) and complete(user):
+        if not ANSWERS & user.accounts.keys() and complete(user):
             found += _outgoing(user, known)
     return found
 
 
 def _strict(user: UserTraces, known: User) -> list[str]:
     """Check F = b xd - sqrt(2b) v_m and u_m = sqrt(2b) xd - v_m of the strict channel, where the
-    velocity measured is not one of counts; F has more of b xd where a playout is short of energy.
+    velocity measured is not one of counts; F has ``ASKED`` to all of b xd more in ticks where a
+    playout is short of energy.
     """
     if measured(known.device) or "force_velocity_filter" in user.accounts:
         return []
     port = WavePort(known.impedance)
-    asked = ASKED * np.asarray(port.force(user.xd_m, 0.0 * user.v_m))
-    more = np.abs(user.f_m - port.force(user.xd_m, user.v_m)) > SMALLEST
+    damped = np.asarray(port.force(user.xd_m, 0.0 * user.v_m))
+    beyond = user.f_m - port.force(user.xd_m, user.v_m)
+    size = np.maximum(np.sum(damped**2, axis=-1), np.finfo(float).tiny)
+    share = np.clip(np.sum(beyond * damped, axis=-1) / size, ASKED, 1.0)  # one for all axes
+    asked = np.where(np.abs(beyond).max(axis=-1) > SMALLEST, share, 0.0)[:, np.newaxis] * damped
     u_m, text = port.u(user.xd_m, user.v_m), "u_m is not sqrt(2b) xd - v_m"
     found = off(user.u_m, np.asarray(u_m), f"{user.name}: {text}", "sqrt(W)")
-    return _force(user, known, np.where(more, asked, 0.0)) + found
-
-
-def _answered(user: UserTraces) -> bool:
-    return any(name in user.accounts for name in ANSWERS)
+    return _force(user, known, asked) + found
 
 
 def _limited(user: UserTraces) -> Flags:
@@ -88,7 +88,7 @@ def _force(user: UserTraces, known: User, more: Array | float = 0.0) -> list[str
     """Check the force asked for: b xd - sqrt(2b) v_m, and what is more of it [N]. Where parts
     answer a shortened wave v_m is another one.
     """
-    rows = ~(_limited(user) & _answered(user))
+    rows = ~(_limited(user) & bool(ANSWERS & user.accounts.keys()))
     force = np.asarray(WavePort(known.impedance).force(user.xd_m, user.v_m)) + more
     text = f"{user.name}: F is not sqrt(b/2) (u - v) at the master"
     return off(user.f_m[rows], force[rows], text, "N")
