@@ -34,17 +34,11 @@ from pmwvc_core.law.family import Family
 
 # As quick as 3 here, compiled in two thirds of the time.
 numba.config.OPT = type(numba.config.OPT)(1)
-LAWS = ("pmwvc_core.law", "pmwvc_core.plant", "pmwvc_core.simulation")
+INLINED = ("pmwvc_core.law", "pmwvc_core.plant")
+LAWS = (*INLINED, "pmwvc_core.simulation")
 
-BUILDING = (
-    vectors.each,
-    vectors.chain,
-    vectors.columns,
-    vectors.plus,
-    vectors.minus,
-    vectors.times,
-    vectors.scaled,
-)
+BUILDING = (vectors.each, vectors.chain, vectors.columns, vectors.plus, vectors.minus,
+            vectors.times, vectors.scaled)  # fmt: skip
 
 
 # Of what only compiled laws call: no form that takes Python's objects.
@@ -90,7 +84,7 @@ def _inside(law: Callable[..., Any]) -> Any:
     """Return the compiled form of a law that only compiled laws call: what takes its arguments
     from Python and gives results back would be most of it.
     """
-    return _made(law, forceinline=True, **BARE)
+    return _made(law, forceinline=law.__module__.startswith(INLINED), **BARE)
 
 
 def _made(law: Callable[..., Any], **options: Any) -> Any:

@@ -25,7 +25,6 @@ from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.frame.schedule import FrameSchedule
 from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.port.master import port_opened, port_signals
 from pmwvc_core.law.port.sensing import NEVER_NS, Sample
 from pmwvc_core.law.safety.limits import rearm
@@ -37,8 +36,6 @@ from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
-
-NO_PACKETS: list[Packet] = []
 
 
 class UserEnd(UserView, Changing):
@@ -166,7 +163,7 @@ class UserEnd(UserView, Changing):
         if self.starts(tick):
             packet = self.start_frame(tick, now_ns, sample)
             self.ended = self.report()
-        taken = self.inbox.take(packets, now_ns) if packets else NO_PACKETS
+        taken = self.inbox.take(packets, now_ns) if packets else None
         sensed = self._known(sample, now_ns)
         self.s, out = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
         if taken:

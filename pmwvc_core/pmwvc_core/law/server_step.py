@@ -119,8 +119,7 @@ def server_step(
     guests, ports, came, lost = columns(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
     )
-    dissipated_j = before.dissipated_j
-    dissipated_j = total(dissipated_j, lost)
+    dissipated_j = total(before.dissipated_j, lost)
     after = environment_step(
         p.environment, before._replace(ports=ports, dissipated_j=dissipated_j), came
     )
@@ -184,8 +183,7 @@ def _gone(
     if passed_j > 0.0:
         packing, port = pay(packing, passed_j), passed_through(port, passed_j)
     sent = Sent(port.v_s, minus(port.x_s, port.offset), port.sums.account_j, port.extra)
-    about = About(
-        now_ns, lacks(arrivals), waits(arrivals), s.anew, False, arrivals.silence.number, 0
-    )
+    about = About(now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
+                  arrivals.silence.number, 0)  # fmt: skip
     packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
     return s._replace(arrivals=arrivals, packing=packing), port, Answer(packet, sends)

@@ -43,9 +43,7 @@ from pmwvc_core.law.vectors import Vector
 
 
 class Frames(NamedTuple):
-    """The tick with which the next frame starts, that which takes the next answer, and the length
-    on whose grid the frame that starts next lies.
-    """
+    """Ticks that start the next frame and take the next answer; length on whose grid it lies."""
 
     next_frame: int
     next_answer: int
@@ -102,9 +100,8 @@ def send(
         port = port_measure(port, sample.x, sample.xd, p.port)
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
-    limited = s.limits.events
-    about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves, arrivals.silence.number,
-                  limited)  # fmt: skip
+    about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves,
+                  arrivals.silence.number, s.limits.events)  # fmt: skip
     packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
     return s._replace(packing=packing, arrivals=arrivals, port=port), packet, sends
 
@@ -122,39 +119,44 @@ def begin(s: User, tick: int, p: UserParams) -> User:
     return s._replace(frames=frames, frame_s=(ends - of_frame) * p.frames.tick_s)
 
 
-def user_tick(
-    s: User, tick: int, now_ns: int, sample: Sample, packets: list[Packet], p: UserParams
-) -> tuple[User, Tick]:
-    """Run one tick of a frame that has begun."""
-    frames, arrivals, newest, servers = s.frames, s.arrivals, s.newest, s.servers
-    port, limit, coupled = s.port, s.limits, s.coupled
+def heard(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
+    """Take packets in, in the order of their arrival."""
+    arrivals, newest, servers, limit = s.arrivals, s.newest, s.servers, s.limits
     for packet in packets:
         arrivals, newest = arrive(arrivals, packet, now_ns, p.arrivals), packet
         if packet.fresh:
             limit = limits_restart(limit) if servers > 0 else limit
             servers += 1
+    return s._replace(arrivals=arrivals, newest=newest, servers=servers, limits=limit)
+
+
+def user_tick(
+    s: User, tick: int, now_ns: int, sample: Sample, packets: list[Packet] | None, p: UserParams
+) -> tuple[User, Tick]:
+    """Run one tick of a frame that has begun; ``packets`` are None where none came."""
+    if packets is not None:
+        s = heard(s, packets, now_ns, p)
+    frames, arrivals, servers = s.frames, s.arrivals, s.servers
+    port, limit, coupled = s.port, s.limits, s.coupled
     if tick >= frames.next_answer:
         frames = frames._replace(next_answer=frames.next_answer + p.frames.rate_drop)
-        silent = is_silent(arrivals.silence, now_ns)
         if servers > 0:
-            port = port_packet(port, arrivals, newest, p.port)
+            port = port_packet(port, arrivals, s.newest, p.port)
             limit = expect(limit, arrivals.silence.limit_ns / 1e9, p.limits)
         arrivals, wave = answer_of(arrivals, s.frame_s, p.arrivals)
-        port = port_answer(port, wave, silent, s.frame_s, p.port)
+        port = port_answer(port, wave, is_silent(arrivals.silence, now_ns), s.frame_s, p.port)
         coupled = coupled or limit.fading.ready
     if tick > s.due:
         arrivals = missed(arrivals, (tick - s.due) * p.frames.tick_s)
     sensing, x, xd, known = sensed(s.sensing, sample, now_ns)
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
-    silent_s, unreceived, brakes = silence_s(arrivals.silence, now_ns), False, False
-    if servers > 0:
-        unreceived = is_unreceived(arrivals.silence, now_ns)
-        brakes = interrupted(arrivals, now_ns)
+    silent_s, brakes = silence_s(arrivals.silence, now_ns), interrupted(arrivals, now_ns)
+    unreceived = is_unreceived(arrivals.silence, now_ns)
     asked = LimitsInput(f_m, x, xd, silent_s, servers > 0, known, brakes, unreceived)
     limit, f = limits(limit, asked, p.limits)
     port = port_applied(port, f, p.port)
     s = s._replace(
-        frames=frames, arrivals=arrivals, newest=newest, servers=servers, port=port, limits=limit,
-        sensing=sensing, due=tick + 1, coupled=coupled,
+        frames=frames, arrivals=arrivals, port=port, limits=limit, sensing=sensing, due=tick + 1,
+        coupled=coupled,
     )  # fmt: skip
     return s, Tick(f_m, f)

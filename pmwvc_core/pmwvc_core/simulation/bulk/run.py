@@ -59,7 +59,7 @@ def prepared(scenario: Scenario) -> Prepared:
     p = server_params(scenario.users, channel=scenario.channel, times=times, **of)
     server = resting_server(scenario.users, p, **of)
     ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
-    paces = network.ticks, network.tick_ns, network.rate_drops, network.period_ticks
+    paces = network.ticks, network.tick_ns, network.period_ticks
     clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
     task = task_of(scenario.task, scenario.dof)
     return Prepared(ends, server, users, p, clock, task, network)
@@ -81,7 +81,7 @@ def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
     loop = resting_user(user, p, axes=axes, **of)
-    start = End(loop, resting_device(at.start, device), hand, False, 0, 0)
+    start = End(loop, resting_device(at.start, device), hand, False, 0, 0, 0)
     return start, EndParams(p, device, of_hand)
 
 
