@@ -115,7 +115,7 @@ def worst(params):
     """Return with which frequency [Hz] and reflection the branches give back most, and how much
     of the energy then stays.
     """
-    (whole,) = chosen(params)
+    whole = chosen(params)
     frequency = np.geomspace(0.05, 500.0, 4000)
     low, high = branches(whole, frequency)
     share = params.velocity_filter.share

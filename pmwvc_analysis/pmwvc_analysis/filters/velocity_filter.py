@@ -91,7 +91,7 @@ def judge(scenario: Scenario) -> VelocityFilter:
     if not master.velocity_filter.is_on:
         own = dataclasses.replace(master.velocity_filter, kind="exact")
         master = dataclasses.replace(master, velocity_filter=own)
-    (whole,) = chosen(master)
+    whole = chosen(master)
     half_hz = 0.5 / whole.tick_s
     frequency_hz = np.concatenate(
         [np.geomspace(LOWEST * half_hz, half_hz, POINTS), [whole.velocity_filter.cutoff_hz or 1.0]]

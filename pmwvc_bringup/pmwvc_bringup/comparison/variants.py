@@ -78,7 +78,7 @@ def _noise_left(master: MasterParams, order: int) -> float:
     """Return the noise gain of the designed velocity filter of an order; inf where none exists."""
     own = VelocityFilterParams(kind="exact", order=order)
     try:
-        (designed,) = chosen(dataclasses.replace(master, velocity_filter=own))
+        designed = chosen(dataclasses.replace(master, velocity_filter=own))
     except ParameterError:
         return math.inf
     return round(noise_gain(designed), 2)

@@ -28,13 +28,12 @@ import math
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.design.branches import TOLERANCE
 from pmwvc_core.wave.design.butterworth import bilinear_sections
 from pmwvc_core.wave.design.extremum import minimum_between
-from pmwvc_core.wave.design.filter_design import half_power_hz, runs_of, stacked, warped_rad_s
-from pmwvc_core.wave.design.response import Complex, response
+from pmwvc_core.wave.design.filter_design import half_power_hz, response, warped_rad_s
 
 POINTS_IN_PHASE = 512  # frequencies of App. D section 4
 POINTS = 8192  # of a search, half of them near rest
@@ -44,35 +43,23 @@ HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
 
 
 def high_pass(params: MasterParams) -> Array:
-    """Return H_HP as second-order sections ``(sections, 6)``, or ``(sections, 6, runs, 1)`` with
-    such parameters (of ``complementary``: one of the two H_2); ParameterError where no such filter
-    exists.
+    """Return H_HP as second-order sections ``(sections, 6)`` (of ``complementary``: one of the two
+    H_2); ParameterError where no such filter exists.
     """
-    return _of_runs(params, "highpass")
+    return sections_of(chosen(params).velocity_filter, params.tick_s, "highpass")
 
 
 def low_pass(params: MasterParams) -> Array:
     """Return H_1 of the complementary pair, shaped as :func:`high_pass`."""
-    return _of_runs(params, "lowpass")
+    return sections_of(chosen(params).velocity_filter, params.tick_s, "lowpass")
 
 
-def _of_runs(params: MasterParams, kind: str) -> Array:
-    runs = [sections_of(one.velocity_filter, one.tick_s, kind) for one in chosen(params)]
-    return runs[0] if len(runs) == 1 else stacked(runs)
-
-
-def chosen(params: MasterParams) -> list[MasterParams]:
-    """Return plain parameters per run (one where no number is ``(runs, 1)``) with ``alpha`` or
-    ``cutoff_hz`` given; ParameterError where no such filter exists.
+def chosen(params: MasterParams) -> MasterParams:
+    """Return parameters with ``alpha`` or ``cutoff_hz`` given; ParameterError where no such filter
+    exists.
     """
-    filters, own = runs_of(params.filter), runs_of(params.velocity_filter)
-    runs = max(len(filters), len(own))
-    found = []
-    for run in range(runs):
-        low, high = filters[run % len(filters)], own[run % len(own)]
-        whole = _completed(high, low, params.tick_s, params.rate_drop)
-        found.append(dataclasses.replace(params, filter=low, velocity_filter=whole))
-    return found
+    whole = _completed(params.velocity_filter, params.filter, params.tick_s, params.rate_drop)
+    return dataclasses.replace(params, velocity_filter=whole)
 
 
 @functools.lru_cache(maxsize=1024)

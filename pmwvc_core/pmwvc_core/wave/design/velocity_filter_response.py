@@ -9,9 +9,9 @@ Equations: docs/theory.md 7.9.
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.design.response import Complex, response, sections_response
+from pmwvc_core.wave.design.filter_design import response, sections_response
 from pmwvc_core.wave.design.velocity_filter_design import chosen, sections_of
 
 SLOW = 1e-6  # angle [rad per tick] at which a lag is read
@@ -19,7 +19,7 @@ SLOW = 1e-6  # angle [rad per tick] at which a lag is read
 
 def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Complex]:
     """Return the responses of the branch to the environment and back, and of that fed back (all
-    of it, not the share), for parameters of one run that :func:`chosen` has completed.
+    of it, not the share), for parameters that :func:`chosen` has completed.
     """
     tick_s, own = params.tick_s, params.velocity_filter
     angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
@@ -54,8 +54,7 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
     """
     if not params.velocity_filter.is_on:
         return 0.0, 0.0
-    (whole,) = chosen(params)
-    own, tick_s = whole.velocity_filter, whole.tick_s
+    own, tick_s = chosen(params).velocity_filter, params.tick_s
     angle = np.array([SLOW])
     fed = sections_response(sections_of(own, tick_s, "highpass"), angle)[0]
     if own.splits:
