@@ -18,10 +18,9 @@ from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box.containment import Asked, Call
+from pmwvc_core.server.black_box.containment import Asked, Call, Outside
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
-from pmwvc_core.server.black_box.outside import Outside
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.environments import PLUGINS
 from pmwvc_core.wave import impedance as impedances
