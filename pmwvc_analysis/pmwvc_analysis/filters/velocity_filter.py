@@ -28,8 +28,12 @@ from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 from pmwvc_core.wave.design.branches import TOLERANCE, Margins, margins, switching_gain
-from pmwvc_core.wave.design.velocity_filter_design import chosen
-from pmwvc_core.wave.design.velocity_filter_response import branches, noise_gain, velocity_gain
+from pmwvc_core.wave.design.velocity_filter_design import (
+    branches,
+    chosen,
+    noise_gain,
+    velocity_gain,
+)
 
 POINTS = 4001
 FOLDED_POINTS = 129  # frequencies at which the images of a rate drop are looked at

@@ -19,8 +19,7 @@ from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen
-from pmwvc_core.wave.design.velocity_filter_response import noise_gain
+from pmwvc_core.wave.design.velocity_filter_design import chosen, noise_gain
 
 PLAIN: Mapping[str, str] = {
     "controller": "pmwvc",

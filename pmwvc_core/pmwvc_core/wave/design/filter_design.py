@@ -48,27 +48,28 @@ def order_of(params: FilterParams, *, tick_s: float) -> int:
     pass_edge, stop_edge = params.pass_hz, params.stop_hz
     if params.warps and stop_edge * tick_s < 0.5:
         pass_edge, stop_edge = warped_rad_s(pass_edge, tick_s), warped_rad_s(stop_edge, tick_s)
-    order = butterworth.least_order(pass_edge, params.pass_db, stop_edge, params.stop_db)
-    edges = (params.pass_hz, params.pass_db, params.stop_hz, params.stop_db)
-    return _computable(order, *edges, prefix="")
+    named = params.pass_hz, params.stop_hz
+    return least_order(pass_edge, params.pass_db, stop_edge, params.stop_db, named=named)
 
 
 def least_order(
-    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *, prefix: str = ""
+    pass_hz: float,
+    pass_db: float,
+    stop_hz: float,
+    stop_db: float,
+    *,
+    named: tuple[float, float] | None = None,
+    prefix: str = "",
 ) -> int:
     """Return the least order of an analogue Butterworth filter, low-pass or high-pass.
 
-    ``prefix`` stands before the names of the parameters in what is raised. ParameterError where
-    the edges are so close that the filter would not compute well.
+    What is raised names the edges, or those given as ``named`` where they are pre-warped, with
+    ``prefix`` before their parameters. ParameterError where they are so close that the filter
+    would not compute well.
     """
-    edges = (pass_hz, pass_db, stop_hz, stop_db)
-    return _computable(butterworth.least_order(*edges), *edges, prefix=prefix)
-
-
-def _computable(
-    order: int, pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *, prefix: str
-) -> int:
+    order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
     if order > HIGHEST_ORDER:
+        pass_hz, stop_hz = named or (pass_hz, stop_hz)
         raise ParameterError(
             f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at "
             f"{pass_hz} Hz and {stop_db} dB there is of order {order}, more than "
