@@ -56,11 +56,6 @@ def root(value: Value) -> Value:
     return np.sqrt(value) if isinstance(value, np.ndarray) else value.root()
 
 
-def exponential(value: Value) -> Value:
-    """Exponential function."""
-    return np.exp(value) if isinstance(value, np.ndarray) else math.exp(value)
-
-
 def finite(value: Value) -> bool:
     """Tell whether every element is a finite number."""
     if type(value) is float:

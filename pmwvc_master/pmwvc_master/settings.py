@@ -13,7 +13,7 @@ from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.made.waves import waves_params
-from pmwvc_core.master.safety.changes import check_change
+from pmwvc_core.master.safety import check_change
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,

@@ -17,7 +17,7 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.law.port.strict_master import KEPT_J
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import simulate_one

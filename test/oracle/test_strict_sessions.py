@@ -18,7 +18,7 @@ from pmwvc_analysis.figures import link_charts
 from pmwvc_analysis.figures.conditions import conditions
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.simulation.stepped import SteppedSession
 
 B = 25.0

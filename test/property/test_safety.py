@@ -13,7 +13,7 @@ from support.law_rigs import ForceLimits
 from pmwvc_analysis.models.elements import as_columns, elements, lifted, stacked
 from pmwvc_core.ends.forms import vector
 from pmwvc_core.law.safety.limits import LimitsInput, limits
-from pmwvc_core.master.safety.states import SafetyState, state_of, text_of
+from pmwvc_core.master.safety import SafetyState, state_of, text_of
 from pmwvc_core.unrolled import unrolled
 
 TICK_S = 0.001

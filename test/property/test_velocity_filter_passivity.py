@@ -18,8 +18,7 @@ from support.strategies import TICK_S
 from pmwvc_core.ends.forms import value
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.design.branches import margins
-from pmwvc_core.wave.design.velocity_filter_design import chosen
-from pmwvc_core.wave.design.velocity_filter_response import branches
+from pmwvc_core.wave.design.velocity_filter_design import branches, chosen
 
 POLE_RAD_S = float(-np.log(0.95) / TICK_S)  # 0.05/(z - 0.95), App. D Eq. 15
 seeds = st.integers(0, 2**32 - 1)
@@ -115,7 +114,7 @@ def worst(params):
     """Return with which frequency [Hz] and reflection the branches give back most, and how much
     of the energy then stays.
     """
-    (whole,) = chosen(params)
+    whole = chosen(params)
     frequency = np.geomspace(0.05, 500.0, 4000)
     low, high = branches(whole, frequency)
     share = params.velocity_filter.share

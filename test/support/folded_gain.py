@@ -17,7 +17,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.aliasing import worst_case_gain
-from pmwvc_core.wave.design.response import response
+from pmwvc_core.wave.design.filter_design import response
 
 TOLERANCE = 1e-12  # of a squared gain: what rounding may add to 1
 

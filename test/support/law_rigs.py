@@ -40,13 +40,12 @@ from pmwvc_core.law.server_step import Came
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.made.user_changes import changed_master
-from pmwvc_core.master.safety.states import state_of, text_of
+from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.server.black_box.containment import Asked, directly
+from pmwvc_core.server.black_box.containment import Asked, Outside, directly
 from pmwvc_core.server.black_box.faults import Faults
-from pmwvc_core.server.black_box.outside import Outside
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 

@@ -9,7 +9,7 @@ import pytest
 from support.processes import ros
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import DeviceParams, MasterParams, SafetyParams
 from pmwvc_core.transport.packet import Packer
 from pmwvc_master.devices import DeviceInfo, DeviceSample

@@ -14,13 +14,13 @@ from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.wave.impedance import (
     MatrixImpedance,
+    WavePort,
     first_axis,
     impedance_of,
     longest_wave,
     parsed,
     server_impedance,
 )
-from pmwvc_core.wave.transform import WavePort
 
 
 def scale_of(*signals):

@@ -11,7 +11,7 @@ from support.loop_rig import FRAME_S, TICK_NS, TICKS, Rig
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.port.master import port_signals
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.real_time import RealTimeReport
 from pmwvc_core.transport.packet import FLAG_LEAVING, Packer

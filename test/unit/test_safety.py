@@ -9,7 +9,7 @@ import pytest
 from support.law_rigs import ForceLimits, Port
 
 from pmwvc_core.law.safety.limits import RETURN_S
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 
 TICK_S = 0.001

@@ -9,7 +9,7 @@ from rclpy.parameter import Parameter
 from support.processes import ros
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master.safety.changes import check_change
+from pmwvc_core.master.safety import check_change
 from pmwvc_core.params import SafetyParams, specs
 from pmwvc_master.settings import declare_settings
 

@@ -9,7 +9,7 @@ from support.strategies import amplitudes, impedances
 from support.wave_power import power
 
 from pmwvc_core.numeric import squared
-from pmwvc_core.wave.transform import WavePort
+from pmwvc_core.wave.impedance import WavePort
 
 LAWS = (WavePort.u, WavePort.force, WavePort.v, WavePort.velocity)
 

@@ -7,7 +7,7 @@ import pytest
 
 from pmwvc_bringup import scenarios
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime

@@ -4,9 +4,8 @@
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.wave.design.branches import margins
-from pmwvc_core.wave.design.response import Complex
 from pmwvc_core.wave.design.velocity_filter_design import POINTS_IN_PHASE, flattest_alpha
 from reproduction import draw_d, draw_single
 from reproduction.figure import Figure, Values

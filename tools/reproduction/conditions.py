@@ -9,7 +9,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams
 from pmwvc_core.wave.design.bank_design import bank_filters
 from pmwvc_core.wave.design.branches import switching_gain
-from pmwvc_core.wave.design.response import sections_response
+from pmwvc_core.wave.design.filter_design import sections_response
 from reproduction.channel_energy import hold_energy, rate_drop_energy
 from reproduction.figure import Values
 from reproduction.scenarios import scenario

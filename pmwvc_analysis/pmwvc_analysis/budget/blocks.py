@@ -34,7 +34,7 @@ from pmwvc_core.plant.energies import device_account
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.transport.packet import LINK, LINK_DOWN, LINK_UP
-from pmwvc_core.wave.transform import WavePort
+from pmwvc_core.wave.impedance import WavePort
 
 SAME_N, SAME_ROOT_W = 1e-9, 1e-9  # forces and waves closer than this are the same
 OF_SIGNALS = ("filter_and_hold", "rate_drop")  # what the signals leave to them

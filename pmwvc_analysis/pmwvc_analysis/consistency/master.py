@@ -13,7 +13,7 @@ from pmwvc_core.law.port.strict_master import ASKED
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces
-from pmwvc_core.wave.transform import WavePort
+from pmwvc_core.wave.impedance import WavePort
 
 # Accounts of what answers the outgoing wave within the tick: v_m then depends on how far it was
 # shortened.

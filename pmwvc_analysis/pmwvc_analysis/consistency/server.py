@@ -12,7 +12,7 @@ from pmwvc_core.law.server.server_port import SLIDE_M_S
 from pmwvc_core.numeric import Flags, root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces
-from pmwvc_core.wave.transform import WavePort
+from pmwvc_core.wave.impedance import WavePort
 
 
 def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:

@@ -28,7 +28,7 @@ from pmwvc_core.numeric import Array, root
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.wave.transform import WavePort
+from pmwvc_core.wave.impedance import WavePort
 
 LEAST_J = 1e-9  # below this a returning wave was not shortened
 WINDOW_S = 0.5

@@ -8,7 +8,7 @@ import numpy as np
 
 from pmwvc_analysis.events.event import Event, event
 from pmwvc_analysis.traces.reductions import runs
-from pmwvc_core.master.safety.states import BRAKING, SafetyState
+from pmwvc_core.master.safety import BRAKING, SafetyState
 from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count
 from pmwvc_core.traces import UserTraces

@@ -26,10 +26,9 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.design import velocity_filter_design as filters
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 from pmwvc_core.wave.design.branches import TOLERANCE, Margins, margins, switching_gain
-from pmwvc_core.wave.design.velocity_filter_design import chosen
-from pmwvc_core.wave.design.velocity_filter_response import branches, noise_gain, velocity_gain
 
 POINTS = 4001
 FOLDED_POINTS = 129  # frequencies at which the images of a rate drop are looked at
@@ -91,13 +90,13 @@ def judge(scenario: Scenario) -> VelocityFilter:
     if not master.velocity_filter.is_on:
         own = dataclasses.replace(master.velocity_filter, kind="exact")
         master = dataclasses.replace(master, velocity_filter=own)
-    (whole,) = chosen(master)
+    whole = filters.chosen(master)
     half_hz = 0.5 / whole.tick_s
     frequency_hz = np.concatenate(
         [np.geomspace(LOWEST * half_hz, half_hz, POINTS), [whole.velocity_filter.cutoff_hz or 1.0]]
     )
     frequency_hz.sort()
-    low, high = branches(whole, frequency_hz)
+    low, high = filters.branches(whole, frequency_hz)
     share = whole.velocity_filter.share
     size = np.abs(low)
     return VelocityFilter(
@@ -105,9 +104,9 @@ def judge(scenario: Scenario) -> VelocityFilter:
         designed=_rule(master.velocity_filter),
         margins=margins(low, high, frequency_hz, share=share),
         port=(1.0 - size) / (1.0 + size) - 2.0 * share * high.real,
-        gain=np.abs(velocity_gain(whole, frequency_hz)),
+        gain=np.abs(filters.velocity_gain(whole, frequency_hz)),
         switching_gain=_switching(whole),
-        noise_gain=noise_gain(whole),
+        noise_gain=filters.noise_gain(whole),
     )
 
 
@@ -126,7 +125,7 @@ def _switching(master: MasterParams) -> float:
         return max(float(own.share), float(np.sqrt(squared)))
     turn = np.linspace(0.0, 0.5 / ratio, FOLDED_POINTS)
     images = np.add.outer(turn, np.arange(ratio) / ratio) / tick_s
-    low, high = branches(master, images)
+    low, high = filters.branches(master, images)
     return switching_gain(np.abs(low), own.share * np.abs(high))
 
 

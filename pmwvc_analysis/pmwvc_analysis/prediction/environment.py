@@ -20,7 +20,7 @@ from pmwvc_core.law.black_box.secant import SOFT
 from pmwvc_core.law.black_box.seen import REPAID
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings.library import least_impedance
+from pmwvc_core.server.couplings import least_impedance
 from pmwvc_core.wave.impedance import smallest
 
 

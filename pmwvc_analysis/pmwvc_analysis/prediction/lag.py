@@ -48,8 +48,8 @@ from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.wave.design import aliasing
-from pmwvc_core.wave.design.response import response
-from pmwvc_core.wave.design.velocity_filter_response import slow_lags
+from pmwvc_core.wave.design.filter_design import response
+from pmwvc_core.wave.design.velocity_filter_design import slow_lags
 from pmwvc_core.wave.impedance import first_axis, transformation
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal

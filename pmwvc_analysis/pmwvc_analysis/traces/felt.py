@@ -21,7 +21,7 @@ import numpy as np
 
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.taken_away import coupled, taken_away
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmwvc_analysis.traces.intervals import merged
 from pmwvc_core.frame.rows import Presence
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.numeric import Array, Flags

@@ -19,8 +19,7 @@ from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen
-from pmwvc_core.wave.design.velocity_filter_response import noise_gain
+from pmwvc_core.wave.design.velocity_filter_design import chosen, noise_gain
 
 PLAIN: Mapping[str, str] = {
     "controller": "pmwvc",
@@ -78,7 +77,7 @@ def _noise_left(master: MasterParams, order: int) -> float:
     """Return the noise gain of the designed velocity filter of an order; inf where none exists."""
     own = VelocityFilterParams(kind="exact", order=order)
     try:
-        (designed,) = chosen(dataclasses.replace(master, velocity_filter=own))
+        designed = chosen(dataclasses.replace(master, velocity_filter=own))
     except ParameterError:
         return math.inf
     return round(noise_gain(designed), 2)

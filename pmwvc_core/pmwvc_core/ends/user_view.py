@@ -10,7 +10,7 @@ from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.frame.rows import FrameReport
 from pmwvc_core.law.port.master import port_energies
 from pmwvc_core.law.user_tick import User as Loop
-from pmwvc_core.master.safety.states import state_of, text_of
+from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.scenario import User
 

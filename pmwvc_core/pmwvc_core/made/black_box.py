@@ -18,12 +18,11 @@ from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box.containment import Asked, Call
+from pmwvc_core.server.black_box.containment import Asked, Call, Outside
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
-from pmwvc_core.server.black_box.outside import Outside
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.environments import PLUGINS
+from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances
 
 Contacts = Sequence[Contact]
@@ -70,14 +69,13 @@ ENVIRONMENTS: Mapping[str, Callable[[ServerParams, Contacts, int], tuple[Any, An
     "cube": _cube,
     "hunt_crossley": _soft,
 }
-SLOPED = ("wall_with_slope", "hunt_crossley")
 
 
 def black_box_params(
     server: ServerParams, contacts: Contacts, axes: int, *, brakes: bool
 ) -> BlackBoxParams:
     """Return the parameters of a black box and its ports."""
-    law, sloped = None, server.environment in SLOPED
+    law, sloped = None, environment_of(server.environment).sloped
     if server.environment in ENVIRONMENTS:
         _, law = ENVIRONMENTS[server.environment](server, contacts, axes)
     return BlackBoxParams(

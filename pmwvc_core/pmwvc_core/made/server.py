@@ -28,9 +28,8 @@ from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, Serve
 from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
 from pmwvc_core.made.black_box import black_box_params, resting_box
-from pmwvc_core.made.user import arrivals_params
+from pmwvc_core.made.user import CONTROLLERS, arrivals_params, own_values
 from pmwvc_core.made.waves import made_impedance
-from pmwvc_core.made.without_waves import CONTROLLERS, own_values
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plugins import refused

@@ -2,24 +2,75 @@
 # SPDX-License-Identifier: Apache-2.0
 """A user's force loop, made from a scenario."""
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
+from pmwvc_core.controllers.plugged import DeviceAnswer
+from pmwvc_core.controllers.plugged_ends import Plugged, PluggedParams
+from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.packet import no_packet, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
+from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.port.sensing import NEVER_NS, Sensing
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
 from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
 from pmwvc_core.law.user_tick import FrameParams, Frames, User, UserParams
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
+from pmwvc_core.law.without_waves.direct import Direct, Held
+from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
+from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
+from pmwvc_core.law.without_waves.virtual_coupling import VirtualCoupling, resting_coupling
 from pmwvc_core.made.waves import resting_waves, waves_params
-from pmwvc_core.made.without_waves import device_params, resting_device_end
+from pmwvc_core.params import BaselineParams
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
+
+
+class Made(NamedTuple):
+    """How a controller is made: its law for a tick [s], what its device's end and its avatar start
+    from, by number of axes; whether avatars hang on springs.
+    """
+
+    law: Callable[[BaselineParams, float], Any]
+    at_device: Callable[[BaselineParams, int], Any]
+    at_avatar: Callable[[BaselineParams, int], Any] = lambda baseline, axes: NOTHING
+    sprung: bool = False
+
+
+CONTROLLERS: Mapping[str, Made] = {
+    "direct": Made(lambda baseline, tick_s: Direct(0), lambda baseline, axes: Held((0.0,) * axes)),
+    "virtual_coupling": Made(
+        lambda baseline, tick_s: VirtualCoupling(
+            baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
+        ),
+        lambda baseline, axes: resting_coupling(axes),
+        sprung=True,
+    ),
+    "tdpa": Made(
+        lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
+        lambda baseline, axes: resting_tdpa(axes),
+        lambda baseline, axes: RESTING_OBSERVER,
+    ),
+    "pspm": Made(
+        lambda baseline, tick_s: Pspm(
+            baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
+        ),
+        lambda baseline, axes: resting_pspm(axes, baseline.pspm.initial_j),
+        lambda baseline, axes: resting_spring(axes, baseline.pspm.initial_j),
+        sprung=True,
+    ),
+}
+
+
+def own_values(user: "scenarios.User", record: Controller) -> Any:
+    """Return a user's parameters of a controller of another package; None without any."""
+    return getattr(user.own, record.name) if record.params else None
 
 
 def arrivals_params(
@@ -61,17 +112,20 @@ def user_params(
     )
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
     reach = LARGEST if workspace_m is None else REACH * workspace_m
-    record = record_of(controller)
-    if record.waves and record.device is None:
-        port: Any = waves_params(master, b, arrivals.playout, strict=strict)
+    record, tick_s = record_of(controller), master.tick_s
+    if record.device is not None:
+        values = own_values(user, record)
+        port: Any = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
+    elif record.waves:
+        port = waves_params(master, b, arrivals.playout, strict=strict)
     else:
-        port = device_params(record, user)
+        port = DeviceEndParams(tick_s, CONTROLLERS[controller].law(user.baseline, tick_s))
     return UserParams(
-        FrameParams(master.rate_drop, answer_tick, master.tick_s),
+        FrameParams(master.rate_drop, answer_tick, tick_s),
         packing_params(master.deadband),
         arrivals,
         port,
-        limits_params(user.safety, master.tick_s, packet_s, reach, stiffness),
+        limits_params(user.safety, tick_s, packet_s, reach, stiffness),
     )
 
 
@@ -82,10 +136,16 @@ def resting_user(
     nothing, master = (0.0,) * axes, user.master
     timeout_s = user.safety.timeout_s
     record, packet = record_of(controller), no_packet(nothing, ())
-    if record.waves and record.device is None:
-        port: Any = resting_waves(master, p.port, axes)
+    if record.device is not None:
+        up, down = record.extra(axes)
+        law = record.device_rest(own_values(user, record), axes)
+        answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
+        came, sums_j = packet._replace(extra=(0.0,) * down), (0.0,) * 4
+        port: Any = Plugged(law, nothing, nothing, came, False, False, answer, nothing, sums_j)
+    elif record.waves:
+        port = resting_waves(master, p.port, axes)
     else:
-        port = resting_device_end(record, user, packet)
+        port = resting_end(CONTROLLERS[controller].at_device(user.baseline, axes), axes)
     return User(
         Frames(0, 0, master.rate_drop),
         master.frame_s,

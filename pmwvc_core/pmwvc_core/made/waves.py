@@ -29,9 +29,9 @@ from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
-from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
+from pmwvc_core.wave.design.aliasing import delay_of
 
 
 def made_impedance(b: Any) -> Any:
@@ -133,10 +133,25 @@ def resting_waves(
     return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, energies)
 
 
+def filter_lag_s(master: MasterParams) -> float:
+    """Return tau - (M-1)/2 T_c [s], tau the group delay of the anti-aliasing filter.
+
+    A packet carries the end of its frame, which is (M-1)/2 T_c later than the mean of the frame.
+    Equations: docs/theory.md 11.7.
+    """
+    tau = delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    return tau - 0.5 * (master.rate_drop - 1) * master.tick_s
+
+
+def hold_lag_s(master: MasterParams) -> float:
+    """Return (M-1)/2 T_c [s], by which the first-order hold comes late; zero for the other."""
+    return 0.5 * (master.rate_drop - 1) * master.tick_s if master.ramps else 0.0
+
+
 def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:
     """Return the parameters of position feedback."""
     position = master.position
-    lags = (0.0, 0.0) if strict else (float(filter_lag_s(master)), hold_lag_s(master))
+    lags = (0.0, 0.0) if strict else (filter_lag_s(master), hold_lag_s(master))
     return PositionParams(
         b,
         master.tick_s,

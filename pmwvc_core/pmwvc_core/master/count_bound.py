@@ -30,31 +30,15 @@ FIRM_N = 3.0  # packets lack energy where one count is a larger force
 
 @dataclass(frozen=True)
 class CountBound:
-    """See the module.
+    """See the module."""
 
-    Attributes
-    ----------
-    step_m
-        The count q [m].
-    ratio
-        b h/m.
-    given_j
-        0.1 b q^2/h, where the bound holds [J].
-    count_n
-        Force b q/h of one count in a tick [N].
-    impedance, largest_impedance
-        b, and the largest one with which the bound holds [N s/m].
-    frame_s
-        Time between two packets [s].
-    """
-
-    step_m: float
-    ratio: float
-    given_j: float
-    count_n: float
-    impedance: float
-    largest_impedance: float
-    frame_s: float
+    step_m: float  # [m] the count q
+    ratio: float  # b h/m
+    given_j: float  # [J] 0.1 b q^2/h, where the bound holds
+    count_n: float  # [N] force b q/h of one count in a tick
+    impedance: float  # [N s/m] b
+    largest_impedance: float  # [N s/m] the largest one with which the bound holds
+    frame_s: float  # [s] time between two packets
 
     @property
     def holds(self) -> bool:

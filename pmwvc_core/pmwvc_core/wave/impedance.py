@@ -27,7 +27,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array, Value, root
 from pmwvc_core.params import ContactParams, MasterParams, SafetyParams, specs
 from pmwvc_core.params.matrix import matrix_of
 
@@ -208,3 +208,33 @@ def wave_of_speed(impedance: Impedance, velocity: float) -> float:
     in m/s.
     """
     return velocity * math.sqrt(0.5 * smallest(impedance))
+
+
+class WavePort:
+    """Both directions through a port of impedance ``b`` [N s/m], for arrays ``(..., dof)`` or
+    floats (App. B Fig. 1; the equations are those of :mod:`pmwvc_core.law.wave.wave`). Forces
+    count as in the figure: F_m against the hand, F_s of the avatar on what it touches.
+    """
+
+    __slots__ = ("_root_2_over_b", "_root_2b", "b")
+
+    def __init__(self, b: Impedance) -> None:
+        self.b = b  # acts like a number, also where it is a matrix
+        self._root_2b = root(2.0 * b)
+        self._root_2_over_b = root(2.0 / b)
+
+    def u(self, xd: Value, v: Value) -> Value:
+        """Return the wave that leaves the master, u = sqrt(2b) xd - v [sqrt(W)]."""
+        return self._root_2b * xd - v
+
+    def force(self, xd: Value, v: Value) -> Value:
+        """Return the force against the hand, F = b xd - sqrt(2b) v [N]."""
+        return self.b * xd - self._root_2b * v
+
+    def v(self, u: Value, f: Value) -> Value:
+        """Return the wave that leaves the server, v = u - sqrt(2/b) F [sqrt(W)]."""
+        return u - self._root_2_over_b * f
+
+    def velocity(self, u: Value, f: Value) -> Value:
+        """Return the velocity of the avatar, xd = sqrt(2/b) u - F/b [m/s]."""
+        return self._root_2_over_b * u - f / self.b

@@ -10,7 +10,7 @@ judged and passive, and that no device shakes as far as :mod:`pmwvc_view.feed.sh
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.quantities import quantity
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS

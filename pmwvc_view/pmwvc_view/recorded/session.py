@@ -12,7 +12,7 @@ from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.ends.joining import LEAST_M
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.master.safety.states import SafetyState
+from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

@@ -18,7 +18,7 @@ class Sections:
     Parameters
     ----------
     sos
-        Sections ``b0 b1 b2 1 a1 a2``, ``(sections, 6)`` or ``(sections, 6, runs, 1)``.
+        Sections ``b0 b1 b2 1 a1 a2``, ``(sections, 6)``.
     prefix
         Of the states' names.
     """

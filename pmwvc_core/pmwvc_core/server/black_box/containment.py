@@ -1,22 +1,29 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One exchange with an environment, and the check of its answer.
+"""An environment from outside behind the port of :mod:`pmwvc_core.law.black_box`, contained: one
+exchange with it per step, and the check of its answer.
 
-The port asks once per step; whatever the environment does wrong, the port renders a matched damper
-for that step and goes on. Waiting is not decided here: a ``Call`` runs the exchange, directly in a
-simulation, in a thread of its own in a live server, and raises ``faults.Unanswered`` where it will
-not wait any longer.
+Whatever the environment does wrong, every port is a matched damper for that step, and goes on. It
+runs interpreted, and keeps its own state. Waiting is not decided here: a ``Call`` runs the
+exchange, directly in a simulation, in a thread of its own in a live server, and raises
+``faults.Unanswered`` where it will not wait any longer.
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.server.black_box.faults import BadAnswer
-from pmwvc_core.server.black_box.interface import BlackBox, Shown, Sloped, Storing
+from pmwvc_core.errors import PLUGIN_ERRORS
+from pmwvc_core.law.black_box.black_box import BlackBoxParams
+from pmwvc_core.law.black_box.touched import Reply, Vectors, exchange, solved_line, visited
+from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.numeric import Array
+from pmwvc_core.server.black_box.faults import BadAnswer, Faults
+from pmwvc_core.server.black_box.interface import BlackBox
 
 LARGEST_N = 1e6  # more is no force
 R = TypeVar("R")
@@ -26,16 +33,6 @@ Call: TypeAlias = Callable[[Callable[[], Any]], Any]
 def directly(exchange: Callable[[], R]) -> R:
     """Ask and wait as long as it takes."""
     return exchange()
-
-
-class Reply(NamedTuple):
-    """The checked answer of an environment."""
-
-    velocity: Array  # (users, ..., dof) [m/s] of the avatars, as decoded
-    force: Array  # (users, ..., dof) [N]; zero where it is not good
-    good: Flags  # (users, ..., 1): where the force can be used
-    stored: Any  # energy in the environment [J] or None
-    shown: tuple[Array, Array] | None  # position and velocity of an object (..., dof)
 
 
 class Asked:
@@ -54,61 +51,77 @@ class Asked:
             self._pending.append((call, arguments))
 
     def exchange(
-        self,
-        start: Array,
-        velocity: Array,
-        *,
-        period: float,
-        weight: float,
-        decode: Callable[[Array, Array], Array],
-    ) -> Reply:
-        """Pass joins and leaves on, solve the loop with the local slope if there is one, and step.
+        self, avatars: tuple[Avatar, ...], start: Array, velocity: Array, p: BlackBoxParams
+    ) -> tuple[Reply, Iterable[bool]]:
+        """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
+        return the checked answer, and for which users the force cannot be used.
 
         Parameters
         ----------
         start
-            Where the avatars are without their new velocity ``(users, ..., dof)`` [m].
+            Where the avatars are without their new velocity ``(users, dof)`` [m].
         velocity
             Their new velocity without knowledge of a slope [m/s].
-        period, weight
-            Time step, and by how much of it the new velocity moves them [s].
-        decode
-            From F0 and G to the new velocity.
         """
         environment = self.environment
         while self._pending:
             name, arguments = self._pending.popleft()
             getattr(environment, name)(*arguments)
-        if isinstance(environment, Sloped):
-            line = np.broadcast_arrays(start, *environment.local(start, weight))[1:]
+        if hasattr(environment, "local"):
+            line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
             force, slope = (_signal(each, start, "local") for each in line)
             if not np.isfinite(force + slope).all():
                 raise BadAnswer("returned a slope from local that is not finite")
-            velocity = decode(force, np.maximum(slope, 0.0))
-        position = start + weight * velocity
+            rows = zip(avatars, _rows(force), _rows(np.maximum(slope, 0.0)), strict=True)
+            velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
+        position = start + p.new_s * velocity
         position.flags.writeable = velocity.flags.writeable = False
-        force = _signal(environment.step(position, velocity, period), start)
+        force = _signal(environment.step(position, velocity, p.body.period_s), start)
         good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
-        return Reply(
-            velocity,
-            np.where(good, force, 0.0),
-            good,
-            _stored(environment),
-            self.shown(start.shape[1:]),
-        )
+        forces = _rows(np.where(good, force, np.nan))
+        stored_j, (x, xd) = _stored_j(environment), _shown(environment, start.shape[1:])
+        return Reply(True, _rows(velocity), forces, stored_j, x, xd), ~good[:, 0]
 
-    def shown(self, shape: tuple[int, ...]) -> tuple[Array, Array] | None:
-        """Return position [m] and velocity [m/s] of the object, None where it shows none."""
-        if not isinstance(self.environment, Shown):
-            return None
-        found = self.environment.position, self.environment.velocity
-        try:
-            position, velocity = (np.array(np.broadcast_to(each, shape), float) for each in found)
-        except (TypeError, ValueError):
-            raise BadAnswer(f"shows its object otherwise than by an array {shape}") from None
-        if not np.isfinite(position + velocity).all():
-            raise BadAnswer(f"shows its object at {position}: must be finite")
-        return position, velocity
+
+class Outside(NamedTuple):
+    """What is asked, how it is asked, what went wrong, and who is there."""
+
+    asked: Asked
+    call: Call
+    faults: Faults
+    there: tuple[bool, ...]
+
+
+@visited.member(Outside)
+def _visited(
+    s: Outside, there: tuple[bool, ...], begins: tuple[bool, ...], positions: Vectors
+) -> Outside:
+    for user, was in enumerate(s.there):
+        if was and (begins[user] or not there[user]):
+            s.asked.notify("leave", user)
+        if begins[user]:
+            s.asked.notify("join", user, np.array(positions[user]))
+    return Outside(s.asked, s.call, s.faults, there)
+
+
+@exchange.member(Outside)
+def _exchange(
+    s: Outside, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors,
+    p: BlackBoxParams,
+) -> tuple[Outside, Reply]:  # fmt: skip
+    ask = partial(s.asked.exchange, avatars, np.array(starts), np.array(velocities), p)
+    try:
+        reply, bad = s.call(ask)
+    except PLUGIN_ERRORS as error:  # whatever the plug-in raises
+        s.faults.note(error)
+        rest = zero(starts[0])
+        return s, Reply(False, velocities, starts, -1.0, rest, rest)
+    s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
+    return s, reply
+
+
+def _rows(values: Array) -> Vectors:
+    return tuple(map(tuple, values.tolist()))
 
 
 def _signal(value: Any, like: Array, name: str = "step") -> Array:
@@ -124,11 +137,25 @@ def _signal(value: Any, like: Array, name: str = "step") -> Array:
     return array
 
 
-def _stored(environment: BlackBox) -> Any:
-    if not isinstance(environment, Storing):
-        return None
+def _stored_j(environment: BlackBox) -> float:
+    """Return the energy in the environment [J]; below zero where it reports none."""
+    if not hasattr(environment, "energy"):
+        return -1.0
     energy = np.asarray(environment.energy, dtype=float)
     if not np.isfinite(energy).all():
         raise BadAnswer(f"gave energy = {energy}: must be finite")
-    energy = np.maximum(energy, 0.0)
-    return energy if energy.size > 1 else energy.item()
+    return float(np.maximum(energy, 0.0).item())
+
+
+def _shown(environment: BlackBox, shape: tuple[int, ...]) -> tuple[Vector, Vector]:
+    """Return position [m] and velocity [m/s] of the object, zero where it shows none."""
+    if not (hasattr(environment, "position") and hasattr(environment, "velocity")):
+        return (0.0,) * shape[0], (0.0,) * shape[0]
+    found = environment.position, environment.velocity
+    try:
+        position, velocity = (np.array(np.broadcast_to(each, shape), float) for each in found)
+    except (TypeError, ValueError):
+        raise BadAnswer(f"shows its object otherwise than by an array {shape}") from None
+    if not np.isfinite(position + velocity).all():
+        raise BadAnswer(f"shows its object at {position}: must be finite")
+    return tuple(position.tolist()), tuple(velocity.tolist())

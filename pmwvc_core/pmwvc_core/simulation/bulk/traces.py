@@ -10,7 +10,7 @@ import numpy as np
 
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.frame.rows import SIGNALS
-from pmwvc_core.master.safety.states import state_of, text_of
+from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.simulation.buffers import add_learned
 from pmwvc_core.simulation.bulk.book import OF_PACKET

@@ -19,18 +19,16 @@ import math
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.extremum import minimum_between
-from pmwvc_core.wave.design.filter_design import design, half_power_hz, runs_of
-from pmwvc_core.wave.design.response import sections_response
+from pmwvc_core.wave.design.filter_design import design, half_power_hz, sections_response
 
 GRID = 65536  # frequencies looked at before the largest one is refined
 
 
-def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
-    """Return the largest possible ratio g^2 of packet energy to filter-input energy, ``(runs, 1)``
-    with such parameters.
+def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> float:
+    """Return the largest possible ratio g^2 of packet energy to filter-input energy.
 
     First order: M (1-p)/(1+p) (1+p^M)/(1-p^M), at rest. ``integrate_and_dump``: 1 by the Cauchy-
     Schwarz inequality. ``none``: M, a spike at the sampling instant.
@@ -39,11 +37,10 @@ def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> V
         return float(rate_drop)
     if params.means:
         return 1.0
-    gains = [_folded_peak(one, tick_s, rate_drop) for one in runs_of(params)]
-    return _as_given(params, gains)
+    return _folded_peak(params, tick_s, rate_drop)
 
 
-def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
+def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> float:
     """Return the group delay at low frequency [s] of the filter alone.
 
     It is counted from a tick's wave to the output after the same tick: p/(1-p) ticks for the first
@@ -54,8 +51,7 @@ def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
         return 0.5 * (rate_drop - 1) * tick_s
     if not params.is_on:
         return 0.0
-    delays = [_delay_ticks(design(one, tick_s=tick_s)) * tick_s for one in runs_of(params)]
-    return _as_given(params, delays)
+    return _delay_ticks(design(params, tick_s=tick_s)) * tick_s
 
 
 def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[str]:
@@ -67,24 +63,16 @@ def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[
     if rate_drop == 1 or params.means:
         return []
     half_rate_hz = 0.5 / (rate_drop * tick_s)
-    found = []
-    for one in runs_of(params):
-        edge_hz = half_power_hz(one, tick_s=tick_s)
-        if edge_hz <= half_rate_hz:
-            continue
-        edge = "none: there is no filter" if math.isinf(edge_hz) else f"{edge_hz:.4g} Hz (-3 dB)"
-        gain = worst_case_gain(one, tick_s=tick_s, rate_drop=rate_drop)
-        found.append(
-            f"the edge of the anti-aliasing filter ({edge}) is above half the packet rate "
-            f"({half_rate_hz:.4g} Hz): in the worst case packets carry {gain:.4g} times the "
-            f"energy that went in"
-        )
-    return list(dict.fromkeys(found))
-
-
-def _as_given(params: FilterParams, values: list[float]) -> Value:
-    """Return one value, or one per run ``(runs, 1)`` where the parameters are."""
-    return values[0] if runs_of(params) == [params] else np.array(values)[:, np.newaxis]
+    edge_hz = half_power_hz(params, tick_s=tick_s)
+    if edge_hz <= half_rate_hz:
+        return []
+    edge = "none: there is no filter" if math.isinf(edge_hz) else f"{edge_hz:.4g} Hz (-3 dB)"
+    gain = worst_case_gain(params, tick_s=tick_s, rate_drop=rate_drop)
+    return [
+        f"the edge of the anti-aliasing filter ({edge}) is above half the packet rate "
+        f"({half_rate_hz:.4g} Hz): in the worst case packets carry {gain:.4g} times the "
+        f"energy that went in"
+    ]
 
 
 @functools.lru_cache(maxsize=1024)

@@ -17,20 +17,19 @@ Equations: docs/theory.md 8.5.
 """
 
 import functools
-from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams
 from pmwvc_core.wave.design.butterworth import bilinear_sections
-from pmwvc_core.wave.design.filter_design import least_order, runs_of, stacked, warped_rad_s
+from pmwvc_core.wave.design.filter_design import least_order, warped_rad_s
 
 
 class BankFilters(NamedTuple):
-    """Second-order sections ``(sections, 6)``, or ``(sections, 6, runs, 1)``; None: a wire."""
+    """Second-order sections ``(sections, 6)``; None: a wire."""
 
     low_up: Array | None  # of the wave to the server
     high_up: Array  # of the wave to the local model
@@ -42,37 +41,19 @@ def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
     """Return the filters of the bank ``params.kind`` names; ParameterError where an edge is not
     below half the tick rate, or two are too close together.
     """
-    return DESIGNS[params.kind](params, tick_s)
-
-
-def _as_published(params: BankParams, tick_s: float) -> BankFilters:
-    runs = runs_of(params)
-    high = stacked([_butterworth("high", *_edges(one, "high"), tick_s) for one in runs])
-    low = stacked([_butterworth("low", *_edges(one, "low"), tick_s) for one in runs])
-    if runs == [params]:
-        return BankFilters(None, high[..., 0, 0], None, low[..., 0, 0])
+    if params.kind == "complementary":
+        low, high = complementary(params.split_rad_s, tick_s=tick_s)
+        return BankFilters(low, high, low, high)
+    high, low = (_butterworth(side, *_edges(params, side), tick_s) for side in ("high", "low"))
     return BankFilters(None, high, None, low)
 
 
-def _complementary(params: BankParams, tick_s: float) -> BankFilters:
-    low, high = complementary(params.split_rad_s, tick_s=tick_s)
-    return BankFilters(low, high, low, high)
-
-
-DESIGNS: Mapping[str, Callable[[BankParams, float], BankFilters]] = {
-    "dissertation": _as_published,
-    "complementary": _complementary,
-}
-
-
-def complementary(pole_rad_s: Value, *, tick_s: float) -> tuple[Array, Array]:
+def complementary(pole_rad_s: float, *, tick_s: float) -> tuple[Array, Array]:
     """Return H1 = a/(s + a) and H2 = s/(s + a) by the bilinear transform, a = ``pole_rad_s``."""
     c = pole_rad_s * (0.5 * tick_s)
-    zero = 0.0 * c
-    one = 1.0 + zero
     pole = (c - 1.0) / (1.0 + c)
-    low = np.array([[c / (1.0 + c), c / (1.0 + c), zero, one, pole, zero]])
-    high = np.array([[one / (1.0 + c), -one / (1.0 + c), zero, one, pole, zero]])
+    low = np.array([[c / (1.0 + c), c / (1.0 + c), 0.0, 1.0, pole, 0.0]])
+    high = np.array([[1.0 / (1.0 + c), -1.0 / (1.0 + c), 0.0, 1.0, pole, 0.0]])
     return low, high
 
 

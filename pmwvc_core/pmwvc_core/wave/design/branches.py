@@ -33,9 +33,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.wave.design.extremum import minimum_between
-from pmwvc_core.wave.design.response import Complex
 
 TOLERANCE = 1e-9  # of an amplitude: what rounding may add to 1
 

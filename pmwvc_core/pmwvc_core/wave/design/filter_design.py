@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From the parameters of the anti-aliasing filter to its coefficients (App. A, App. B).
+"""From the parameters of the anti-aliasing filter to its coefficients (App. A, App. B), and its
+frequency response.
 
 A cut-off can be given in several ways; here each becomes a pole or second-order sections. The
 filter that runs is in :mod:`pmwvc_core.law.wave.anti_aliasing`.
@@ -8,25 +9,21 @@ filter that runs is in :mod:`pmwvc_core.law.wave.anti_aliasing`.
 Equations: docs/theory.md 2.2.
 """
 
-import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array, Value, exponential
-from pmwvc_core.params import FilterParams, Validated, specs
+from pmwvc_core.numeric import Array, Complex
+from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design import butterworth
 
-P = TypeVar("P", bound=Validated)
 DEFAULT_POLE_RAD_S = 50.0  # the filter of App. B
 HIGHEST_ORDER = 20
 PASS_THROUGH = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # a section that changes nothing
 
 
-def pole_of(params: FilterParams) -> Value:
+def pole_of(params: FilterParams) -> float:
     """Return the pole a [rad/s] of a first-order filter a/(s + a), whichever way it is given.
 
     From |H|^2 = a^2/(a^2 + w^2): half the power (-3 dB) at w = a; a hundredth (-20 dB) at
@@ -51,27 +48,28 @@ def order_of(params: FilterParams, *, tick_s: float) -> int:
     pass_edge, stop_edge = params.pass_hz, params.stop_hz
     if params.warps and stop_edge * tick_s < 0.5:
         pass_edge, stop_edge = warped_rad_s(pass_edge, tick_s), warped_rad_s(stop_edge, tick_s)
-    order = butterworth.least_order(pass_edge, params.pass_db, stop_edge, params.stop_db)
-    edges = (params.pass_hz, params.pass_db, params.stop_hz, params.stop_db)
-    return _computable(order, *edges, prefix="")
+    named = params.pass_hz, params.stop_hz
+    return least_order(pass_edge, params.pass_db, stop_edge, params.stop_db, named=named)
 
 
 def least_order(
-    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *, prefix: str = ""
+    pass_hz: float,
+    pass_db: float,
+    stop_hz: float,
+    stop_db: float,
+    *,
+    named: tuple[float, float] | None = None,
+    prefix: str = "",
 ) -> int:
     """Return the least order of an analogue Butterworth filter, low-pass or high-pass.
 
-    ``prefix`` stands before the names of the parameters in what is raised. ParameterError where
-    the edges are so close that the filter would not compute well.
+    What is raised names the edges, or those given as ``named`` where they are pre-warped, with
+    ``prefix`` before their parameters. ParameterError where they are so close that the filter
+    would not compute well.
     """
-    edges = (pass_hz, pass_db, stop_hz, stop_db)
-    return _computable(butterworth.least_order(*edges), *edges, prefix=prefix)
-
-
-def _computable(
-    order: int, pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *, prefix: str
-) -> int:
+    order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
     if order > HIGHEST_ORDER:
+        pass_hz, stop_hz = named or (pass_hz, stop_hz)
         raise ParameterError(
             f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at "
             f"{pass_hz} Hz and {stop_db} dB there is of order {order}, more than "
@@ -80,17 +78,24 @@ def _computable(
     return order
 
 
-def half_power_hz(params: FilterParams, *, tick_s: float) -> Value:
+def half_power_hz(params: FilterParams, *, tick_s: float) -> float:
     """Return the -3 dB frequency [Hz] of a filter that has one.
 
     Of the first order that of the analogue filter, of a Butterworth filter that of the sampled
     one; infinite for ``none`` and ``integrate_and_dump``, which have no such parameter.
     """
-    return DESIGNS[params.kind].half_power_hz(params, tick_s)
+    if params.kind == "first_order":
+        return pole_of(params) / (2.0 * math.pi)
+    if params.kind != "butterworth":
+        return math.inf
+    cutoff = _analogue_cutoff_rad_s(params, tick_s)
+    if params.warps:
+        return math.atan(cutoff * tick_s / 2.0) / (math.pi * tick_s)
+    return cutoff / (2.0 * math.pi)
 
 
 def design(params: FilterParams, *, tick_s: float) -> Array:
-    """Return the filter as second-order sections ``b0 b1 b2 1 a1 a2``.
+    """Return the filter as second-order sections ``b0 b1 b2 1 a1 a2``, ``(sections, 6)``.
 
     First order: exact under a held input, y+ = p y + (1-p) u with p = exp(-a T_c).
 
@@ -100,49 +105,24 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     analogue poles by z = exp(s T_c), without zeros and with unit gain at rest, so it is the
     analogue filter that meets it.
 
-    Returns
-    -------
-    ndarray
-        ``(sections, 6)``; with parameters ``(runs, 1)`` it is ``(sections, 6, runs, 1)``.
-
     Raises
     ------
     ParameterError
         If ``bilinear`` is to meet an edge that is not below half the tick rate.
     """
-    return DESIGNS[params.kind].sections(params, tick_s)
-
-
-def stacked(designs: Sequence[Array]) -> Array:
-    """Return the sections of runs as one array ``(sections, 6, runs, 1)``; the shorter filters are
-    filled up with sections that change nothing.
-    """
-    sections = max(map(len, designs))
-    padded = [np.vstack([sos, *[PASS_THROUGH] * (sections - len(sos))]) for sos in designs]
-    return np.stack(padded, axis=-1)[..., np.newaxis]
+    if params.kind == "first_order":
+        p = math.exp(-pole_of(params) * tick_s)
+        return np.array([[1.0 - p, 0.0, 0.0, 1.0, -p, 0.0]])
+    if params.kind != "butterworth":
+        return np.array([PASS_THROUGH])
+    cutoff, order = _analogue_cutoff_rad_s(params, tick_s), order_of(params, tick_s=tick_s)
+    sections = butterworth.bilinear_sections if params.warps else butterworth.matched_sections
+    return sections(order, cutoff, tick_s)
 
 
 def warped_rad_s(edge_hz: float, tick_s: float) -> float:
     """Return where an analogue filter needs its edge for the bilinear one to have it there."""
     return 2.0 / tick_s * math.tan(math.pi * edge_hz * tick_s)
-
-
-def runs_of(params: P) -> list[P]:
-    """Return plain parameters for each run of a batch; the parameters themselves where no number
-    is ``(runs, 1)``.
-    """
-    stacked = {
-        name: np.ravel(value)
-        for name in specs(params)
-        if isinstance(value := getattr(params, name), np.ndarray)
-    }
-    runs = max((column.size for column in stacked.values()), default=0)
-    columns = {name: np.broadcast_to(column, runs) for name, column in stacked.items()}
-    found = []
-    for run in range(runs):
-        numbers: dict[str, Any] = {name: float(column[run]) for name, column in columns.items()}
-        found.append(dataclasses.replace(params, **numbers))  # type: ignore[type-var]
-    return found or [params]
 
 
 def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
@@ -162,47 +142,34 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
     return float(edge / loss ** (0.5 / order_of(params, tick_s=tick_s)))
 
 
-def _butterworth_half_power_hz(params: FilterParams, tick_s: float) -> float:
-    cutoff = _analogue_cutoff_rad_s(params, tick_s)
-    if params.warps:
-        return math.atan(cutoff * tick_s / 2.0) / (math.pi * tick_s)
-    return cutoff / (2.0 * math.pi)
+def response(
+    params: FilterParams, frequency_hz: Array, *, tick_s: float, rate_drop: int
+) -> Complex:
+    """Return the frequency response of an anti-aliasing filter at the tick rate.
+
+    ``integrate_and_dump`` counts as the moving mean over M ticks whose last value in a frame the
+    packet is.
+    """
+    omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float) * tick_s
+    if params.means:
+        ages = np.arange(rate_drop)
+        mean: Complex = np.exp(-1j * np.multiply.outer(omega, ages)).mean(axis=-1)
+        return mean
+    return sections_response(design(params, tick_s=tick_s), omega)
 
 
-def _butterworth(params: FilterParams, tick_s: float) -> Array:
-    cutoff, order = _analogue_cutoff_rad_s(params, tick_s), order_of(params, tick_s=tick_s)
-    sections = butterworth.bilinear_sections if params.warps else butterworth.matched_sections
-    return sections(order, cutoff, tick_s)
+def sections_response(sos: Array, angle: Array) -> Complex:
+    """Return the response of second-order sections ``(sections, 6)`` at angles [rad per tick].
 
-
-def _of_runs(params: FilterParams, tick_s: float) -> Array:
-    runs = runs_of(params)
-    designs = [_butterworth(one, tick_s) for one in runs]
-    return designs[0] if runs == [params] else stacked(designs)
-
-
-def _first_order(params: FilterParams, tick_s: float) -> Array:
-    p = exponential(-pole_of(params) * tick_s)
-    zero = 0.0 * p
-    return np.array([[1.0 - p, zero, zero, 1.0 + zero, -p, zero]])
-
-
-def _first_order_half_power_hz(params: FilterParams, tick_s: float) -> Value:
-    return pole_of(params) / (2.0 * math.pi)
-
-
-class FilterDesign(NamedTuple):
-    """The design of one kind of filter: its -3 dB frequency [Hz] and its sections."""
-
-    half_power_hz: Callable[[FilterParams, float], Value] = lambda params, tick_s: math.inf
-    sections: Callable[[FilterParams, float], Array] = lambda params, tick_s: np.array(
-        [PASS_THROUGH]
-    )
-
-
-DESIGNS: Mapping[str, FilterDesign] = {
-    "none": FilterDesign(),
-    "first_order": FilterDesign(_first_order_half_power_hz, _first_order),
-    "butterworth": FilterDesign(_butterworth_half_power_hz, _of_runs),
-    "integrate_and_dump": FilterDesign(),
-}
+    A factor (1 - 1/z) of a numerator or denominator is formed as such, so that it keeps its
+    relative accuracy near rest.
+    """
+    delay = np.exp(-1j * np.asarray(angle, dtype=float))
+    rest = 2j * np.sin(0.5 * angle) * np.exp(-0.5j * np.asarray(angle))  # 1 - 1/z
+    found: Complex = np.ones_like(delay)
+    for b0, b1, b2, a0, a1, a2 in sos:
+        # c0 + c1 d + c2 d^2 = (c0 + c1 + c2) - (c1 + c2 (1 + d)) (1 - d)
+        above = (b0 + b1 + b2) - (b1 + b2 * (1.0 + delay)) * rest
+        below = (a0 + a1 + a2) - (a1 + a2 * (1.0 + delay)) * rest
+        found = found * above / below
+    return found

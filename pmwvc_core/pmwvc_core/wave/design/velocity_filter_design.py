@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The design of the high-pass filter that feeds the outgoing wave back (App. D), for any
-anti-aliasing filter.
+anti-aliasing filter; its effect on waves, velocity, lag and noise, over frequency.
 
 Unless the parameters give it, it follows from H_LP, the response of the anti-aliasing filter:
 
@@ -18,7 +18,7 @@ Unless the parameters give it, it follows from H_LP, the response of the anti-al
   anything. Both branches go through their filter twice: H_LP = H_1^2 with the anti-aliasing filter
   between, H_HP = H_2^2.
 
-Equations: docs/theory.md 7.8.
+Its passivity: :mod:`.branches`. Equations: docs/theory.md 7.8, 7.9.
 """
 
 import dataclasses
@@ -28,51 +28,44 @@ import math
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.design.branches import TOLERANCE
 from pmwvc_core.wave.design.butterworth import bilinear_sections
 from pmwvc_core.wave.design.extremum import minimum_between
-from pmwvc_core.wave.design.filter_design import half_power_hz, runs_of, stacked, warped_rad_s
-from pmwvc_core.wave.design.response import Complex, response
+from pmwvc_core.wave.design.filter_design import (
+    half_power_hz,
+    response,
+    sections_response,
+    warped_rad_s,
+)
 
 POINTS_IN_PHASE = 512  # frequencies of App. D section 4
 POINTS = 8192  # of a search, half of them near rest
 CUTOFF_RATIO = 1.001  # of a cut-off: what may lie between two of them
 HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
 HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
+SLOW = 1e-6  # angle [rad per tick] at which a lag is read
 
 
 def high_pass(params: MasterParams) -> Array:
-    """Return H_HP as second-order sections ``(sections, 6)``, or ``(sections, 6, runs, 1)`` with
-    such parameters (of ``complementary``: one of the two H_2); ParameterError where no such filter
-    exists.
+    """Return H_HP as second-order sections ``(sections, 6)`` (of ``complementary``: one of the two
+    H_2); ParameterError where no such filter exists.
     """
-    return _of_runs(params, "highpass")
+    return sections_of(chosen(params).velocity_filter, params.tick_s, "highpass")
 
 
 def low_pass(params: MasterParams) -> Array:
     """Return H_1 of the complementary pair, shaped as :func:`high_pass`."""
-    return _of_runs(params, "lowpass")
+    return sections_of(chosen(params).velocity_filter, params.tick_s, "lowpass")
 
 
-def _of_runs(params: MasterParams, kind: str) -> Array:
-    runs = [sections_of(one.velocity_filter, one.tick_s, kind) for one in chosen(params)]
-    return runs[0] if len(runs) == 1 else stacked(runs)
-
-
-def chosen(params: MasterParams) -> list[MasterParams]:
-    """Return plain parameters per run (one where no number is ``(runs, 1)``) with ``alpha`` or
-    ``cutoff_hz`` given; ParameterError where no such filter exists.
+def chosen(params: MasterParams) -> MasterParams:
+    """Return parameters with ``alpha`` or ``cutoff_hz`` given; ParameterError where no such filter
+    exists.
     """
-    filters, own = runs_of(params.filter), runs_of(params.velocity_filter)
-    runs = max(len(filters), len(own))
-    found = []
-    for run in range(runs):
-        low, high = filters[run % len(filters)], own[run % len(own)]
-        whole = _completed(high, low, params.tick_s, params.rate_drop)
-        found.append(dataclasses.replace(params, filter=low, velocity_filter=whole))
-    return found
+    whole = _completed(params.velocity_filter, params.filter, params.tick_s, params.rate_drop)
+    return dataclasses.replace(params, velocity_filter=whole)
 
 
 @functools.lru_cache(maxsize=1024)
@@ -158,3 +151,61 @@ def sections_of(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
     assert own.cutoff_hz is not None  # completed
     cutoff = warped_rad_s(own.cutoff_hz, tick_s)
     return bilinear_sections(own.order, cutoff, tick_s, kind.removesuffix("pass"))
+
+
+def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Complex]:
+    """Return the responses of the branch to the environment and back, and of that fed back (all
+    of it, not the share), for parameters that :func:`chosen` has completed.
+    """
+    tick_s, own = params.tick_s, params.velocity_filter
+    angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
+    low = response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
+    high = sections_response(sections_of(own, tick_s, "highpass"), angle)
+    if not own.splits:
+        return low, high
+    pair = sections_response(sections_of(own, tick_s, "lowpass"), angle)
+    return low * pair**2, high**2
+
+
+def velocity_gain(params: MasterParams, frequency_hz: Array) -> Complex:
+    """Return what is left of the velocity in the force, F_m/(b xd) while nothing comes back.
+
+    Exact and complementary (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
+    """
+    _, high = branches(params, frequency_hz)
+    fed = params.velocity_filter.share * high
+    if params.velocity_filter.in_force:
+        return np.asarray(1.0 - 2.0 * fed)
+    return np.asarray((1.0 - fed) / (1.0 + fed))
+
+
+def slow_lags(params: MasterParams) -> tuple[float, float]:
+    """Return what the filter adds to the lag of slow motion once around, pressing on a wall and
+    with nothing touched [s].
+
+    Near rest H_HP is tau p, p the derivative in time (order 1; zero for higher orders). A wall
+    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free, v = (1 - lag p) u + s tau p u:
+    shorter by as much. The equivalent form leaves the waves alone and takes 2 s b tau off the felt
+    mass, which is b lag/2.
+    """
+    if not params.velocity_filter.is_on:
+        return 0.0, 0.0
+    own, tick_s = chosen(params).velocity_filter, params.tick_s
+    angle = np.array([SLOW])
+    fed = sections_response(sections_of(own, tick_s, "highpass"), angle)[0]
+    if own.splits:
+        passed = sections_response(sections_of(own, tick_s, "lowpass"), angle)[0] ** 2
+        longer = -float(passed.imag) / SLOW * tick_s
+        return longer, longer
+    answered = float(own.share) * float(fed.imag) / SLOW * tick_s
+    return (0.0, -4.0 * answered) if own.in_force else (answered, -answered)
+
+
+def noise_gain(params: MasterParams) -> float:
+    """Return the length of the noise that the difference of a rounded position makes in the
+    force, beside that without a filter (rms; white rounding errors).
+    """
+    turn = np.arange(16384) / 16384
+    power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2
+    gain = velocity_gain(params, turn / params.tick_s)
+    return float(np.sqrt(np.mean(np.abs(gain) ** 2 * power) / 2.0))

@@ -5,13 +5,41 @@ points of the group ``pmwvc.compensations``. Their laws are in
 :mod:`pmwvc_core.law.black_box.compensations`.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.law.black_box.compensations import AsPublished, Corrected, JointLedger, Untreated
 from pmwvc_core.params import ServerParams
-from pmwvc_core.plugins import Records
-from pmwvc_core.server.compensations.record import Compensation
+from pmwvc_core.plugins import Record, Records
 
-__all__ = ["COMPENSATIONS", "Compensation"]
+
+@dataclass(frozen=True, kw_only=True)
+class Compensation(Record):
+    """A compensation: what its law starts from, and its properties.
+
+    Attributes
+    ----------
+    rest
+        Makes, for a number of users, the state (a NamedTuple) by whose type the family
+        :data:`pmwvc_core.law.black_box.compensations.compensated` chooses the law.
+    limits
+        Whether it shortens returning waves, and so may withhold an environment from a user.
+    passive
+        Tells whether the port returns no more energy than it received, whatever the environment.
+    allowance_j
+        Energy that it may give out without having received it [J].
+    accounts
+        Every account that it keeps: numbers of its state, in their order.
+    """
+
+    rest: Callable[[int], Any]
+    limits: bool = False
+    passive: Callable[[ServerParams], bool] = lambda params: False
+    allowance_j: Callable[[ServerParams], float] = lambda params: 0.0
+    accounts: tuple[Entry, ...] = ()
+
 
 DEFICIT = Entry("debt", "deficit, recovered from later waves", Role.LEVEL)
 OF_LEDGER = (
