@@ -19,7 +19,7 @@ from support import linear_loops
 from pmwvc_analysis.models import elements, loop, multirate
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.models.linearize import linearize
+from pmwvc_analysis.models.linearize import kept_loop, linearize
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.stability import radii
@@ -175,6 +175,7 @@ def anew():
     def lift():
         for kept in (elements.lifted, elements._family):
             kept.cache_clear()
+        kept_loop.cache_clear()
         return elements.lifted(user_tick)
 
     yield lift

@@ -40,11 +40,11 @@ class Elements(np.ndarray[Any, Any]):
 
     def __bool__(self) -> bool:
         """Return the decision of all elements; DividedError where they differ."""
-        which = np.atleast_1d(self.view(np.ndarray) != 0)
-        first = bool(which[0])
-        if (which if first else ~which).all():
-            return first
-        raise DividedError(which)
+        which = self.view(np.ndarray) != 0
+        those = np.count_nonzero(which)
+        if 0 < those < which.size:
+            raise DividedError(which)
+        return bool(those)
 
     # As of numbers: another name may stand for the same one.
     def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]

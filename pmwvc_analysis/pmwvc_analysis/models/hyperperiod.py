@@ -103,6 +103,17 @@ class Hyperperiod(Loop):
             ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis; empty where none are
             wanted.
         """
+        if (asked := (inputs, rounds, one)) != self._went:
+            self._go(*asked)
+        names = [f"{line.name}.{{}}" for line in self.lines for _ in range(self.ticks * self.dof)]
+        return self.ended(rounds), {
+            name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
+            for name, of in self._read.items()
+            if outputs
+        }
+
+    def _go(self, inputs: bool, rounds: int, one: float) -> None:
+        """Step around as :meth:`around` says, and keep what is read."""
         users, ticks = range(len(self.lines)), self.ticks
         self.begin(len(users) * ticks if inputs else 0, one)
         read: dict[str, list[list[Any]]] = {name: [[] for _ in users] for name in OUTPUTS}
@@ -113,12 +124,7 @@ class Hyperperiod(Loop):
             for user, values in enumerate(self.advance(tick, forces)):
                 for name, value in zip(OUTPUTS, values, strict=True):
                     read[name][user] += value
-        names = [f"{line.name}.{{}}" for line in self.lines for _ in range(ticks * self.dof)]
-        return self.ended(rounds), {
-            name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
-            for name, of in read.items()
-            if outputs
-        }
+        self._went, self._read = (inputs, rounds, one), read
 
     def begin(self, inputs: int, one: float = ONE) -> None:
         """Set every state to one in a column of its own, with as many more for inputs."""
@@ -230,9 +236,7 @@ class Hyperperiod(Loop):
         states, found = moving, True
         while found:
             self._carried = {state: path for state, path in places.items() if state in states}
-            self.begin(0)
-            for tick in range(self.ticks):
-                self.advance(tick, self.still)
+            self._go(inputs=False, rounds=1, one=ONE)
             values = leaves(self.s)
             others = [state for state in places if state not in self._carried]
             answers = self._answers([values[places[state]] for state in others])
@@ -240,4 +244,3 @@ class Hyperperiod(Loop):
             answer = np.any(small > large * LESS**1.5, axis=1).tolist()
             new = {state for state, is_one in zip(others, answer, strict=True) if is_one}
             states, found = states | new, bool(new)
-        self.s = self._rest

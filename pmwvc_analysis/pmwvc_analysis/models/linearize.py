@@ -14,12 +14,14 @@ Not here: motions that are no instability (:mod:`.rigid`).
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.outside import checked
+from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -68,8 +70,15 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = checked(scenario, live=live, weights=weights)
+    loop_of = kept_loop.__wrapped__ if any(lengths(scenario)) else kept_loop
+    loop = loop_of(scenario, live, tuple(weights))
     return model_of(loop, *loop.around(outputs=outputs))
+
+
+@lru_cache(maxsize=8)
+def kept_loop(scenario: Scenario, live: bool, weights: tuple[int, ...]) -> Hyperperiod:
+    """Return a loop without columns: one for all that is asked of it in a row."""
+    return checked(scenario, live=live, weights=weights)
 
 
 def model_of(loop: Hyperperiod, rows: Array, read: dict[str, Array]) -> Linear:

@@ -24,6 +24,7 @@ from pmwvc_core.scenario.scenario import Scenario
 
 SEND, BEGIN, TICK = lifted(send), lifted(begin), lifted(user_tick)
 STEP, DEVICE = lifted(server_step), lifted(device_step)
+AT_REST = send, begin, user_tick, server_step, device_step  # of numbers
 
 
 class Loop:
@@ -71,10 +72,12 @@ class Loop:
         self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
         rest = rest_of(scenario, self.lines, self.ticks)
         self._start = rest.start
+        self._laws: Any = AT_REST if self.runs == 1 else ()
         for tick in range(rest.start, 0):
             if self.paces and tick == rest.settled:
                 self.s = with_settled_paces(self.s, self.lines, self.paces)
             self.advance(tick, self.still)
+        self._laws = ()
         for line in self.lines:
             line.up.settle()
             line.down.settle()
@@ -86,6 +89,7 @@ class Loop:
 
     def advance(self, tick: int, forces: Sequence[Vector]) -> list[tuple[Vector, Vector, Vector]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""
+        send_, begin_, tick_, step_, device_ = self._laws or (SEND, BEGIN, TICK, STEP, DEVICE)
         number = tick - self._start
         now_ns = number * self._tick_ns
         loops, devices, server = list(self.s.loops), list(self.s.devices), self.s.server
@@ -93,13 +97,13 @@ class Loop:
         for i, line in enumerate(self.lines):
             if line.frame.due(tick):
                 p = self.p.loops[i]
-                loops[i], packet, _ = SEND(loops[i], now_ns, samples[i], False, p)
-                loops[i] = BEGIN(loops[i], number, p)
+                loops[i], packet, _ = send_(loops[i], now_ns, samples[i], False, p)
+                loops[i] = begin_(loops[i], number, p)
                 line.up.send(tick, packet)
         if self.serve.due(tick):
             came = [packets for line in self.lines for packets in self._at_server(line, tick)]
             server = server._replace(guests=tuple(map(sums_anew, server.guests)))
-            server, answers = STEP(server, now_ns, tuple(came), 0.0, self.p.server)
+            server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
             for line in self.lines:
                 answer = answers[line.ports[0]]
                 if answer.sends:
@@ -108,8 +112,8 @@ class Loop:
         for i, line in enumerate(self.lines):
             packets, sample = line.down.collect(tick), samples[i]
             loop = sums_anew(loops[i]) if packets else loops[i]
-            loops[i], done = TICK(loop, number, now_ns, sample, packets, self.p.loops[i])
-            devices[i], _, _ = DEVICE(devices[i], forces[i], done.f, self.p.devices[i])
+            loops[i], done = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
+            devices[i], _, _ = device_(devices[i], forces[i], done.f, self.p.devices[i])
             out.append((sample.x, sample.xd, done.f_m))
         self.s = Ends(tuple(loops), tuple(devices), server)
         return out

@@ -108,7 +108,7 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
     """
     work, smaller = Work(scenario), subproblems(scenario)
     decades = np.log10(bound / LOWEST)
-    fine = 0.2
+    fine, first = 0.2, list[bool]()
     try:
         if not any(is_long(part.scenario, live=live) for part in smaller):
             states = 1
@@ -121,13 +121,14 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
         exactly: dict[str, Any] = {"within": 1e-6, "parts": 17} if fine == 1.0 else ROUGHLY
 
         def at(stiffness: Array) -> Array:
-            return _flags(with_stiffness(scenario, stiffness), work, live=live)
+            flags = _flags(with_stiffness(scenario, stiffness), work, live=live)
+            first.append(bool(_stable(flags[0])))
+            return flags
 
         found = crossings(at, grid, **exactly)
-        begins = bool(_stable(at(grid[:1, np.newaxis]))[0])
     except UnknownError as error:
         return Limit(None, bound, [], str(error))
-    return limit_of(found, stable_at_first=begins, bound=bound)
+    return limit_of(found, stable_at_first=first[0], bound=bound)
 
 
 def crossings(
