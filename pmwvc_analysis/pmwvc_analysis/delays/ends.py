@@ -116,7 +116,7 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     loop = checked(dataclasses.replace(scenario, users=tuple(users)), live=live)
     links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
     model = opened_at(loop, links)
-    (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)
+    (rows,), (sent,), n = model.rows, model.read["sent"], len(model.columns)
     packet = len(CUT) * loop.dof  # the wave comes first
     up = [packet * user + axis for user in range(len(users)) for axis in range(loop.dof)]
     down = [packet * len(users) + index for index in up]

@@ -111,11 +111,11 @@ def opened(
     model = opened_at(loop, links)
     states, motions = len(model.columns), rigid.motions(model)
     read = np.flatnonzero(np.any(model.rows[:, :, states:] != 0.0, axis=(0, 1)))
-    through = np.any(model.outputs["sent"][:, :, states:] != 0.0, axis=(0, 1))
+    through = np.any(model.read["sent"][:, :, states:] != 0.0, axis=(0, 1))
     read = np.union1d(read, np.flatnonzero(through))  # what of the packets counts
     inside, inputs = slice(0, states), states + read
     found, at_one = [], []
-    for run, (rows, sent) in enumerate(zip(model.rows, model.outputs["sent"], strict=True)):
+    for run, (rows, sent) in enumerate(zip(model.rows, model.read["sent"], strict=True)):
         out = sent[read]
         system, ones = observable(
             System(rows[:, inside], rows[:, inputs], out[:, inside], out[:, inputs])

@@ -38,6 +38,8 @@ class Hyperperiod(Loop):
     ----------
     names
         The states: name and axis, those of packets under way last.
+    places
+        Where they are, and what object and contacts are called.
     """
 
     def __init__(
@@ -48,7 +50,7 @@ class Hyperperiod(Loop):
         weights: Sequence[int] = (),
     ) -> None:
         super().__init__(scenario, live=live, weights=weights)
-        self._rest, self._places = self.s, Places(scenario, self.lines)
+        self._rest, self.places = self.s, Places(scenario, self.lines)
         self._under_way: dict[State, Under] = {
             (f"{line.name}.{way}.{signal}[{past}]", axis): (link, past, signal, axis)
             for line in self.lines
@@ -64,15 +66,6 @@ class Hyperperiod(Loop):
     def names(self) -> list[State]:
         """The states."""
         return [*self._carried, *self._under_way]
-
-    @property
-    def body(self) -> str:
-        """Name of the object's position; its velocity has a d more."""
-        return self._places.body
-
-    def deflection(self, index: int) -> str:
-        """Return the name of the deflection of a user's contact."""
-        return self._places.deflection(index)
 
     def around(
         self,
@@ -134,7 +127,7 @@ class Hyperperiod(Loop):
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
         units = {state: self._unit(column) for column, state in enumerate(self.names)}
-        self.s = self._places.followed(
+        self.s = self.places.followed(
             planted(
                 repeated(self._rest, self._columns),
                 {path: units[state] for state, path in self._carried.items()},
@@ -232,7 +225,7 @@ class Hyperperiod(Loop):
     def _find(self) -> None:
         """Find the states: those that the motion of devices and object sets in motion."""
         self._p = self.p
-        places, moving = self._places.of(self._rest), self._places.moving(self.dof)
+        places, moving = self.places.of(self._rest), self.places.moving(self.dof)
         states, found = moving, True
         while found:
             self._carried = {state: path for state, path in places.items() if state in states}

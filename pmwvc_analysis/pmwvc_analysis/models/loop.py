@@ -12,7 +12,7 @@ from typing import Any
 from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.ends import Ends, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
-from pmwvc_analysis.models.links import Line, line_of, modelled_ticks, sums_anew
+from pmwvc_analysis.models.links import line_of, modelled_ticks, sums_anew
 from pmwvc_analysis.models.rest import rest_of, settled_paces, with_settled_paces
 from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.law.port.sensing import Sample
@@ -60,6 +60,7 @@ class Loop:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
         self._tick_ns = round(scenario.tick_s * 1e9)
+        self.live, self.weights = live, weights
         self.ticks, self.dof = modelled_ticks(scenario), axes_of(scenario)
         ports, users = itertools.count(), range(len(scenario.users))
         self.lines = [
@@ -70,11 +71,10 @@ class Loop:
         self.runs = max(lengths(scenario), default=1)
         self.s, self.p = made(scenario, self.lines, self.dof)
         self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
-        rest = rest_of(scenario, self.lines, self.ticks)
-        self._start = rest.start
+        self._start, settled = rest_of(scenario, self.lines, self.ticks)
         self._laws: Any = AT_REST if self.runs == 1 else ()
-        for tick in range(rest.start, 0):
-            if self.paces and tick == rest.settled:
+        for tick in range(self._start, 0):
+            if self.paces and tick == settled:
                 self.s = with_settled_paces(self.s, self.lines, self.paces)
             self.advance(tick, self.still)
         self._laws = ()
@@ -101,7 +101,9 @@ class Loop:
                 loops[i] = begin_(loops[i], number, p)
                 line.up.send(tick, packet)
         if self.serve.due(tick):
-            came = [packets for line in self.lines for packets in self._at_server(line, tick)]
+            came: list[list[Any]] = []  # by port: equal users have the same
+            for line in self.lines:
+                came += [line.up.collect(tick)] * len(line.ports)
             server = server._replace(guests=tuple(map(sums_anew, server.guests)))
             server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
             for line in self.lines:
@@ -117,8 +119,3 @@ class Loop:
             out.append((sample.x, sample.xd, done.f_m))
         self.s = Ends(tuple(loops), tuple(devices), server)
         return out
-
-    def _at_server(self, line: Line, tick: int) -> list[list[Any]]:
-        """Return the packets of a user for each of its ports."""
-        packets = line.up.collect(tick)
-        return [packets for _ in line.ports]

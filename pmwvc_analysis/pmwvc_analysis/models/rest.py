@@ -11,7 +11,7 @@ Equations: docs/theory.md 15.3.
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from pmwvc_analysis.models.ends import Ends
 from pmwvc_analysis.models.links import Line
@@ -24,31 +24,17 @@ SETTLED_S = 30.0  # many times as long as the lag takes to follow
 STORE_S = 0.1  # more than a settled playout has in store
 
 
-class Rest(NamedTuple):
-    """The beginning of a loop.
-
-    Attributes
-    ----------
-    start
-        Tick with which it begins; tick 0 is a whole number of hyperperiods later.
-    settled
-        Tick before which the clocks of the playouts are set.
-    """
-
-    start: int
-    settled: int
-
-
-def rest_of(scenario: Scenario, lines: list[Line], ticks: int) -> Rest:
-    """Return the beginning of a loop with a hyperperiod of so many ticks: every link has answered
-    by tick 0, and what playouts had in store before their clocks were set is played.
+def rest_of(scenario: Scenario, lines: list[Line], ticks: int) -> tuple[int, int]:
+    """Return the tick with which a loop begins, whole hyperperiods of so many ticks before tick 0,
+    and that before which the clocks of its playouts are set: every link has answered by tick 0,
+    and what playouts had in store before is played.
     """
     apart = 4 * max(max(line.frame.period, line.serve.period) for line in lines)
     answered, played = max(line.delay for line in lines) + apart, 0
     if scenario.strict:
         played = apart + math.ceil(STORE_S / scenario.tick_s)
     settled = -ticks * -(-played // ticks)
-    return Rest(settled - ticks * (-(-answered // ticks) + 2 * scenario.strict), settled)
+    return settled - ticks * (-(-answered // ticks) + 2 * scenario.strict), settled
 
 
 def with_settled_paces(s: Ends, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> Ends:

@@ -10,18 +10,16 @@ Equations: docs/theory.md 15.1.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.delays.long_delay import is_long, opened
+from pmwvc_analysis.delays.long_delay import Opened, is_long, opened
 from pmwvc_analysis.delays.work import UnknownError, Work
-from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
-from pmwvc_analysis.models.multirate import transitions
+from pmwvc_analysis.models.linearize import Linear, linearize
+from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import varied
@@ -66,39 +64,39 @@ def radii(scenario: Scenario, *, live: bool = False) -> Array:
     UnknownError where that is more work than allowed.
     """
     work = Work(scenario)
-    parts = [(part, hyperperiod_ticks(part.scenario)) for part in subproblems(scenario)]
-    ticks = math.lcm(*(length for _, length in parts))
-    return _largest([_radii(part, work, live=live) ** (ticks // n) for part, n in parts])
+    found = [
+        (loop.radii(), loop.ticks) for loop in _loops(scenario, work, live=live, circles=RADIUS)
+    ]
+    ticks = math.lcm(*(length for _, length in found))
+    radii_of = [values ** (ticks // length) for values, length in found]
+    return np.asarray(np.max(np.broadcast_arrays(*radii_of), axis=0))
 
 
-def _largest(values: Sequence[Array]) -> Array:
-    return np.asarray(np.max(np.broadcast_arrays(*values), axis=0))
-
-
-def _radii(part: Subproblem, work: Work, *, live: bool) -> Array:
-    of: dict[str, Any] = {"live": live, "weights": part.weights}
-    work.stepping(part.scenario)
-    if is_long(part.scenario, live=live):
-        loops = opened(part.scenario, **of)
-        work.circles(loops.loci, RADIUS)
-        return loops.radii()
-    dense = transitions(part.scenario, **of)
-    left = rigid.quotient(dense.matrices, dense.rigid)
-    work.eigenvalues(left)
-    return rigid.radius(left)
+def _loops(
+    scenario: Scenario, work: Work, *, live: bool, circles: int
+) -> Iterator[Linear | Opened]:
+    """Yield the models of the smaller problems of a scenario; work is counted before it is done,
+    with so many circles for each that is open at long delays.
+    """
+    for part in subproblems(scenario):
+        of: dict[str, Any] = {"live": live, "weights": part.weights}
+        work.stepping(part.scenario)
+        if is_long(part.scenario, live=live):
+            long = opened(part.scenario, **of)
+            work.circles(long.loci, circles)
+            yield long
+        else:
+            dense = linearize(part.scenario, **of)
+            work.eigenvalues(dense.left)
+            yield dense
 
 
 def _flags(scenario: Scenario, work: Work, *, live: bool) -> Array:
     """Return 0.5 where runs are stable and 2 where not: faster than radii at long delays."""
-    found = []
-    for part in subproblems(scenario):
-        if is_long(part.scenario, live=live):
-            work.stepping(part.scenario)
-            loops = opened(part.scenario, live=live, weights=part.weights)
-            work.circles(loops.loci, 1)
-            found.append(loops.stable())
-        else:
-            found.append(_stable(_radii(part, work, live=live)))
+    found = [
+        loop.stable() if isinstance(loop, Opened) else _stable(loop.radii())
+        for loop in _loops(scenario, work, live=live, circles=1)
+    ]
     return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
 
 
@@ -114,8 +112,8 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
             states = 1
             for part in smaller:
                 work.stepping(part.scenario)
-                matrices = transitions(part.scenario, live=live, weights=part.weights).matrices
-                states = max(states, matrices.shape[-1])
+                model = linearize(part.scenario, live=live, weights=part.weights)
+                states = max(states, len(model.columns))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
         exactly: dict[str, Any] = {"within": 1e-6, "parts": 17} if fine == 1.0 else ROUGHLY
