@@ -37,21 +37,13 @@ DOUBLE = 1e-5  # the same where rigid motions are double eigenvalues, which roun
 
 
 class Opened(NamedTuple):
-    """A loop that is open at its long links; its loci are one per run, ``ticks`` is N.
+    """A loop that is open at its long links."""
 
-    Attributes
-    ----------
-    at_one
-        Per run, how many eigenvalues of the loop are 1 by a rigid motion that packets show.
-    motions, states
-        How many rigid motions the first run has, and how many states with all packets.
-    """
-
-    loci: list[Loci]
-    ticks: int
-    at_one: list[int]
-    motions: int
-    states: int
+    loci: list[Loci]  # one per run
+    ticks: int  # N
+    at_one: list[int]  # per run, eigenvalues that are 1 by a rigid motion that packets show
+    motions: int  # rigid ones of the first run
+    states: int  # with all packets
 
     @property
     def limits(self) -> list[float]:

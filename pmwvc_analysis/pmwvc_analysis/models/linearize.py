@@ -39,25 +39,13 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class Linear:
-    """The linear model of a scenario whose numbers may be columns.
-
-    Attributes
-    ----------
-    columns
-        Column of every state, by its name and axis.
-    rows
-        ``(runs, states, states and inputs)``: the states after the hyperperiod.
-    read
-        What was read of them otherwise, likewise.
-    placed
-        Names of the positions and velocities that a uniform motion is given by.
-    """
+    """The linear model of a scenario whose numbers may be columns."""
 
     loop: Hyperperiod
-    columns: dict[tuple[str, int], int]
-    rows: Array
-    read: dict[str, Array]
-    placed: frozenset[str]
+    columns: dict[tuple[str, int], int]  # of every state, by its name and axis
+    rows: Array  # (runs, states, states and inputs), the states after the hyperperiod
+    read: dict[str, Array]  # (runs, signals, states and inputs), what was read of them
+    placed: frozenset[str]  # names of what a uniform motion is given by
 
     @property
     def states(self) -> list[str]:
@@ -119,14 +107,7 @@ def linearize(
     outputs: bool = False,
 ) -> Linear:
     """Return the linear model of a scenario; see :class:`.loop.Loop` for what is asked. Its inputs
-    are left out.
-
-    Raises
-    ------
-    NonlinearError
-        If something is not linear.
-    PmwvcError
-        If the hyperperiod is too long.
+    are left out. Raises what :func:`.outside.checked` raises.
     """
     loop_of = kept_loop.__wrapped__ if any(lengths(scenario)) else kept_loop
     loop = loop_of(scenario, live, tuple(weights))
@@ -146,23 +127,19 @@ def model_of(loop: Hyperperiod, rows: Array, read: dict[str, Array]) -> Linear:
     moving |= {f"{line.name}.device.{x}" for line in loop.lines for x in ("x", "xd")}
     moving |= {loop.places.deflection(index) for index in range(len(loop.lines))}
     moving |= {name for name, _ in entries if name.endswith(".local.x")}  # springs
-    found = reduced(rows, list(read.values()), always=lambda j: entries[j][0] in moving)
-    columns = {entries[j]: index for index, j in enumerate(found.kept)}
+    kept, (left, *signals) = reduced(
+        rows, list(read.values()), always=lambda j: entries[j][0] in moving
+    )
+    columns = {entries[j]: index for index, j in enumerate(kept)}
     placed = moving & {name for name, _ in columns}
-    outputs = dict(zip(read, found.read, strict=True))
-    return Linear(loop, columns, found.rows, outputs, frozenset(placed))
+    outputs = dict(zip(read, signals, strict=True))
+    return Linear(loop, columns, left, outputs, frozenset(placed))
 
 
-class Reduced(NamedTuple):
-    """States that are kept, and the matrices on them."""
-
-    kept: list[int]
-    rows: Array  # (runs, kept, kept and inputs)
-    read: list[Array]  # (runs, signals, kept and inputs)
-
-
-def reduced(rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]) -> Reduced:
-    """Leave out states that do not matter.
+def reduced(
+    rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]
+) -> tuple[list[int], list[Array]]:
+    """Return the states that matter, and on them the matrices given.
 
     Parameters
     ----------
@@ -204,7 +181,7 @@ def reduced(rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]
         kept = left
     columns = kept + list(range(n, rows.shape[2]))
     found, *outputs = (each[:, :, columns] for each in whole)
-    return Reduced(kept, found[:, kept], outputs)
+    return kept, [found[:, kept], *outputs]
 
 
 def _twins(rows: Array, kept: list[int], always: Callable[[int], bool]) -> dict[int, int]:

@@ -25,23 +25,15 @@ LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 M
 
 
 def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
-    """Return the exact model of a scenario, with inputs and outputs.
-
-    Parameters
-    ----------
-    scenario
-        What to model, with plain numbers.
-    live
-        Phases of a live session instead of the simulator's.
-    weights
-        How many equal users, that move together, each user stands for.
+    """Return the exact model of a scenario of plain numbers, with inputs and outputs; see
+    :class:`.loop.Loop` for what is asked.
 
     Raises
     ------
     NonlinearError
         If an element is not linear.
     PmwvcError
-        If the hyperperiod is too long.
+        If the hyperperiod is too long, or there are too many states or inputs.
     """
     loop = checked(scenario, live=live, weights=weights)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.names) * loop.dof

@@ -21,7 +21,7 @@ from pmwvc_analysis.delays.work import UnknownError, Work
 from pmwvc_analysis.models.linearize import Linear, linearize
 from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.variation import with_stiffness
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -30,7 +30,7 @@ LOWEST = 0.1  # [N/m]
 ROUNDING = 1e-9
 PER_DECADE = 20
 LARGEST_BATCH = 512
-ROUGHLY = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
+ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
 RADIUS = 30  # circles to draw for a radius
 
 Radii = Callable[[Array], Array]  # spectral radius at each of several values
@@ -40,23 +40,14 @@ Radii = Callable[[Array], Array]  # spectral radius at each of several values
 class Limit:
     """The limit of stability along one parameter.
 
-    Attributes
-    ----------
-    first
-        Smallest value at which stability is lost; 0 where the lowest value examined is
-        unstable already; None where nothing up to ``bound`` is unstable.
-    bound
-        Largest value looked at.
-    islands
-        Stable ranges above ``first``.
-    unknown
-        Why it is not known; empty where it is.
+    ``first`` is the smallest value at which stability is lost: 0 where the lowest value examined
+    is unstable already, None where nothing up to ``bound``, the largest one, is.
     """
 
     first: float | None
     bound: float
-    islands: list[tuple[float, float]]
-    unknown: str = ""
+    islands: list[tuple[float, float]]  # stable ranges above
+    unknown: str = ""  # why it is not known
 
 
 def radii(scenario: Scenario, *, live: bool = False) -> Array:
@@ -94,7 +85,7 @@ def _loops(
 def _flags(scenario: Scenario, work: Work, *, live: bool) -> Array:
     """Return 0.5 where runs are stable and 2 where not: faster than radii at long delays."""
     found = [
-        loop.stable() if isinstance(loop, Opened) else _stable(loop.radii())
+        loop.stable() if isinstance(loop, Opened) else are_stable(loop.radii())
         for loop in _loops(scenario, work, live=live, circles=1)
     ]
     return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
@@ -116,14 +107,13 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
                 states = max(states, len(model.columns))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
-        exactly: dict[str, Any] = {"within": 1e-6, "parts": 17} if fine == 1.0 else ROUGHLY
 
         def at(stiffness: Array) -> Array:
             flags = _flags(with_stiffness(scenario, stiffness), work, live=live)
-            first.append(bool(_stable(flags[0])))
+            first.append(bool(are_stable(flags[0])))
             return flags
 
-        found = crossings(at, grid, **exactly)
+        found = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
     except UnknownError as error:
         return Limit(None, bound, [], str(error))
     return limit_of(found, stable_at_first=first[0], bound=bound)
@@ -145,13 +135,13 @@ def crossings(
     parts
         Into how many an interval is divided at a time.
     """
-    flags = _stable(_batched(at, grid))
+    flags = are_stable(_batched(at, grid))
     found = []
     for index in np.flatnonzero(flags[1:] != flags[:-1]):
         low, high, begins = float(grid[index]), float(grid[index + 1]), bool(flags[index])
         while high - low > within * max(abs(high), abs(low)):
             inner = np.linspace(low, high, parts + 1)[1:-1]
-            same = _stable(at(inner[:, np.newaxis])) == begins
+            same = are_stable(at(inner[:, np.newaxis])) == begins
             step = len(same) if same.all() else int(np.argmin(same))
             ends = [low, *inner.tolist(), high]
             low, high = ends[step], ends[step + 1]
@@ -178,8 +168,9 @@ def z_width(
     return [k_max(wall, live=live, bound=bound) for wall in walls]
 
 
-def _stable(values: Array) -> np.typing.NDArray[np.bool_]:
-    return np.asarray(values <= 1.0 + ROUNDING)
+def are_stable(radius: Array) -> Flags:
+    """Tell of every spectral radius whether it means stable."""
+    return np.asarray(radius <= 1.0 + ROUNDING)
 
 
 def _batched(at: Radii, grid: Array) -> Array:
