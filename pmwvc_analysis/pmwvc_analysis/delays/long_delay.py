@@ -75,12 +75,7 @@ def is_long(scenario: Scenario, *, live: bool = False) -> bool:
     return found > LARGEST_DENSE * math.sqrt(signals)
 
 
-def opened(
-    scenario: Scenario,
-    *,
-    live: bool = False,
-    weights: Sequence[int] = (),
-) -> Opened:
+def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Opened:
     """Return the loop of a scenario whose numbers may be columns, opened at every link that is
     longer than a hyperperiod; see :class:`.loop.Loop`.
     """

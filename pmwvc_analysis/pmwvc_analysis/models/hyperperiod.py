@@ -43,11 +43,7 @@ class Hyperperiod(Loop):
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        live: bool = False,
-        weights: Sequence[int] = (),
+        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
         super().__init__(scenario, live=live, weights=weights)
         self._rest, self.places = self.s, Places(scenario, self.lines)
@@ -68,12 +64,7 @@ class Hyperperiod(Loop):
         return [*self._carried, *self._under_way]
 
     def around(
-        self,
-        *,
-        inputs: bool = False,
-        outputs: bool = False,
-        rounds: int = 1,
-        one: float = ONE,
+        self, *, inputs: bool = False, outputs: bool = False, rounds: int = 1, one: float = ONE
     ) -> tuple[Array, dict[str, Array]]:
         """Step around the hyperperiod.
 

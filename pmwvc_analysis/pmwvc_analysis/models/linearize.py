@@ -100,11 +100,7 @@ class Linear:
 
 
 def linearize(
-    scenario: Scenario,
-    *,
-    live: bool = False,
-    weights: Sequence[int] = (),
-    outputs: bool = False,
+    scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (), outputs: bool = False
 ) -> Linear:
     """Return the linear model of a scenario; see :class:`.loop.Loop` for what is asked. Its inputs
     are left out. Raises what :func:`.outside.checked` raises.

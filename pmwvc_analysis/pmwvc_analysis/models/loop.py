@@ -63,11 +63,7 @@ class Loop:
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        live: bool = False,
-        weights: Sequence[int] = (),
+        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
