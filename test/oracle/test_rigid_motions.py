@@ -8,7 +8,7 @@ from support import linear_loops
 
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.multirate import build, spectral_radius, transitions
+from pmwvc_analysis.models.multirate import build, spectral_radius
 
 RIGID = [
     ({}, 4),  # two devices and the cube each somewhere else, and all moving on
@@ -37,7 +37,7 @@ def test_motions_that_are_no_instability_are_exact_and_counted(values, modes):
         user1__server__impedance=14.0,
         **{"server__contact_stiffness": 40.0} | values,
     )
-    model = transitions(scenario)
+    model = linearize(scenario)
     assert rigid.count(model.rigid) == modes
     matrices = model.matrices
     for place, family in enumerate(model.rigid):

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from oracle import linear_model
 from support import linear_loops
 
-from pmwvc_analysis.models import elements, loop, multirate
+from pmwvc_analysis.models import elements, loop
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.models.linearize import linearize
+from pmwvc_analysis.models.linearize import kept_loop, linearize
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.stability import radii
@@ -108,7 +108,7 @@ def power_sums(matrix, count=12):
 def test_both_models_have_the_same_spectrum_and_rigid_motions(drawn):
     scenario, live = drawn
     theirs = linear_model.transitions(scenario, live=live)
-    ours = multirate.transitions(scenario, live=live)
+    ours = linearize(scenario, live=live)
     assert rigid.count(ours.rigid) == linear_model.rigid.count(theirs.rigid)
     a, b = left(linear_model.rigid, theirs), left(rigid, ours)
     size = max(1.0, np.abs(np.linalg.eigvals(a)).max(initial=0.0)) ** np.arange(1, 13) * len(a)
@@ -121,10 +121,9 @@ def test_equal_users_make_smaller_models_of_the_same_spectrum(drawn):
     scenario, live = drawn
     both = tuple(dataclasses.replace(scenario.users[0], name=user.name) for user in scenario.users)
     scenario = dataclasses.replace(scenario, users=both)
-    whole = power_sums(left(rigid, multirate.transitions(scenario, live=live)))
+    whole = power_sums(left(rigid, linearize(scenario, live=live)))
     smaller = [
-        multirate.transitions(part.scenario, live=live, weights=part.weights)
-        for part in subproblems(scenario)
+        linearize(part.scenario, live=live, weights=part.weights) for part in subproblems(scenario)
     ]
     sums = sum(power_sums(left(rigid, model)) for model in smaller)
     np.testing.assert_array_less(np.abs(whole - sums), 1e-8 * (1.0 + np.abs(whole)))
@@ -134,7 +133,7 @@ def test_a_column_of_numbers_is_the_models_one_by_one():
     stiffness = np.array([[0.0], [300.0], [3000.0]])
     together = linearize(linear_loops.scenario(server__contact_stiffness=stiffness))
     for run, value in enumerate(stiffness[:, 0]):
-        alone = multirate.transitions(linear_loops.scenario(server__contact_stiffness=value))
+        alone = linearize(linear_loops.scenario(server__contact_stiffness=value))
         sums = [power_sums(matrix) for matrix in (together.rows[run], alone.matrices[0])]
         np.testing.assert_allclose(*sums, rtol=1e-12)
 
@@ -159,8 +158,8 @@ def test_axes_that_a_matrix_couples_are_those_of_its_eigenvalues(values):
     expected = max(float(radii(axis)[0]) for axis in axes)
     assert radii(coupled) == pytest.approx(expected, abs=1e-9)
     if "link__delay_s" not in values:  # else they are opened at their links
-        models = [multirate.transitions(axis) for axis in axes]
-        ours = multirate.transitions(coupled)
+        models = [linearize(axis) for axis in axes]
+        ours = linearize(coupled)
         assert rigid.count(ours.rigid) == sum(rigid.count(model.rigid) for model in models)
         sums = sum(power_sums(left(rigid, model)) for model in models)
         np.testing.assert_allclose(power_sums(left(rigid, ours)), sums, atol=1e-10)
@@ -175,6 +174,7 @@ def anew():
     def lift():
         for kept in (elements.lifted, elements._family):
             kept.cache_clear()
+        kept_loop.cache_clear()
         return elements.lifted(user_tick)
 
     yield lift
@@ -218,6 +218,6 @@ def test_a_feedback_has_its_reference_before_the_first_tick():
         user2__master__rate_drop=4,
         user2__link__down__delay_s=0.005,
     )
-    models = [module.transitions(scenario, live=True) for module in (linear_model, multirate)]
+    models = [of(scenario, live=True) for of in (linear_model.transitions, linearize)]
     sums = [power_sums(model.matrices[0]) for model in models]
     np.testing.assert_allclose(*sums, atol=1e-9)

@@ -49,23 +49,13 @@ NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 
 @dataclass(frozen=True)
 class AnyDelay:
-    """The stability at any constant delay, as far as it is known.
-
-    Attributes
-    ----------
-    proved, reasons
-        Whether stability is proved, and why not, with amounts: no proof was found, no more.
-    touching
-        Whether the proof holds only while all contacts touch.
-    gain, at_hz
-        Largest gain once around the loop (1 is the limit), and where; None where none was formed.
-    """
+    """The stability at any constant delay, as far as it is known."""
 
     proved: bool
-    touching: bool
-    gain: float | None
+    touching: bool  # the proof holds only while all contacts touch
+    gain: float | None  # largest once around the loop, 1 is the limit; None: none was formed
     at_hz: float | None
-    reasons: tuple[str, ...]
+    reasons: tuple[str, ...]  # why it is not proved, with amounts: no proof was found, no more
 
 
 def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:

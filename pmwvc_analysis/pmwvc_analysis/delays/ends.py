@@ -20,6 +20,7 @@ from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linearize import Linear, model_of
 from pmwvc_analysis.models.links import CUT
 from pmwvc_analysis.models.outside import checked
+from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -94,9 +95,7 @@ def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool =
     wave. The impedance stands in place of the user's: its own, or an eigenvalue of its matrix
     [N s/m].
     """
-    master = dataclasses.replace(user.master, impedance=impedance, impedance_matrix="")
-    contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
-    alone = dataclasses.replace(user, master=master, contact=contact)
+    alone = with_impedances(user, impedance, None)
     wall = dataclasses.replace(scenario.server, coupling="implicit", environment="wall")
     one = dataclasses.replace(scenario, users=(alone,), server=wall, disturbances="")
     return _ends(one, live=live)[0]
@@ -116,7 +115,7 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     loop = checked(dataclasses.replace(scenario, users=tuple(users)), live=live)
     links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
     model = opened_at(loop, links)
-    (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)
+    (rows,), (sent,), n = model.rows, model.read["sent"], len(model.columns)
     packet = len(CUT) * loop.dof  # the wave comes first
     up = [packet * user + axis for user in range(len(users)) for axis in range(loop.dof)]
     down = [packet * len(users) + index for index in up]

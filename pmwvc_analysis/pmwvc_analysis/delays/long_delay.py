@@ -37,21 +37,13 @@ DOUBLE = 1e-5  # the same where rigid motions are double eigenvalues, which roun
 
 
 class Opened(NamedTuple):
-    """A loop that is open at its long links; its loci are one per run, ``ticks`` is N.
+    """A loop that is open at its long links."""
 
-    Attributes
-    ----------
-    at_one
-        Per run, how many eigenvalues of the loop are 1 by a rigid motion that packets show.
-    motions, states
-        How many rigid motions the first run has, and how many states with all packets.
-    """
-
-    loci: list[Loci]
-    ticks: int
-    at_one: list[int]
-    motions: int
-    states: int
+    loci: list[Loci]  # one per run
+    ticks: int  # N
+    at_one: list[int]  # per run, eigenvalues that are 1 by a rigid motion that packets show
+    motions: int  # rigid ones of the first run
+    states: int  # with all packets
 
     @property
     def limits(self) -> list[float]:
@@ -83,12 +75,7 @@ def is_long(scenario: Scenario, *, live: bool = False) -> bool:
     return found > LARGEST_DENSE * math.sqrt(signals)
 
 
-def opened(
-    scenario: Scenario,
-    *,
-    live: bool = False,
-    weights: Sequence[int] = (),
-) -> Opened:
+def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Opened:
     """Return the loop of a scenario whose numbers may be columns, opened at every link that is
     longer than a hyperperiod; see :class:`.loop.Loop`.
     """
@@ -111,11 +98,11 @@ def opened(
     model = opened_at(loop, links)
     states, motions = len(model.columns), rigid.motions(model)
     read = np.flatnonzero(np.any(model.rows[:, :, states:] != 0.0, axis=(0, 1)))
-    through = np.any(model.outputs["sent"][:, :, states:] != 0.0, axis=(0, 1))
+    through = np.any(model.read["sent"][:, :, states:] != 0.0, axis=(0, 1))
     read = np.union1d(read, np.flatnonzero(through))  # what of the packets counts
     inside, inputs = slice(0, states), states + read
     found, at_one = [], []
-    for run, (rows, sent) in enumerate(zip(model.rows, model.outputs["sent"], strict=True)):
+    for run, (rows, sent) in enumerate(zip(model.rows, model.read["sent"], strict=True)):
         out = sent[read]
         system, ones = observable(
             System(rows[:, inside], rows[:, inputs], out[:, inside], out[:, inputs])

@@ -13,9 +13,9 @@ import numpy as np
 from pmwvc_analysis.arrays import write_arrays, write_table
 from pmwvc_analysis.maps.maps import Grid, Points, growth_per_s
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.stability import ROUNDING
+from pmwvc_analysis.models.stability import are_stable
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of
 
 PARTS = "finished.npz"
@@ -67,14 +67,9 @@ def key_of(grid: Grid) -> str:
     return hashlib.sha256(whole.encode()).hexdigest()
 
 
-def is_stable(radius: Array) -> Flags:
-    """Tell of every point whether it is stable."""
-    return np.asarray(radius <= 1.0 + ROUNDING)
-
-
 def first_crossing(values: Array, row: Array) -> float | None:
     """Return where a row loses stability first, between grid points; None where it never does."""
-    bad = np.flatnonzero(np.logical_not(is_stable(row)))
+    bad = np.flatnonzero(np.logical_not(are_stable(row)))
     if not len(bad):
         return None
     index = int(bad[0])
@@ -92,7 +87,7 @@ def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
 
 def boundary_words(grid: Grid, radius: Array) -> str:
     """Return where the boundary is, by the first and last rows and the extremes."""
-    stable = is_stable(radius)
+    stable = are_stable(radius)
     if stable.all():
         return "stable everywhere on the map"
     if not stable.any():
@@ -120,7 +115,7 @@ def _given(name: str, value: float) -> str:
 def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
     """Write NPZ, CSV, MAT and JSON; return the files."""
     x, y = np.array(grid.x.values), np.array(grid.y.values)
-    stable, growth = is_stable(radius), growth_per_s(grid, radius)
+    stable, growth = are_stable(radius), growth_per_s(grid, radius)
     arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": stable}
     names = {"x_name": grid.x.name, "y_name": grid.y.name}
     npz, mat = write_arrays(folder, "map", {"x": x, "y": y, **arrays, **names})

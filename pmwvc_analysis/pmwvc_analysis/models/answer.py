@@ -14,7 +14,6 @@ from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
-from pmwvc_analysis.models.multirate import transitions
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
@@ -70,10 +69,10 @@ class _Slowest(NamedTuple):
 
 
 def _dense(scenario: Scenario, *, live: bool) -> _Slowest:
-    whole, found = transitions(scenario, live=live), []
+    whole, found = linearize(scenario, live=live), []
     for part in subproblems(scenario):
-        model = transitions(part.scenario, live=live, weights=part.weights)
-        left = rigid.quotient(model.matrices, model.rigid)[0]
+        model = linearize(part.scenario, live=live, weights=part.weights)
+        left = model.left[0]
         values = np.linalg.eigvals(left) if len(left) else np.zeros(1)
         largest = complex(values[np.argmax(np.abs(values))])
         found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part))
@@ -98,15 +97,14 @@ def _long(scenario: Scenario, *, live: bool) -> _Slowest:
 
 
 def _frequency_hz(part: Subproblem, value: complex, *, live: bool) -> float | None:
-    scenario = part.scenario
-    linear = linearize(scenario, live=live, weights=part.weights, outputs=True)
-    ticks, dof, states = linear.loop.ticks, linear.loop.dof, len(linear.columns)
-    values, vectors = np.linalg.eig(linear.rows[0])
+    linear = linearize(part.scenario, live=live, weights=part.weights, outputs=True)
+    ticks, dof, states = linear.ticks, linear.loop.dof, len(linear.columns)
+    values, vectors = np.linalg.eig(linear.transition)
     nearest = int(np.argmin(np.abs(values - value)))
     for name in ("xd", "f"):  # of a motion that no device takes part in, its force
-        seen = linear.outputs[name][0].reshape(-1, ticks, dof, states)
-        seen = seen.swapaxes(1, 2).reshape(-1, ticks, states)  # each axis of each user
-        found = frequency_hz(value, vectors[:, nearest], seen, scenario.tick_s)
+        by_tick = linear.outputs[name].state.reshape(-1, ticks, dof, states)
+        seen = by_tick.swapaxes(1, 2).reshape(-1, ticks, states)  # each axis of each user
+        found = frequency_hz(value, vectors[:, nearest], seen, linear.loop.tick_s)
         if found is not None:
             return found
     return None

@@ -11,6 +11,7 @@ import builtins
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, reduce
+from operator import itemgetter
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
@@ -40,11 +41,11 @@ class Elements(np.ndarray[Any, Any]):
 
     def __bool__(self) -> bool:
         """Return the decision of all elements; DividedError where they differ."""
-        which = np.atleast_1d(self.view(np.ndarray) != 0)
-        first = bool(which[0])
-        if (which if first else ~which).all():
-            return first
-        raise DividedError(which)
+        which = self.view(np.ndarray) != 0
+        those = np.count_nonzero(which)
+        if 0 < those < which.size:
+            raise DividedError(which)
+        return bool(those)
 
     # As of numbers: another name may stand for the same one.
     def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
@@ -78,7 +79,7 @@ def lifted(law: Any) -> Callable[..., Any]:
             return inner[0](*given)
         except DividedError as divided:
             which = divided.which
-        one, other = (call(*_part(given, part)) for part in (which, ~which))
+        one, other = (call(*_each(itemgetter(part), given)) for part in (which, ~which))
         try:
             return _joined(one, other, which)
         except UnlikeError as error:
@@ -123,13 +124,11 @@ def _value(value: Any, module: str) -> Any:
     return MATH if value is math else value
 
 
-def _part(value: Any, which: Flags) -> Any:
-    """Return what belongs to some of the elements."""
-    if isinstance(value, Elements):
-        return value[which]
+def _each(change: Callable[[Any], Any], value: Any) -> Any:
+    """Return nested tuples with other arrays of elements."""
     if isinstance(value, tuple | list):
-        return _like(value, [_part(each, which) for each in value])
-    return value
+        return _like(value, [_each(change, part) for part in value])
+    return change(value) if isinstance(value, Elements) else value
 
 
 def _like(value: Any, parts: list[Any]) -> Any:
@@ -199,11 +198,7 @@ def stacked(values: Sequence[Any]) -> Any:
 
 def repeated(value: Any, columns: int) -> Any:
     """Return nested tuples for so many columns of all runs, column by column."""
-    if isinstance(value, Elements):
-        return elements(np.tile(value, columns))
-    if isinstance(value, tuple | list):
-        return _like(value, [repeated(each, columns) for each in value])
-    return value
+    return _each(lambda numbers: elements(np.tile(numbers, columns)), value)
 
 
 Path = tuple[str | int, ...]

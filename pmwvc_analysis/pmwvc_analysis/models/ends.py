@@ -25,22 +25,14 @@ LEAST_S = 1e-9  # of a soft start
 
 
 class Ends(NamedTuple):
-    """The state of all that is stepped: force loops, devices, and the server."""
+    """All that is stepped: force loops, devices, and the server, by state or by parameters."""
 
     loops: tuple[Any, ...]
     devices: tuple[Any, ...]
     server: Any
 
 
-class EndsParams(NamedTuple):
-    """Their parameters."""
-
-    loops: tuple[Any, ...]
-    devices: tuple[Any, ...]
-    server: Any
-
-
-def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[Ends, EndsParams]:
+def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[Ends, Ends]:
     """Return both ends of a scenario whose numbers may be columns ``(runs, 1)``."""
     server = scenario.server
     if not scenario.coupling.black_box and not scenario.environment.known:
@@ -48,15 +40,13 @@ def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[Ends, End
     users = tuple(map(two_sided, scenario.users))
     modelled = dataclasses.replace(scenario, users=users, server=server)
     kept: dict[tuple[int, ...], Any] = {}
-    found: tuple[Ends, EndsParams] = stacked(
-        [_made(run, lines, dof, kept) for run in runs_of(modelled)]
-    )
+    found: tuple[Ends, Ends] = stacked([_made(run, lines, dof, kept) for run in runs_of(modelled)])
     return found
 
 
 def _made(
     scenario: Scenario, lines: Sequence[Line], dof: int, kept: dict[tuple[int, ...], Any]
-) -> tuple[Ends, EndsParams]:
+) -> tuple[Ends, Ends]:
     """Return both ends of one run; those of users with the same parameters are made once."""
     server, controller = scenario.server, scenario.controller
     of: dict[str, Any] = {"controller": controller, "channel": scenario.channel}
@@ -83,7 +73,7 @@ def _made(
     present = [g._replace(arrivals=arrivals_of(g.arrivals, rest)) for g in at_server.guests]
     at_server = at_server._replace(guests=tuple(present))
     states, params, devices, of_devices = zip(*loops, strict=True)
-    return Ends(states, devices, at_server), EndsParams(
+    return Ends(states, devices, at_server), Ends(
         tuple(map(_from_outside, params)), of_devices, _at_server_from_outside(q)
     )
 

@@ -38,17 +38,15 @@ class Hyperperiod(Loop):
     ----------
     names
         The states: name and axis, those of packets under way last.
+    places
+        Where they are, and what object and contacts are called.
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        live: bool = False,
-        weights: Sequence[int] = (),
+        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
         super().__init__(scenario, live=live, weights=weights)
-        self._rest, self._places = self.s, Places(scenario, self.lines)
+        self._rest, self.places = self.s, Places(scenario, self.lines)
         self._under_way: dict[State, Under] = {
             (f"{line.name}.{way}.{signal}[{past}]", axis): (link, past, signal, axis)
             for line in self.lines
@@ -65,22 +63,8 @@ class Hyperperiod(Loop):
         """The states."""
         return [*self._carried, *self._under_way]
 
-    @property
-    def body(self) -> str:
-        """Name of the object's position; its velocity has a d more."""
-        return self._places.body
-
-    def deflection(self, index: int) -> str:
-        """Return the name of the deflection of a user's contact."""
-        return self._places.deflection(index)
-
     def around(
-        self,
-        *,
-        inputs: bool = False,
-        outputs: bool = False,
-        rounds: int = 1,
-        one: float = ONE,
+        self, *, inputs: bool = False, outputs: bool = False, rounds: int = 1, one: float = ONE
     ) -> tuple[Array, dict[str, Array]]:
         """Step around the hyperperiod.
 
@@ -103,6 +87,17 @@ class Hyperperiod(Loop):
             ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis; empty where none are
             wanted.
         """
+        if (asked := (inputs, rounds, one)) != self._went:
+            self._go(*asked)
+        names = [f"{line.name}.{{}}" for line in self.lines for _ in range(self.ticks * self.dof)]
+        return self.ended(rounds), {
+            name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
+            for name, of in self._read.items()
+            if outputs
+        }
+
+    def _go(self, inputs: bool, rounds: int, one: float) -> None:
+        """Step around as :meth:`around` says, and keep what is read."""
         users, ticks = range(len(self.lines)), self.ticks
         self.begin(len(users) * ticks if inputs else 0, one)
         read: dict[str, list[list[Any]]] = {name: [[] for _ in users] for name in OUTPUTS}
@@ -113,12 +108,7 @@ class Hyperperiod(Loop):
             for user, values in enumerate(self.advance(tick, forces)):
                 for name, value in zip(OUTPUTS, values, strict=True):
                     read[name][user] += value
-        names = [f"{line.name}.{{}}" for line in self.lines for _ in range(ticks * self.dof)]
-        return self.ended(rounds), {
-            name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
-            for name, of in read.items()
-            if outputs
-        }
+        self._went, self._read = (inputs, rounds, one), read
 
     def begin(self, inputs: int, one: float = ONE) -> None:
         """Set every state to one in a column of its own, with as many more for inputs."""
@@ -128,7 +118,7 @@ class Hyperperiod(Loop):
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
         units = {state: self._unit(column) for column, state in enumerate(self.names)}
-        self.s = self._places.followed(
+        self.s = self.places.followed(
             planted(
                 repeated(self._rest, self._columns),
                 {path: units[state] for state, path in self._carried.items()},
@@ -226,13 +216,11 @@ class Hyperperiod(Loop):
     def _find(self) -> None:
         """Find the states: those that the motion of devices and object sets in motion."""
         self._p = self.p
-        places, moving = self._places.of(self._rest), self._places.moving(self.dof)
+        places, moving = self.places.of(self._rest), self.places.moving(self.dof)
         states, found = moving, True
         while found:
             self._carried = {state: path for state, path in places.items() if state in states}
-            self.begin(0)
-            for tick in range(self.ticks):
-                self.advance(tick, self.still)
+            self._go(inputs=False, rounds=1, one=ONE)
             values = leaves(self.s)
             others = [state for state in places if state not in self._carried]
             answers = self._answers([values[places[state]] for state in others])
@@ -240,4 +228,3 @@ class Hyperperiod(Loop):
             answer = np.any(small > large * LESS**1.5, axis=1).tolist()
             new = {state for state, is_one in zip(others, answer, strict=True) if is_one}
             states, found = states | new, bool(new)
-        self.s = self._rest

@@ -123,27 +123,32 @@ def _settings(found: list[Element]) -> list[str]:
     return list(dict.fromkeys(map(setting, found)))
 
 
+def _element(name: str, value: object, instead: Any, *, user: str = "", unit: str = "") -> Element:
+    """Return the element that a parameter has with a value, of a user or of all."""
+    whose = f"{user}." if user else ""
+    return Element(f"{whose}{name} = {value} {unit}".rstrip(), name, instead)
+
+
 def _of_controller(scenario: Scenario) -> Iterator[Element]:
     server, controller = scenario.server, scenario.controller
     near = record_of(controller).linear
     if near != controller:
-        yield Element(f"controller = {controller}", "controller", near)
+        yield _element("controller", controller, near)
     if scenario.zeroing:
-        yield Element(f"channel = {ZEROING}", "channel", PLAIN)
+        yield _element("channel", ZEROING, PLAIN)
     coupling = scenario.coupling
     if coupling.linear != coupling.name and has_waves(controller):
-        yield Element(f"server.coupling = {coupling.name}", "server.coupling", coupling.linear)
+        yield _element("server.coupling", coupling.name, coupling.linear)
     if not coupling.black_box:
         return
     compensation, environment = COMPENSATIONS.of(server.compensation), scenario.environment
     learns = server.learns
     if compensation.linear != compensation.name:
-        text = f"server.compensation = {compensation.name}"
-        yield Element(text, "server.compensation", compensation.linear)
+        yield _element("server.compensation", compensation.name, compensation.linear)
     if environment.linear != environment.name:
         nearest = environment_of(str(environment.linear))
         instead = nearest.with_slope if learns else nearest.name
-        yield Element(f"server.environment = {environment.name}", "server.environment", instead)
+        yield _element("server.environment", environment.name, instead)
     elif learns and not environment.sloped:
         text = "server.decoding = secant (a learned slope)"
         if environment.with_slope is None:
@@ -153,35 +158,29 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
 
 
 def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
-    device = user.device
+    of: dict[str, Any] = {"user": user.name}
     for name, unit in (("friction", "N"), ("encoder_step_m", "m")):
-        value = getattr(device, name)
+        value = getattr(user.device, name)
         if np.any(np.asarray(value) > 0.0):
-            yield Element(f"{user.name}.device.{name} = {value} {unit}", f"device.{name}", 0)
+            yield _element(f"device.{name}", value, 0, unit=unit, **of)
     for group, port in (("master", user.master), ("server", user.contact)):
         if port.deadband.is_on:
-            name = f"{group}.deadband.kind"
-            yield Element(f"{user.name}.{name} = {port.deadband.kind}", name, "none")
+            yield _element(f"{group}.deadband.kind", port.deadband.kind, "none", **of)
     for way, link in (("up", user.link_up), ("down", user.link_down)):
         for effect in active(link):
             if effect.linear is None:
                 parameter, off = effect.switch
                 unit = specs(link)[parameter].unit.replace("-", "")
-                name = f"link.{way}.{parameter}"
-                text = f"{user.name}.{name} = {getattr(link, parameter)} {unit}".rstrip()
-                yield Element(text, name, off)
+                value = getattr(link, parameter)
+                yield _element(f"link.{way}.{parameter}", value, off, unit=unit, **of)
     position, local = user.master.position, user.master.local_model
     if position.adapts:
-        yield Element(
-            f"{user.name}.master.position.adapts = true", "master.position.adapts", False
-        )
+        yield _element("master.position.adapts", "true", False, **of)
     if position.is_paid:
-        name = "master.position.feedback"
         near = "none" if strict else "printed"
-        yield Element(f"{user.name}.{name} = {position.feedback}", name, near)
+        yield _element("master.position.feedback", position.feedback, near, **of)
     if user.master.bank.is_on and local.is_plugin:
-        name = "master.local_model.kind"
-        yield Element(f"{user.name}.{name} = {local.kind}", name, "spring_damper")
+        yield _element("master.local_model.kind", local.kind, "spring_damper", **of)
 
 
 def notes_of(scenario: Scenario, *, live: bool = False) -> list[str]:

@@ -56,18 +56,6 @@ def modelled_ticks(scenario: Scenario) -> int:
     return ticks
 
 
-def answer_phase(user: User, *, live: bool) -> int:
-    """Return the tick of a frame at which the master takes an answer."""
-    master, schedule = user.master, LIVE if live else AT_ONCE
-    return schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
-
-
-def serve_phase(scenario: Scenario, *, live: bool) -> int:
-    """Return the tick of its period at which the server steps."""
-    schedule = LIVE if live else AT_ONCE
-    return schedule.server_tick(tick_s=scenario.tick_s, period_ticks=scenario.period_ticks)
-
-
 def delay_ticks(params: LinkParams, *, tick_s: float, live: bool) -> int:
     """Return the delay of a link in whole ticks, rounded up: receivers look at their ticks.
 
@@ -92,6 +80,18 @@ class Times(NamedTuple):
         return tick - (tick - self.phase) % self.period
 
 
+def times_of(user: User, scenario: Scenario, *, live: bool) -> tuple[Times, Times, Times]:
+    """Return when a user sends and when it takes an answer, and when the server steps."""
+    schedule, period, frame = (
+        LIVE if live else AT_ONCE,
+        scenario.period_ticks,
+        user.master.rate_drop,
+    )
+    answer = schedule.answer_tick(tick_s=user.master.tick_s, rate_drop=frame)
+    serve = schedule.server_tick(tick_s=scenario.tick_s, period_ticks=period)
+    return Times(frame, 0), Times(frame, answer), Times(period, serve)
+
+
 class Link:
     """One direction of a link.
 
@@ -103,34 +103,25 @@ class Link:
         Age of a packet at arrival [ticks].
     ticks
         Length of the hyperperiod.
-
-    Attributes
-    ----------
-    past
-        When those packets were sent that are under way at tick 0 and still count.
-    read
-        Those of them that are read in the hyperperiod.
-    packets
-        Those sent, by their tick: what their wave and position say is a state until it is read.
-    relay
-        Where the link is cut: takes what is sent, returns what comes in instead.
     """
 
     def __init__(self, sent: Times, read: Times, *, delay: int, ticks: int) -> None:
         self._sent, self._delay = sent, delay
         self._looks = range(read.phase, ticks, read.period)
-        self.read = {  # all that came since the last look
+        looked_at = {  # all that came since the last look
             at
             for look in self._looks
             for at in range(sent.last(look - delay), look - read.period - delay, -sent.period)
             if at < 0
         }
-        older = {at for past in self.read for at in range(past, 0, ticks)}
-        self.past = sorted(older)
+        # When those packets were sent that are under way at tick 0 and still count.
+        self.past = sorted({at for past in looked_at for at in range(past, 0, ticks)})
+        # Those sent, by their tick: what their signals say is a state until it is read.
         self.packets: dict[int, Packet] = {}
         self._under_way: deque[tuple[int, int]] = deque()  # arrival, sending
         self._settled: list[tuple[int, int, Packet]] = []
         self._begun = False
+        # Where the link is cut: takes what is sent, returns what comes in instead.
         self.relay: Callable[[Packet], Packet] | None = None
 
     def settle(self) -> None:
@@ -182,30 +173,16 @@ class Link:
 
 
 class Line(NamedTuple):
-    """When a user's end and the server talk to each other.
-
-    Attributes
-    ----------
-    user, waves
-        Its parameters, and whether its controller has waves.
-    ports
-        Numbers of its ports at the server: several where it stands for equal users.
-    frame, answer, serve
-        When it sends, takes an answer, and when the server steps.
-    delay_down, delay
-        From the server, and both ways together [ticks].
-    up, down
-        The links.
-    """
+    """When a user's end and the server talk to each other."""
 
     user: User
-    waves: bool
-    ports: tuple[int, ...]
-    frame: Times
-    answer: Times
-    serve: Times
-    delay_down: int
-    delay: int
+    waves: bool  # whether its controller has waves
+    ports: tuple[int, ...]  # numbers of those at the server: several for equal users
+    frame: Times  # when it sends
+    answer: Times  # when it takes an answer
+    serve: Times  # when the server steps
+    delay_down: int  # from the server [ticks]
+    delay: int  # both ways together [ticks]
     up: Link
     down: Link
     tick_s: float
@@ -219,9 +196,7 @@ class Line(NamedTuple):
 def line_of(scenario: Scenario, index: int, ports: tuple[int, ...], *, live: bool) -> Line:
     """Return the line of a user by its number, from 0."""
     user, tick_s = scenario.users[index], scenario.tick_s
-    frame = Times(user.master.rate_drop, 0)
-    answer = Times(user.master.rate_drop, answer_phase(user, live=live))
-    serve = Times(scenario.period_ticks, serve_phase(scenario, live=live))
+    frame, answer, serve = times_of(user, scenario, live=live)
     up = delay_ticks(user.link_up, tick_s=tick_s, live=live)
     down = delay_ticks(user.link_down, tick_s=tick_s, live=live)
     ticks = hyperperiod_ticks(scenario)

@@ -3,9 +3,18 @@
 """Both ends of a scenario, stepped tick by tick in the order of the simulator, or with the phases
 of a live session (:data:`pmwvc_core.frame.schedule.LIVE`). Links have a constant delay; there are
 no limits and no brakes.
+
+The clocks of the playouts do not depend on signals (:mod:`pmwvc_core.law.channel.pace`). Where
+frames and steps are not equally long, segments come early and late in turn; the lag that follows
+them comes to one course around the hyperperiod, whatever the beginning was, and the model holds
+for that.
+
+Equations: docs/theory.md 15.3.
 """
 
+import functools
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,17 +22,21 @@ from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.ends import Ends, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.links import Line, line_of, modelled_ticks, sums_anew
-from pmwvc_analysis.models.rest import rest_of, settled_paces, with_settled_paces
 from pmwvc_analysis.models.variation import lengths
+from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
+from pmwvc_core.law.channel.playout import Playout, add
 from pmwvc_core.law.port.sensing import Sample
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
-from pmwvc_core.law.vectors import Vector
+from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.scenario.scenario import Scenario
 
 SEND, BEGIN, TICK = lifted(send), lifted(begin), lifted(user_tick)
 STEP, DEVICE = lifted(server_step), lifted(device_step)
+SETTLED_S = 30.0  # many times as long as the lag takes to follow
+STORE_S = 0.1  # more than a settled playout has in store
+AT_REST = send, begin, user_tick, server_step, device_step  # of numbers
 
 
 class Loop:
@@ -50,15 +63,12 @@ class Loop:
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        live: bool = False,
-        weights: Sequence[int] = (),
+        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
         self._tick_ns = round(scenario.tick_s * 1e9)
+        self.live, self.weights = live, weights
         self.ticks, self.dof = modelled_ticks(scenario), axes_of(scenario)
         ports, users = itertools.count(), range(len(scenario.users))
         self.lines = [
@@ -69,12 +79,13 @@ class Loop:
         self.runs = max(lengths(scenario), default=1)
         self.s, self.p = made(scenario, self.lines, self.dof)
         self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
-        rest = rest_of(scenario, self.lines, self.ticks)
-        self._start = rest.start
-        for tick in range(rest.start, 0):
-            if self.paces and tick == rest.settled:
+        self._start, settled = rest_of(scenario, self.lines, self.ticks)
+        self._laws: Any = AT_REST if self.runs == 1 else ()
+        for tick in range(self._start, 0):
+            if self.paces and tick == settled:
                 self.s = with_settled_paces(self.s, self.lines, self.paces)
             self.advance(tick, self.still)
+        self._laws = ()
         for line in self.lines:
             line.up.settle()
             line.down.settle()
@@ -86,6 +97,7 @@ class Loop:
 
     def advance(self, tick: int, forces: Sequence[Vector]) -> list[tuple[Vector, Vector, Vector]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""
+        send_, begin_, tick_, step_, device_ = self._laws or (SEND, BEGIN, TICK, STEP, DEVICE)
         number = tick - self._start
         now_ns = number * self._tick_ns
         loops, devices, server = list(self.s.loops), list(self.s.devices), self.s.server
@@ -93,13 +105,15 @@ class Loop:
         for i, line in enumerate(self.lines):
             if line.frame.due(tick):
                 p = self.p.loops[i]
-                loops[i], packet, _ = SEND(loops[i], now_ns, samples[i], False, p)
-                loops[i] = BEGIN(loops[i], number, p)
+                loops[i], packet, _ = send_(loops[i], now_ns, samples[i], False, p)
+                loops[i] = begin_(loops[i], number, p)
                 line.up.send(tick, packet)
         if self.serve.due(tick):
-            came = [packets for line in self.lines for packets in self._at_server(line, tick)]
+            came: list[list[Any]] = []  # by port: equal users have the same
+            for line in self.lines:
+                came += [line.up.collect(tick)] * len(line.ports)
             server = server._replace(guests=tuple(map(sums_anew, server.guests)))
-            server, answers = STEP(server, now_ns, tuple(came), 0.0, self.p.server)
+            server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
             for line in self.lines:
                 answer = answers[line.ports[0]]
                 if answer.sends:
@@ -108,13 +122,66 @@ class Loop:
         for i, line in enumerate(self.lines):
             packets, sample = line.down.collect(tick), samples[i]
             loop = sums_anew(loops[i]) if packets else loops[i]
-            loops[i], done = TICK(loop, number, now_ns, sample, packets, self.p.loops[i])
-            devices[i], _, _ = DEVICE(devices[i], forces[i], done.f, self.p.devices[i])
+            loops[i], done = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
+            devices[i], _, _ = device_(devices[i], forces[i], done.f, self.p.devices[i])
             out.append((sample.x, sample.xd, done.f_m))
         self.s = Ends(tuple(loops), tuple(devices), server)
         return out
 
-    def _at_server(self, line: Line, tick: int) -> list[list[Any]]:
-        """Return the packets of a user for each of its ports."""
-        packets = line.up.collect(tick)
-        return [packets for _ in line.ports]
+
+def rest_of(scenario: Scenario, lines: list[Line], ticks: int) -> tuple[int, int]:
+    """Return the tick with which a loop begins, whole hyperperiods of so many ticks before tick 0,
+    and that before which the clocks of its playouts are set: every link has answered by tick 0,
+    and what playouts had in store before is played.
+    """
+    apart = 4 * max(max(line.frame.period, line.serve.period) for line in lines)
+    answered, played = max(line.delay for line in lines) + apart, 0
+    if scenario.strict:
+        played = apart + math.ceil(STORE_S / scenario.tick_s)
+    settled = -ticks * -(-played // ticks)
+    return settled - ticks * (-(-answered // ticks) + 2 * scenario.strict), settled
+
+
+def with_settled_paces(s: Ends, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> Ends:
+    """Return both ends with playouts whose clocks have settled."""
+    loops, guests = list(s.loops), list(s.server.guests)
+    for i, (line, (up, down)) in enumerate(zip(lines, paces, strict=True)):
+        loops[i] = _with_pace(loops[i], down)
+        for port in line.ports:
+            guests[port] = _with_pace(guests[port], up)
+    return s._replace(loops=tuple(loops), server=s.server._replace(guests=tuple(guests)))
+
+
+def _with_pace(s: Any, pace: Pace) -> Any:
+    playout = s.arrivals.playout
+    stored = add(playout, zero(playout.undelivered), 0.0, STORE_S)
+    return s._replace(arrivals=s.arrivals._replace(playout=Playout(pace, *stored[1:])))
+
+
+def settled_paces(line: Line) -> tuple[Pace, Pace]:
+    """Return the clocks of a user's playouts where a hyperperiod begins: at the server, and at the
+    device.
+    """
+    frame, step, serve = line.frame.period, line.serve.period, line.serve.phase
+    up, down = line.delay - line.delay_down, line.delay_down
+    return (
+        _settled(frame, step, up % frame, serve, line.tick_s),
+        _settled(step, 1, (serve + down) % step, 0, line.tick_s),
+    )
+
+
+@functools.lru_cache(maxsize=4096)
+def _settled(frame: int, step: int, arrival: int, phase: int, tick_s: float) -> Pace:
+    """Return the same by ticks: length of frame and step, phase of arrivals and of
+    steps.
+    """
+    ticks = math.lcm(frame, step)
+    until = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
+    pace = RESTING_PACE
+    for look in range(phase, until, step):
+        while arrival <= look:
+            pace = pace_arrive(pace, frame * tick_s)
+            arrival += frame
+        if arrival >= frame:
+            pace, _, _ = pace_step(pace, step * tick_s)
+    return pace

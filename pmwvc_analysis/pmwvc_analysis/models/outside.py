@@ -36,12 +36,7 @@ EQUAL = 1e-9  # relative to the largest entry
 FRAME_TICKS = 8  # on the strict channel
 
 
-def checked(
-    scenario: Scenario,
-    *,
-    live: bool = False,
-    weights: Sequence[int] = (),
-) -> Hyperperiod:
+def checked(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
     """Return the loop of a scenario with code of other packages, once it was tried.
 
     Raises

@@ -54,12 +54,11 @@ class Places:
 
     def of(self, rest: Ends) -> dict[State, Path]:
         """Return what may be a state, by name and axis; equal users have one."""
-        found = {}
-        for path, value in leaves(rest).items():
-            known = path[-1] in WATCHING or not np.all(np.isfinite(value))
-            if not known and not self._follows(path):
-                found[self._state(path)] = path
-        return found
+        return {
+            self._state(path): path
+            for path, value in leaves(rest).items()
+            if path[-1] not in WATCHING and np.all(np.isfinite(value)) and not self._follows(path)
+        }
 
     def _state(self, path: Path) -> State:
         name, axis = text_of(path)

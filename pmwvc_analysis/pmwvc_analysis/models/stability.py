@@ -10,20 +10,18 @@ Equations: docs/theory.md 15.1.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.delays.long_delay import is_long, opened
+from pmwvc_analysis.delays.long_delay import Opened, is_long, opened
 from pmwvc_analysis.delays.work import UnknownError, Work
-from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
-from pmwvc_analysis.models.multirate import transitions
+from pmwvc_analysis.models.linearize import Linear, linearize
+from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.variation import with_stiffness
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -32,7 +30,7 @@ LOWEST = 0.1  # [N/m]
 ROUNDING = 1e-9
 PER_DECADE = 20
 LARGEST_BATCH = 512
-ROUGHLY = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
+ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
 RADIUS = 30  # circles to draw for a radius
 
 Radii = Callable[[Array], Array]  # spectral radius at each of several values
@@ -42,23 +40,14 @@ Radii = Callable[[Array], Array]  # spectral radius at each of several values
 class Limit:
     """The limit of stability along one parameter.
 
-    Attributes
-    ----------
-    first
-        Smallest value at which stability is lost; 0 where the lowest value examined is
-        unstable already; None where nothing up to ``bound`` is unstable.
-    bound
-        Largest value looked at.
-    islands
-        Stable ranges above ``first``.
-    unknown
-        Why it is not known; empty where it is.
+    ``first`` is the smallest value at which stability is lost: 0 where the lowest value examined
+    is unstable already, None where nothing up to ``bound``, the largest one, is.
     """
 
     first: float | None
     bound: float
-    islands: list[tuple[float, float]]
-    unknown: str = ""
+    islands: list[tuple[float, float]]  # stable ranges above
+    unknown: str = ""  # why it is not known
 
 
 def radii(scenario: Scenario, *, live: bool = False) -> Array:
@@ -66,39 +55,39 @@ def radii(scenario: Scenario, *, live: bool = False) -> Array:
     UnknownError where that is more work than allowed.
     """
     work = Work(scenario)
-    parts = [(part, hyperperiod_ticks(part.scenario)) for part in subproblems(scenario)]
-    ticks = math.lcm(*(length for _, length in parts))
-    return _largest([_radii(part, work, live=live) ** (ticks // n) for part, n in parts])
+    found = [
+        (loop.radii(), loop.ticks) for loop in _loops(scenario, work, live=live, circles=RADIUS)
+    ]
+    ticks = math.lcm(*(length for _, length in found))
+    radii_of = [values ** (ticks // length) for values, length in found]
+    return np.asarray(np.max(np.broadcast_arrays(*radii_of), axis=0))
 
 
-def _largest(values: Sequence[Array]) -> Array:
-    return np.asarray(np.max(np.broadcast_arrays(*values), axis=0))
-
-
-def _radii(part: Subproblem, work: Work, *, live: bool) -> Array:
-    of: dict[str, Any] = {"live": live, "weights": part.weights}
-    work.stepping(part.scenario)
-    if is_long(part.scenario, live=live):
-        loops = opened(part.scenario, **of)
-        work.circles(loops.loci, RADIUS)
-        return loops.radii()
-    dense = transitions(part.scenario, **of)
-    left = rigid.quotient(dense.matrices, dense.rigid)
-    work.eigenvalues(left)
-    return rigid.radius(left)
+def _loops(
+    scenario: Scenario, work: Work, *, live: bool, circles: int
+) -> Iterator[Linear | Opened]:
+    """Yield the models of the smaller problems of a scenario; work is counted before it is done,
+    with so many circles for each that is open at long delays.
+    """
+    for part in subproblems(scenario):
+        of: dict[str, Any] = {"live": live, "weights": part.weights}
+        work.stepping(part.scenario)
+        if is_long(part.scenario, live=live):
+            long = opened(part.scenario, **of)
+            work.circles(long.loci, circles)
+            yield long
+        else:
+            dense = linearize(part.scenario, **of)
+            work.eigenvalues(dense.left)
+            yield dense
 
 
 def _flags(scenario: Scenario, work: Work, *, live: bool) -> Array:
     """Return 0.5 where runs are stable and 2 where not: faster than radii at long delays."""
-    found = []
-    for part in subproblems(scenario):
-        if is_long(part.scenario, live=live):
-            work.stepping(part.scenario)
-            loops = opened(part.scenario, live=live, weights=part.weights)
-            work.circles(loops.loci, 1)
-            found.append(loops.stable())
-        else:
-            found.append(_stable(_radii(part, work, live=live)))
+    found = [
+        loop.stable() if isinstance(loop, Opened) else are_stable(loop.radii())
+        for loop in _loops(scenario, work, live=live, circles=1)
+    ]
     return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
 
 
@@ -108,26 +97,26 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
     """
     work, smaller = Work(scenario), subproblems(scenario)
     decades = np.log10(bound / LOWEST)
-    fine = 0.2
+    fine, first = 0.2, list[bool]()
     try:
         if not any(is_long(part.scenario, live=live) for part in smaller):
             states = 1
             for part in smaller:
                 work.stepping(part.scenario)
-                matrices = transitions(part.scenario, live=live, weights=part.weights).matrices
-                states = max(states, matrices.shape[-1])
+                model = linearize(part.scenario, live=live, weights=part.weights)
+                states = max(states, len(model.columns))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
-        exactly: dict[str, Any] = {"within": 1e-6, "parts": 17} if fine == 1.0 else ROUGHLY
 
         def at(stiffness: Array) -> Array:
-            return _flags(with_stiffness(scenario, stiffness), work, live=live)
+            flags = _flags(with_stiffness(scenario, stiffness), work, live=live)
+            first.append(bool(are_stable(flags[0])))
+            return flags
 
-        found = crossings(at, grid, **exactly)
-        begins = bool(_stable(at(grid[:1, np.newaxis]))[0])
+        found = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
     except UnknownError as error:
         return Limit(None, bound, [], str(error))
-    return limit_of(found, stable_at_first=begins, bound=bound)
+    return limit_of(found, stable_at_first=first[0], bound=bound)
 
 
 def crossings(
@@ -146,13 +135,13 @@ def crossings(
     parts
         Into how many an interval is divided at a time.
     """
-    flags = _stable(_batched(at, grid))
+    flags = are_stable(_batched(at, grid))
     found = []
     for index in np.flatnonzero(flags[1:] != flags[:-1]):
         low, high, begins = float(grid[index]), float(grid[index + 1]), bool(flags[index])
         while high - low > within * max(abs(high), abs(low)):
             inner = np.linspace(low, high, parts + 1)[1:-1]
-            same = _stable(at(inner[:, np.newaxis])) == begins
+            same = are_stable(at(inner[:, np.newaxis])) == begins
             step = len(same) if same.all() else int(np.argmin(same))
             ends = [low, *inner.tolist(), high]
             low, high = ends[step], ends[step + 1]
@@ -179,8 +168,9 @@ def z_width(
     return [k_max(wall, live=live, bound=bound) for wall in walls]
 
 
-def _stable(values: Array) -> np.typing.NDArray[np.bool_]:
-    return np.asarray(values <= 1.0 + ROUNDING)
+def are_stable(radius: Array) -> Flags:
+    """Tell of every spectral radius whether it means stable."""
+    return np.asarray(radius <= 1.0 + ROUNDING)
 
 
 def _batched(at: Radii, grid: Array) -> Array:

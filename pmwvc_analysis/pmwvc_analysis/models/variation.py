@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.scenario.names import resolved, spec_of
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 
 Path = tuple[Any, ...]
 TIMES = ("delay_s", "tick_s", "period_s")  # numbers that decide when things happen
@@ -49,6 +49,16 @@ def with_stiffness(scenario: Scenario, stiffness: Value) -> Scenario:
         for user, value in zip(scenario.users, values, strict=True)
     ]
     return dataclasses.replace(scenario, users=tuple(users))
+
+
+def with_impedances(user: User, master: float, server: float | None) -> User:
+    """Return a user with numbers as impedances of both ends, None: that of the other [N s/m]."""
+    none: dict[str, Any] = {"impedance_matrix": ""}
+    return dataclasses.replace(
+        user,
+        master=dataclasses.replace(user.master, impedance=master, **none),
+        contact=dataclasses.replace(user.contact, impedance=server, **none),
+    )
 
 
 def lengths(scenario: Any) -> Iterator[int]:

@@ -33,13 +33,7 @@ import math
 
 import numpy as np
 
-from pmwvc_analysis.models.links import (
-    Times,
-    answer_phase,
-    delay_ticks,
-    hyperperiod_ticks,
-    serve_phase,
-)
+from pmwvc_analysis.models.links import Times, delay_ticks, hyperperiod_ticks, times_of
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.playout_lag import strict_lag_s
 from pmwvc_core.law.motion import motion
@@ -158,7 +152,7 @@ def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) 
     lag += master.tick_s  # the packet leaves one tick after the output it carries
     hold = master.frame_s - master.tick_s
     lag += hold if master.ramps else hold / 2.0
-    phase = answer_phase(user, live=live)
+    phase = times_of(user, scenario, live=live)[1].phase
     steps = step_lag_s(master, user.device, first_axis(user.impedance), phase)
     lag += steps if touching else -steps
     return float(lag + network_s(user, scenario, live=live))
@@ -192,9 +186,8 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
     Receivers take the newest packet at their own times; the mean counts. With jitter the mean is
     half a period on top of the mean delay.
     """
-    m, period, ticks = user.master.rate_drop, scenario.period_ticks, hyperperiod_ticks(scenario)
-    sent, served = Times(m, 0), Times(period, serve_phase(scenario, live=live))
-    taken = Times(m, answer_phase(user, live=live))
+    ticks = hyperperiod_ticks(scenario)
+    sent, taken, served = times_of(user, scenario, live=live)
     up = _age_s(user.link_up, sent, served, ticks, scenario.tick_s, live=live)
     return up + _age_s(user.link_down, served, taken, ticks, scenario.tick_s, live=live)
 

@@ -23,7 +23,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from pmwvc_analysis.models.links import Times, delay_ticks, hyperperiod_ticks, serve_phase
+from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks, times_of
 from pmwvc_core.law.channel.pace import EARLY_S, LATE_S
 from pmwvc_core.network.effects import active, longest_s, mean_s
 from pmwvc_core.params import DeadbandParams, LinkParams
@@ -52,8 +52,7 @@ def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:
 
 def _oldest_s(user: User, scenario: Scenario, *, live: bool) -> float:
     """Return the greatest age of the newest packet at a step of the server [s]."""
-    sent = Times(user.master.rate_drop, 0)
-    served = Times(scenario.period_ticks, serve_phase(scenario, live=live))
+    sent, _, served = times_of(user, scenario, live=live)
     tick_s = scenario.tick_s
     delay = round(_latest_s(user.link_up, tick_s, live=live) / tick_s)
     looks = range(served.phase, served.phase + hyperperiod_ticks(scenario), served.period)

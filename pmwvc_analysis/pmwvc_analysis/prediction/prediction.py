@@ -50,28 +50,14 @@ class Exact(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Everything known about the stability of a scenario.
+    """Everything known about the stability of a scenario."""
 
-    Attributes
-    ----------
-    exact
-        Of the scenario; None where it has no exact model.
-    unknown
-        Why the exact model has no answer, in words; empty where it has one or is not asked.
-    relative, relative_model
-        The nearest linear scenario and its exact model, where the scenario is not linear.
-    at_any_delay
-        What is proved for any constant delay; None without waves.
-    limited
-        Whether a server port will limit its environment; None where that is not known.
-    """
-
-    exact: Exact | None
-    unknown: str
-    relative: Relative | None
-    relative_model: Exact | None
-    at_any_delay: AnyDelay | None
-    limited: bool | None
+    exact: Exact | None  # None: it has no exact model
+    unknown: str  # why that has no answer; empty where it has one or is not asked
+    relative: Relative | None  # the nearest linear scenario, of one that is not linear
+    relative_model: Exact | None  # its exact model
+    at_any_delay: AnyDelay | None  # None: without waves
+    limited: bool | None  # whether a server port will limit its environment; None: not known
 
     @property
     def proved(self) -> bool:

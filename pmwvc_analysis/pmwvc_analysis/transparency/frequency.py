@@ -19,7 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmwvc_analysis.delays.peaks import refined
-from pmwvc_analysis.models.multirate import MultirateModel
+from pmwvc_analysis.models.linearize import Linear
 from pmwvc_core.numeric import Array, Complex, Integers
 
 LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
@@ -28,7 +28,7 @@ LOW_HZ = 0.04  # where limits at rest are taken, at most
 
 
 def response(
-    model: MultirateModel,
+    model: Linear,
     frequency_hz: Array,
     *,
     output: str = "x",
@@ -55,14 +55,14 @@ def response(
     ndarray
         ``(points,)`` complex, per unit of the amplitudes.
     """
-    users, ticks, dof = len(model.users), model.ticks, model.dof
+    users, ticks, dof = len(model.users), model.ticks, model.loop.dof
     axis = axis if dof > 1 else 0
     pattern = np.zeros((users, dof))
     if forces is None:
         pattern[user, axis] = 1.0
     else:
         pattern[:] = np.asarray(forces, dtype=float).reshape(users, dof)
-    turns = np.asarray(frequency_hz, dtype=float) * model.tick_s * ticks  # per hyperperiod
+    turns = np.asarray(frequency_hz, dtype=float) * model.loop.tick_s * ticks  # per hyperperiod
     whole = np.round(turns)
     turns = np.where(np.abs(turns - whole) < LEAST_TURN, whole + LEAST_TURN, turns)
     angle = 2.0 * np.pi * turns / ticks
@@ -87,7 +87,7 @@ def response(
     return np.asarray((values * wave.conj()).mean(axis=1))
 
 
-def _taken_over(model: MultirateModel) -> tuple[Integers, Integers, Integers]:
+def _taken_over(model: Linear) -> tuple[Integers, Integers, Integers]:
     """Return the states to solve for, and of every state which one of them it is, how long ago.
 
     Returns
@@ -133,7 +133,7 @@ def low_frequencies(peak_hz: float | None) -> Array:
 
 
 def first_peak_hz(
-    model: MultirateModel,
+    model: Linear,
     *,
     user: int = 0,
     forces: Sequence[float] | Array | None = None,
@@ -144,7 +144,7 @@ def first_peak_hz(
     def size_at(frequency: Array) -> Array:
         return np.abs(response(model, frequency, user=user, forces=forces, axis=axis))
 
-    frequency, size = np.geomspace(0.05, 0.5 / model.tick_s, 800), np.zeros(0)
+    frequency, size = np.geomspace(0.05, 0.5 / model.loop.tick_s, 800), np.zeros(0)
     while len(size) < len(frequency):  # from below, no further than to the first one
         size = np.append(size, size_at(frequency[len(size) : len(size) + 100]))
         peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of
-from pmwvc_analysis.models.multirate import MultirateModel
+from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.transparency.frequency import limit_at_rest, low_frequencies, response
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
@@ -80,12 +80,13 @@ def scale_notes(scenario: Scenario, user: int) -> list[str]:
 
 
 def across_notes(
-    model: MultirateModel, user: int, axis: int, forces: Array, peak_hz: float | None
+    model: Linear, user: int, axis: int, forces: Array, peak_hz: float | None
 ) -> list[str]:
     """Return a note on the motion at rest across the axis, where the axes are coupled."""
-    if model.dof == 1:
+    dof = model.loop.dof
+    if dof == 1:
         return []
-    others = [other for other in range(model.dof) if other != axis]
+    others = [other for other in range(dof) if other != axis]
     low = low_frequencies(peak_hz)
     moved = [
         limit_at_rest(response(model, low, user=user, forces=forces, axis=other).real)
@@ -93,7 +94,7 @@ def across_notes(
     ]
     each = ", ".join(f"{1e3 * x:.3g} (axis {o + 1})" for o, x in zip(others, moved, strict=True))
     return [
-        f"Along axis {axis + 1} of {model.dof}, the other axes free. The impedance matrix couples "
+        f"Along axis {axis + 1} of {dof}, the other axes free. The impedance matrix couples "
         f"them: at rest 1 N moves the device of {model.users[user]} across by {each} mm."
     ]
 

@@ -30,8 +30,10 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.motions.groups import groups_of, together
-from pmwvc_analysis.models.multirate import MultirateModel, build, spectral_radius
+from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.transparency.frequency import (
     first_peak_hz,
     limit_at_rest,
@@ -119,14 +121,14 @@ def transparency(
             f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
         )
 
-    def rendered(model: MultirateModel, pressing_forces: Array) -> tuple[Rendered, Complex]:
+    def rendered(model: Linear, pressing_forces: Array) -> tuple[Rendered, Complex]:
         found = _rendered(model, own, axis, pressing_forces)
         return found, response(model, frequency_hz, user=own, forces=pressing_forces, axis=axis)
 
     model = build(pressed, live=live, weights=weights)
     link, admittance = rendered(model, forces[first])
     balanced = link.admittance_dc is not None
-    notes = [*model.notes, how(scenario, user, forces, balanced=balanced)]
+    notes = [*notes_of(pressed, live=live), how(scenario, user, forces, balanced=balanced)]
     notes += scale_notes(scenario, user)
     if balanced:
         notes += across_notes(model, own, axis, forces[first], link.first_peak_hz)
@@ -172,7 +174,7 @@ def untouched(scenario: Scenario) -> Scenario:
     return scenario
 
 
-def _rendered(model: MultirateModel, user: int, axis: int, forces: Array) -> Rendered:
+def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendered:
     peak = first_peak_hz(model, user=user, forces=forces, axis=axis)
     frequency = low_frequencies(peak)
     omega = 2.0 * np.pi * frequency
@@ -181,7 +183,8 @@ def _rendered(model: MultirateModel, user: int, axis: int, forces: Array) -> Ren
     if abs(pressed[1] - pressed[0]) <= STEADY * abs(pressed[0]):
         dc = limit_at_rest(pressed.real)
         damping = limit_at_rest((1.0 / pressed).imag / omega)
-    free = build(untouched(model.scenario), live=model.live, weights=model.weights)
+    loop = model.loop
+    free = build(untouched(loop.scenario), live=loop.live, weights=loop.weights)
     if stability.stable(spectral_radius(free)):
         moved = response(free, frequency, user=user, axis=axis)
         mass = limit_at_rest(-(1.0 / moved).real / omega**2)

@@ -38,6 +38,7 @@ import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import outside, relative
+from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
 from pmwvc_core.params import FilterParams
@@ -89,15 +90,9 @@ class Choice:
         return found
 
     def _for(self, user: User) -> User:
-        master = dataclasses.replace(
-            user.master,
-            impedance=self.impedance,
-            impedance_matrix="",
-            filter=self.filter,
-            hold=self.hold,
-        )
-        contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
-        return dataclasses.replace(user, master=master, contact=contact)
+        user = with_impedances(user, self.impedance, None)
+        master = dataclasses.replace(user.master, filter=self.filter, hold=self.hold)
+        return dataclasses.replace(user, master=master)
 
     def applied(self, scenario: Scenario) -> Scenario:
         """Return the scenario with this choice for every user, the same at both ends."""

@@ -19,19 +19,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import Element, nonlinear
+from pmwvc_analysis.models.linear import Element, axes_of, nonlinear
 from pmwvc_analysis.tune.candidates import best_impedance, bounds_of, filters_of
 from pmwvc_analysis.tune.criteria import Choice, Rating, is_stable, rated
-from pmwvc_analysis.tune.session import STABLE, judged
+from pmwvc_analysis.verdicts import passivity_words
+from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import first_axis
 
 STEP = 1.5  # factor between the alternatives
 WIDE = 2.0  # likewise, where no choice found from the lag is stable
 HOLDS = ("foh", "zoh")
+STABLE, NOT_JUDGED = "stable", "stability not judged"
+LEAST_S, LONGEST_S = 4.0, 12.0
+USER_TICKS = 48_000  # that may be simulated: some 1 s
+COUPLED = 8  # of them for a tick with axes that are coupled
 Key = tuple[str, str]  # filter, hold
 
 
@@ -173,3 +180,33 @@ def _refusal(scenario: Scenario, rows: Sequence[Rating], bounds: tuple[float, fl
         f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked at "
         f"within a factor of {WIDE:g}) is stable with any filter; {helps}"
     )
+
+
+def session_of(scenario: Scenario) -> Scenario | None:
+    """Return the session that a choice is judged by; None where that is too much work.
+
+    Axes that no matrix couples are equal: the one along which the hands press stands for them.
+    """
+    if axes_of(scenario) == 1:
+        task = dataclasses.replace(scenario.task, sideways_m=0.0)
+        scenario = dataclasses.replace(scenario, dof=1, task=task)
+    ticks = USER_TICKS / len(scenario.users) / (COUPLED if scenario.dof > 1 else 1)
+    longest_s = min(LONGEST_S, ticks * scenario.tick_s)
+    if longest_s < min(LEAST_S, scenario.duration_s):
+        return None
+    return dataclasses.replace(scenario, duration_s=min(scenario.duration_s, longest_s))
+
+
+def judged(scenario: Scenario, row: Rating) -> Rating:
+    """Return the rating of a choice with the verdicts of its session in virtual time."""
+    session = session_of(row.choice.applied(scenario))
+    if session is None:
+        return row
+    traces = simulate_one(session)
+    found = verdict(traces, session)
+    ports = passivity(traces, session, None)
+    owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
+    words = [f"{owner}: {passivity_words.verdict(ports, owner)}" for owner in owners]
+    stable = STABLE if found.stable else found.instability or NOT_JUDGED
+    not_passive = "; ".join(words) or None
+    return dataclasses.replace(row, simulated=stable, simulated_passivity=not_passive)

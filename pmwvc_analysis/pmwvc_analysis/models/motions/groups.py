@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of, outside
+from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
@@ -63,14 +64,8 @@ def _along_axes(scenario: Scenario) -> list[Scenario]:
 
 def _along(scenario: Scenario, impedances: Array) -> Scenario:
     """Return the scenario with these impedances ``(users, 2)`` at master and server [N s/m]."""
-    users = tuple(
-        dataclasses.replace(
-            user,
-            master=dataclasses.replace(user.master, impedance=b_m, impedance_matrix=""),
-            contact=dataclasses.replace(user.contact, impedance=b_s, impedance_matrix=""),
-        )
-        for user, (b_m, b_s) in zip(scenario.users, impedances.tolist(), strict=True)
-    )
+    pairs = zip(scenario.users, impedances.tolist(), strict=True)
+    users = tuple(with_impedances(user, *own) for user, own in pairs)
     return dataclasses.replace(scenario, users=users)
 
 

@@ -21,16 +21,18 @@ Equations: docs/theory.md 15.2.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.motions import freedom
 from pmwvc_analysis.models.motions.freedom import per_run
 from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.numeric import Array
+
+if TYPE_CHECKING:
+    from pmwvc_analysis.models.linearize import Linear
 
 ROUNDING_S = 1e-12  # of a lag that does not change
 Signals = dict[str, Array]  # of signals by name, a row or one per run, along each axis
@@ -54,21 +56,21 @@ class Family(NamedTuple):
     mask: NDArray[np.bool_]  # (runs or 1,)
 
 
-def motions(linear: Linear) -> list[Motion]:
+def motions(linear: "Linear") -> list[Motion]:
     """Return the motions of a loop, translations first."""
     axes = range(linear.loop.dof)
     still = [motion for axis in axes for motion in _free_positions(linear, axis)]
     return still + [motion for axis in axes for motion in _drifting(linear, axis)]
 
 
-def families(linear: Linear) -> list[Family]:
+def families(linear: "Linear") -> list[Family]:
     """Return the motions of a loop as vectors of its states.
 
     Devices, object, deflections and springs are as given above; all other states follow from z(n)
     = z0 + n z1, z(n+1) = A z(n).
     """
     loop, n, found = linear.loop, len(linear.columns), motions(linear)
-    matrices = linear.rows[:, :, :n]
+    matrices = linear.matrices
     now, change = np.zeros((2, len(matrices), n, len(found)))
     given = np.zeros(n, dtype=np.bool_)
     for (name, axis), column in linear.columns.items():
@@ -132,7 +134,7 @@ def count(found: Sequence[Family | Motion]) -> int:
     return sum(bool(each.mask[0]) for each in found)
 
 
-def _free_positions(linear: Linear, axis: int) -> list[Motion]:
+def _free_positions(linear: "Linear", axis: int) -> list[Motion]:
     loop = linear.loop
     if not has_waves(loop.scenario.controller):
         return _translations_without_waves(linear, axis)
@@ -145,12 +147,14 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
         if not bound.all()
     ]
     together = {device: bound * one for device, bound in zip(devices, tied, strict=True)}
-    if loop.body in linear.placed:
-        found.append(Motion(loop.body, axis, always, {loop.body: one} | together, {}))
+    if loop.places.body in linear.placed:
+        found.append(
+            Motion(loop.places.body, axis, always, {loop.places.body: one} | together, {})
+        )
     for index, line in enumerate(loop.lines):
         loose = freedom.stiffness(line)[:, 0] == 0.0
         if loose.any():
-            e = loop.deflection(index)
+            e = loop.places.deflection(index)
             moved = {e: one, devices[index]: together[devices[index]]}
             found.append(Motion(e, axis, loose, moved, {}))
         loose = per_run(line.user.master.local_model.stiffness)[:, 0] == 0.0
@@ -163,22 +167,24 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
     return found
 
 
-def _translations_without_waves(linear: Linear, axis: int) -> list[Motion]:
+def _translations_without_waves(linear: "Linear", axis: int) -> list[Motion]:
     """Return the common translation, and those of users whose position acts on nothing."""
     loop, found = linear.loop, []
     one = np.eye(loop.dof)[axis : axis + 1]
     for index, line in enumerate(loop.lines):
         loose, device = freedom.stiffness(line)[:, 0] == 0.0, f"{line.name}.device.x"
         if loose.any():
-            moved = {device: one, loop.deflection(index): one}
+            moved = {device: one, loop.places.deflection(index): one}
             found.append(Motion(device, axis, loose, moved, {}))
-    if loop.body in linear.placed:
-        all_of_them = {f"{line.name}.device.x": one for line in loop.lines} | {loop.body: one}
-        found.append(Motion(loop.body, axis, np.array([True]), all_of_them, {}))
+    if loop.places.body in linear.placed:
+        all_of_them = {f"{line.name}.device.x": one for line in loop.lines} | {
+            loop.places.body: one
+        }
+        found.append(Motion(loop.places.body, axis, np.array([True]), all_of_them, {}))
     return found
 
 
-def _drifting(linear: Linear, axis: int) -> list[Motion]:
+def _drifting(linear: "Linear", axis: int) -> list[Motion]:
     """Return the uniform motions: of all that hang together, and of users by themselves.
 
     A virtual coupling pulls back what moves on: it receives the other end late. So does a contact
@@ -192,16 +198,16 @@ def _drifting(linear: Linear, axis: int) -> list[Motion]:
         mask = freedom.alone(line) & ~freedom.braked(line) & ~freedom.tied(line)
         if mask.any():
             x, xd = f"{line.name}.device.x", f"{line.name}.device.xd"
-            e = loop.deflection(loop.lines.index(line))
+            e = loop.places.deflection(loop.lines.index(line))
             avatar = freedom.moves_avatar(line, one)
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
     steady = all(abs(pace.shift_s) < ROUNDING_S for pair in loop.paces for pace in pair)
-    if loop.body in linear.placed and steady and all(map(freedom.steady_age, loop.lines)):
+    if loop.places.body in linear.placed and steady and all(map(freedom.steady_age, loop.lines)):
         found += _common_drift(linear, axis)
     return found
 
 
-def _common_drift(linear: Linear, axis: int) -> list[Motion]:
+def _common_drift(linear: "Linear", axis: int) -> list[Motion]:
     """Return the uniform motion of the object with all users who touch it, where none is braked.
 
     The two ends of a wave link move as sqrt(b of the server / b of the master). A position
@@ -211,11 +217,14 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     waves, serve = has_waves(loop.scenario.controller), loop.serve
     one = np.eye(loop.dof)[axis : axis + 1]
     mask = ~(per_run(loop.scenario.server.object_damping) > 0.0)
-    now = {loop.body: one * ((serve.phase - serve.period) * loop.tick_s), f"{loop.body}d": one}
-    rates = {loop.body: one}
+    now = {
+        loop.places.body: one * ((serve.phase - serve.period) * loop.tick_s),
+        f"{loop.places.body}d": one,
+    }
+    rates = {loop.places.body: one}
     for index, line in enumerate(loop.lines):
         off, tied = freedom.alone(line), freedom.tied(line)
-        rates[loop.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
+        rates[loop.places.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
         ratio = freedom.moves_device(line, one)
         rate = np.where(off, 0.0, ratio)
         steady = freedom.steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)
@@ -226,4 +235,4 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
         rates[x] = rate
     if not mask.any():
         return []
-    return [Motion(f"{loop.body}d", axis, mask[:, 0], now, rates)]
+    return [Motion(f"{loop.places.body}d", axis, mask[:, 0], now, rates)]

@@ -51,6 +51,7 @@ def run(arguments: argparse.Namespace) -> Result:
     from pmwvc_analysis.figures.map_figure import draw
     from pmwvc_analysis.maps import map_files as files
     from pmwvc_analysis.maps.maps import Grid, compute
+    from pmwvc_analysis.models.stability import are_stable
 
     if arguments.workers is not None and arguments.workers < 1:
         raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
@@ -81,11 +82,9 @@ def run(arguments: argparse.Namespace) -> Result:
     with doing("drawing the map"):
         paths = files.write_data(folder, grid, radius, measured)
         paths += draw(folder, grid, radius, measured)
-    stable = files.is_stable(radius).mean()
-    console.print(f"{radius.size} points, {stable:.1%} of them stable", markup=False)
-    console.print(files.boundary_words(grid, radius), markup=False)
-    for path in paths:
-        console.print(str(path), markup=False)
+    stable = f"{radius.size} points, {are_stable(radius).mean():.1%} of them stable"
+    for line in (stable, files.boundary_words(grid, radius), *paths):
+        console.print(str(line), markup=False)
     return Result(document=(folder / "map.json").read_text("utf-8"))
 
 
