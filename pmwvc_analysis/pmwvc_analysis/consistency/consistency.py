@@ -33,7 +33,7 @@ NEAR_PERIODS = 2.5  # of the server: the step that takes a change over is known 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number: those are named
 def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[str]:
     """Return every contradiction in words."""
-    found = []
+    found: list[str] = []
     users = {user.name: user for user in scenario.users} if scenario else {}
     waves = scenario is None or has_waves(scenario.controller)
     strict = scenario is not None and scenario.strict

@@ -111,7 +111,7 @@ def _outgoing(user: UserTraces, known: User) -> Array:
         if budget < natural_w:
             ratio[row] = min(math.sqrt(spent / natural_w), 1.0) if natural_w else 1.0
         deficit_w = max(spent - budget, 0.0)
-    return ratio * natural
+    return np.asarray(ratio * natural)
 
 
 def _filter(user: UserTraces, known: User) -> Iterator[str]:

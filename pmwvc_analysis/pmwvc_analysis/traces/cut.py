@@ -37,9 +37,7 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         duration_s=end_s,
         users=users,
         server=server,
-        packets={
-            topic: with_rows(each, each.time_s < end_s) for topic, each in traces.packets.items()
-        },
+        packets={t: with_rows(each, each.time_s < end_s) for t, each in traces.packets.items()},
         fates={
             link: with_rows(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
             for link, each in traces.fates.items()
