@@ -111,9 +111,8 @@ def _without_waves(sums: UserSums, at_server: list[Array]) -> Channel:
 
 
 def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
-    """Return the account of a wave port with its safety limits, and the parts of both.
-
-    In a gap of the record the master's own sums hold, and give what was taken there.
+    """Return the account of a wave port with its safety limits, and the parts of both. In a gap of
+    the record the master's own sums hold, and give what was taken there.
     """
     user, dt = sums.user, sums.user.tick_s
     port = WavePort(known.impedance)
@@ -171,10 +170,8 @@ def _plain(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -
 
 
 def _strict(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -> Channel:
-    """Return the accounts of the strict channel.
-
-    The node has what the force applied did on the motion measured, and what the playout gave out
-    and released; packets are what it paid.
+    """Return the accounts of the strict channel. The node has what the force applied did on the
+    motion measured, and what the playout gave out and released; packets are what it paid.
     """
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
@@ -193,10 +190,7 @@ def passed(blocks: Sequence[Passage], energies: Sums) -> Sums:
 
 
 def paid(sums: UserSums, *, live: bool) -> Array:
-    """Return the energy that the packets of the strict channel were paid with.
-
-    A live block's sum is taken behind the packet that follows the block.
-    """
+    """Return what packets of the strict channel were paid with; live, they follow their block."""
     return sums.of_blocks(sums.user.energy["u_tx"], after_s=np.inf if live else 0.0)
 
 

@@ -106,9 +106,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
 
 
 def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, NDArray[np.intp]]:
-    """Return times and rows of the server's steps that every user's record contains, up to the
-    last one that every user's ticks reach.
-    """
+    """Return times and rows of the server's steps that every user's record contains."""
     assert traces.server is not None
     times = ran_s(traces.server, traces)
     end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)

@@ -178,9 +178,7 @@ def bounded(user: User, scenario: Scenario) -> CountBound | None:
 
 
 def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> float:
-    """Return what a user's port behind counts may give out at most in a session [J]; zero where no
-    bound held all the time.
-    """
+    """Return what a port behind counts may give out at most [J]; zero: no bound held."""
     found = [
         bounded(user, stage.scenario)
         for stage in (stages(traces, scenario) if scenario else [])

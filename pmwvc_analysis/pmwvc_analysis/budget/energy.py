@@ -65,7 +65,7 @@ class Balance:
 
     @property
     def passive(self) -> bool:
-        """Tell whether the balance never was below zero by more than the declared storage."""
+        """Tell whether every balance is; None where the encoder cannot resolve E_hand."""
         return not bool(self.violated.any())
 
     @property
@@ -98,9 +98,7 @@ class UserEnergy:
 
     @property
     def hand_passive(self) -> bool | None:
-        """Tell whether the hand got more than it gave, the declared storage and the bound of its
-        counts; None where the encoder cannot resolve.
-        """
+        """Tell whether E_hand is passive; None where the encoder cannot resolve it."""
         limit = -self.joint.tolerance_j - self.storage_j - self.counts_j
         if (self.joint.balance_j + self.resolution_j < limit).any():
             return False
@@ -116,9 +114,8 @@ class UserEnergy:
 
 
 def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:
-    """Return the balances of every user that both its own trace and the server's know.
-
-    The scenario gives the declared storage and the step of the encoder; without it there is none.
+    """Return the balances of every user that both its own trace and the server's know. The
+    scenario gives the declared storage and the step of the encoder; without it there is none.
     """
     if traces.server is None:
         return []

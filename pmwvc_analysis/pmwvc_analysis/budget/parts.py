@@ -140,10 +140,8 @@ def of_server(scenario: Scenario) -> set[str]:
 
 
 def unchecked(scenario: Scenario) -> dict[str, str]:
-    """Return the traces of a session that nothing else on record confirms, and why.
-
-    Names as in :mod:`pmwvc_core.traces`, those of the server after ``server.``, an
-    account after ``accounts.``
+    """Return the traces of a session that nothing else on record confirms, and why. Names as in
+    :mod:`pmwvc_core.traces`, the server's after ``server.``, an account's after ``accounts.``.
     """
     found, waves = dict[str, str](), has_waves(scenario.controller)
     masters = [user.master for user in scenario.users]

@@ -188,9 +188,7 @@ class Budget:
         return {**parts, "residual_j": _last(self.residuals[owner])}
 
     def rows(self) -> list[tuple[str, list[float | None]]]:
-        """Return the final energies [J] as a table: a label, then one column per user and the
-        server. A part that does not exist there is None.
-        """
+        """Return the final energies [J]: a label, one column per user, the server; None: no part."""
         owners = [*self.hands, SERVER]
         left_over = {each.part for each in self.remainders}
         table: list[tuple[str, list[float | None]]] = [

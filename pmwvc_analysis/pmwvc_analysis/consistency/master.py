@@ -70,10 +70,8 @@ def _limited(user: UserTraces) -> Flags:
 
 
 def _port(user: UserTraces) -> Iterator[str]:
-    """Check the power of the port where the safety layer let the force through unchanged.
-
-    With a force that was limited the outgoing wave is shortened and the identity does not hold,
-    nor does it in the ticks after it that make up the deficit.
+    """Check the power of the port where the safety layer let the force through unchanged: the wave
+    of a limited force is shortened, and so are those after it that make up the deficit.
     """
     moved = np.sum(user.f_m * user.xd_m, axis=-1)
     waves = (power(user.u_m) - power(user.v_m)) / 2.0

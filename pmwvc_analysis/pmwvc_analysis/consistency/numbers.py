@@ -34,9 +34,7 @@ def off(text: str, unit: str, left: Array, right: Array, rows: Any = ...) -> Ite
 
 
 def missing(text: str, values: Array, known: Array) -> Iterator[str]:
-    """Yield in words how far an energy [J] is from all of the ``known`` ones, if rounding does not
-    explain it.
-    """
+    """Yield in words how far an energy [J] is from all ``known`` ones, beyond rounding."""
     if not values.size or not known.size:
         return
     known = np.sort(known)
@@ -50,9 +48,7 @@ def missing(text: str, values: Array, known: Array) -> Iterator[str]:
 
 
 def no_numbers(owner: str, signals: Mapping[str, Array]) -> Iterator[str]:
-    """Yield in words which signals have values that are not finite, or that no device and no
-    controller has: sums of their squares would be infinite.
-    """
+    """Yield in words which signals have values that are not finite, or that nothing real has."""
     for name, values in signals.items():
         finite = np.isfinite(values)
         if count := (~finite).sum():

@@ -57,9 +57,7 @@ def _together(server: ServerTraces, index: int) -> Flags:
 def _motion(
     server: ServerTraces, index: int, scenario: Scenario, together: Flags, *, slides: bool
 ) -> Iterator[str]:
-    """Check that the avatar moves with its velocity, as the coupling has it; without contact it
-    may slide to its device as well.
-    """
+    """Check that the avatar moves with its velocity, or without contact slides to its device."""
     assert scenario.coupling.moves is not None
     old, new = scenario.coupling.moves(scenario.server)
     moved, xd = np.diff(server.x_s[index], axis=0), server.xd_s[index]

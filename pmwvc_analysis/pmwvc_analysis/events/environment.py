@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.traces.reductions import begins
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.quantities import quantity
@@ -112,8 +113,7 @@ def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) ->
 def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) -> float | None:
     """Return when the environment is lost first; an avatar of a later stay begins anew."""
     there = server.state[index] > 0
-    stays = np.split(np.arange(len(there)), np.flatnonzero(np.diff(there.astype(int)) > 0) + 1)
-    for stay in stays:
+    for stay in np.split(np.arange(len(there)), np.flatnonzero(begins(there))):
         rows = stay[there[stay]]
         if not len(rows):
             continue
@@ -134,9 +134,8 @@ def _travel(server: ServerTraces, index: int, rows: NDArray[np.intp]) -> Array:
     """Return the avatar's way relative to the object since its present contact began [m]."""
     way = (server.x_s[index] - server.x_o)[rows]
     touching = np.asarray(server.contact[index])[rows]
-    begins = touching & ~np.concatenate([[False], touching[:-1]])
     before = np.maximum(np.arange(len(rows)) - 1, 0)
-    since = np.maximum.accumulate(np.where(begins, before, 0))
+    since = np.maximum.accumulate(np.where(begins(touching), before, 0))
     return np.where(touching[:, np.newaxis], way - way[since], 0.0)
 
 

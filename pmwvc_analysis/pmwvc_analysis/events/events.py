@@ -26,9 +26,8 @@ MOST = 10
 
 
 def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
-    """Return all events of a session in the order of time, those without a time first.
-
-    Idempotent: what is in ``traces.events`` already is not repeated.
+    """Return all events of a session in the order of time, those without a time first. What is in
+    ``traces.events`` already is not repeated.
     """
 
     def key(each: Event) -> tuple[Any, ...]:

@@ -51,9 +51,7 @@ def changes(values: NDArray[Any]) -> list[int]:
 
 
 def of_master(user: UserTraces) -> Iterator[Event]:
-    """Yield every change of state and every stretch of limited force of one device, restarts and
-    stalls of its loop.
-    """
+    """Yield changes of safety, stretches of limited force, restarts and stalls of one master."""
     who, coupled, lost = f"{user.name} master", False, False
     before: tuple[int, str] | None = None
     for row, now in enumerate(zip(user.state.tolist(), user.reason, strict=True)):
@@ -173,8 +171,8 @@ def _presence(
             text = "joined at the server"
             if user is not None and len(user.time_s):
                 apart = user.x_m[user.rows_at(server.time_s[row])] - server.x_s[index][row]
-                length_m = float(np.linalg.norm(apart))
-                text += f", {1e3 * length_m:.1f} mm from its device" * (length_m > APART_M)
+                if (length_m := float(np.linalg.norm(apart))) > APART_M:
+                    text += f", {1e3 * length_m:.1f} mm from its device"
             yield event(time_s, name, "join", text)
         elif now == Presence.DAMPING:
             text = "no packets reach the server: the avatar is only damped"

@@ -15,9 +15,8 @@ OF_BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes")  # of 
 
 
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:
-    """Return what there was before ``end_s``; the same object where that is everything.
-
-    A user of whom nothing is left is left out.
+    """Return what there was before ``end_s``, without users of whom nothing is left; the same
+    object where that is everything.
     """
     if end_s >= traces.duration_s:
         return traces

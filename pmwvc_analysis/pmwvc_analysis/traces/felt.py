@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.traces.intervals import merged
+from pmwvc_analysis.traces.reductions import begins
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety.states import SafetyState
@@ -61,11 +62,11 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     steps, together = _steps(user), np.zeros(len(user.time_s), dtype=bool)
     if server is not None:
         touches = touching(server, server.users.index(user.name))
-        steps[_follow(server.time_s[_begins(touches)], user.time_s)] = 0.0
+        steps[_follow(server.time_s[begins(touches)], user.time_s)] = 0.0
         together = _coupled(server, user)
     worst, lasted_s = int(np.argmax(steps)), _lasted_s(user)
     found = Felt(
-        *(float(steps[worst]), float(user.time_s[worst]), int(_begins(steps > BLOW_N).sum())),
+        *(float(steps[worst]), float(user.time_s[worst]), int(begins(steps > BLOW_N).sum())),
         *(None, None, None),
         float(lasted_s[together].sum() / lasted_s.sum()),
         None,
@@ -96,9 +97,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
 
 
 def touching(server: ServerTraces, index: int) -> Flags:
-    """Tell at which steps of the server a user's avatar touches: where an environment reports no
-    contact, its force tells.
-    """
+    """Tell at which steps an avatar touches: by its force where no contact is reported."""
     touches = np.asarray(server.contact[index], dtype=bool)
     if touches.any():
         return touches
@@ -106,19 +105,12 @@ def touching(server: ServerTraces, index: int) -> Flags:
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
-    """Return when a simulated hand has closed [s]; 0 where it does not. Its time counts from the
-    end of the soft start.
-    """
+    """Return when a simulated hand has closed, counted from the soft start's end [s]; else 0."""
     hands = {known.name for known in scenario.users if known.operator.is_hand}
     coupled = user.block_time_s[user.state == SafetyState.COUPLED]
     if not scenario.task.closes or user.name not in hands or not len(coupled):
         return 0.0
     return float(coupled[0]) + scenario.task.grip_s + scenario.task.grip_rise_s
-
-
-def _begins(flags: Flags) -> Flags:
-    """Tell in which rows a flag is set that was not in the row before."""
-    return np.asarray(flags & ~np.concatenate([[False], flags[:-1]]))
 
 
 def _coupled(server: ServerTraces, user: UserTraces) -> Flags:

@@ -14,7 +14,6 @@ positions, or they are not.
 Equations: docs/theory.md 13.7, 13.8.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -33,30 +32,22 @@ SAME_J = 1e-12
 ROUNDING_M = 1e-9
 
 
-@dataclass(frozen=True)
-class Work:
-    """The work of the hand over a session, as sums after the rows at which they are known.
-
-    ``ran_s`` is when the last tick of each sum had run.
-    """
+class Work(NamedTuple):
+    """The work of the hand as sums after known rows; ``ran_s`` is when these had run."""
 
     ran_s: Array
     sums: Array
     resolution: Array
 
     def at(self, user: UserTraces, times: Array) -> tuple[Array, Array]:
-        """Return the work of all ticks that ran before some instants, and how far it may be off
-        [J].
-        """
+        """Return the work of all ticks that ran by then, and how far it may be off [J]."""
         count = np.searchsorted(self.ran_s, times - 0.001 * user.tick_s)
         return up_to(self.sums, count), up_to(self.resolution, count)
 
 
 def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
-    """Return the work of one user's hand.
-
-    Tick by tick where the recorded positions are what the master counted, else at the ends of
-    blocks. ``device`` gives the step of the encoder; None: taken as exact.
+    """Return the work of one user's hand: tick by tick where the recorded positions are what the
+    master counted, else at the ends of blocks. Without a ``device`` positions are exact.
     """
     ran = ran_s(user)
     per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)

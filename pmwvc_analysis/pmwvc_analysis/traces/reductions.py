@@ -55,6 +55,11 @@ def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
     return {"p50": number(median), "p99": number(high), "max": number(values.max())}
 
 
+def begins(flags: Flags) -> Flags:
+    """Tell in which rows a flag is set that was not in the row before."""
+    return np.asarray(flags & ~np.concatenate([[False], flags[:-1]]))
+
+
 def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
     """Return first and last row of every stretch with a flag set; close ones are one."""
     rows = np.flatnonzero(flags)

@@ -65,9 +65,7 @@ def ran_s(server: ServerTraces, traces: SessionTraces) -> Array:
 
 
 def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
-    """Return the end of the server before each start: its last recorded step, or what its packets
-    show, or what users received beyond that.
-    """
+    """Return the end of the server before each start, by its record, its packets and its users."""
     found: list[ServerEnd] = []
     sent_j, since_s, before = dict.fromkeys(server.users, 0.0), -np.inf, -1
     for start in starts(server):
@@ -90,9 +88,8 @@ def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
 
 
 def instants(server: ServerTraces, traces: SessionTraces) -> tuple[Array, NDArray[np.intp]]:
-    """Return the instants at which sums of the server are known [s], and the row of each.
-
-    These are its steps, when they ran, and every period while no server ran.
+    """Return the instants at which sums of the server are known [s], and the row of each: its
+    steps, when they ran, and every period while no server ran.
     """
     times = ran_s(server, traces)
     parts, last_rows = [times], [np.arange(len(times))]
@@ -111,9 +108,7 @@ def instants(server: ServerTraces, traces: SessionTraces) -> tuple[Array, NDArra
 def completed(
     sums: Array, times: Array, server: ServerTraces, traces: SessionTraces, user: str
 ) -> Array:
-    """Return the sums of v_s [J], as recorded at ``times`` and going on across starts, with what a
-    server that was killed sent beyond its last recorded step.
-    """
+    """Return the sums of v_s [J] at ``times``, with what killed servers sent beyond the record."""
     sums = sums.copy()
     for end in ends(server, traces):
         after = times > end.died_s

@@ -42,9 +42,8 @@ class Interval(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """The judged intervals of a user's session; each of ``lives`` has its own balance.
-
-    ``first_s`` is the time up to which neither master nor server was started again.
+    """The judged intervals of a user's session; each of ``lives`` has its own balance, ``first_s``
+    is the time up to which neither master nor server was started again.
     """
 
     lives: list[Interval]
@@ -88,9 +87,8 @@ def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> 
 
 
 def gaps(user: UserTraces) -> NDArray[np.intp]:
-    """Return the rows of ticks behind which blocks are missing in the record.
-
-    Ticks that the loop itself left out are no gap: its last force was held on, and its sums hold.
+    """Return the rows of ticks behind which blocks are missing in the record. Ticks that the loop
+    left out are no gap: its last force was held on, and its sums hold.
     """
     rows = np.flatnonzero(np.diff(user.tick) > 1)
     if len(user.block_number) != len(user.block_time_s):
@@ -114,9 +112,7 @@ class StoodStill(NamedTuple):
 
 
 def stood_still(user: UserTraces) -> list[StoodStill]:
-    """Return when a user's loop skipped ticks, and what its device gave out; what was not recorded
-    is not known.
-    """
+    """Return when a user's loop skipped ticks, and what its device gave out in the meantime."""
     rows = skips(user)
     moved = user.x_m[rows + 1] - user.x_m[rows]
     given = -np.sum(user.f_applied[rows] * moved, axis=-1)
@@ -150,9 +146,7 @@ def given_until(found: list[StoodStill], time_s: float) -> tuple[float, str]:
 
 
 def _life(user: UserTraces, first: int, traces: SessionTraces, before_s: float) -> Interval:
-    """Return a life of a master that begins with a row, its end left open; the life before ended
-    at ``before_s``.
-    """
+    """Return the life of a master from a row on, its end open, behind one up to ``before_s``."""
     late = user.tick[first] > 0  # the recorder found it only when it was running
     begun_s = float(user.time_s[first])
     start_s = _block_end_s(user, begun_s)

@@ -70,20 +70,15 @@ def _ports(summary: dict[str, Any], owner: str) -> list[dict[str, Any]]:
 
 
 def _stability(summary: dict[str, Any]) -> Line:
-    why, until = summary["stability"]["text"], ""
-    if summary["judged_until_s"] < summary["duration_s"]:
-        until = f" until {summary['judged_until_s']:.2f} s"
-    if summary["stable"] is None:
-        return _line(None, f"Stability not judged: {why}.")
-    if summary["stable"]:
-        return _line(True, f"Stable{until}: {why}.")
-    return _line(False, f"Not stable{until}, {summary['instability']}: {why}.")
+    until_s, stable = summary["judged_until_s"], summary["stable"]
+    until = f" until {until_s:.2f} s" if until_s < summary["duration_s"] else ""
+    begins = f"Stable{until}" if stable else f"Not stable{until}, {summary['instability']}"
+    begins = "Stability not judged" if stable is None else begins
+    return _line(stable, f"{begins}: {summary['stability']['text']}.")
 
 
 def disturbances(summary: dict[str, Any]) -> dict[str, str]:
-    """Return whom something disturbed that the scenario does not ask for, and what: blows, a force
-    that was missing, no coupling.
-    """
+    """Return whom blows, a missing force or no coupling disturbed, unasked for by the scenario."""
     found = {}
     for user in summary["users"]:
         parts = []
@@ -141,11 +136,10 @@ def _recording(summary: dict[str, Any]) -> list[Line]:
     if recording["holes"]:
         return [_line(False, f"{hole_text(summary).capitalize()}; nothing is judged there.")]
     if missing := sum(recording["missing"].values()):
-        text = f"{missing} numbered messages were not recorded; see the last table."
-        return [_line(False, text)]
-    if recording["messages"]:
-        return [_line(True, "Nothing is missing in the recording.")]
-    return []
+        what = "numbered messages were not recorded; see the last table."
+        return [_line(False, f"{missing} {what}")]
+    whole = _line(True, "Nothing is missing in the recording.")
+    return [whole] if recording["messages"] else []
 
 
 def hole_text(summary: dict[str, Any]) -> str:

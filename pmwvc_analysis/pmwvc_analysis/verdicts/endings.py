@@ -111,9 +111,7 @@ def judged_until_s(traces: SessionTraces, found: list[Ending]) -> float:
 
 
 def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
-    """Return in words by how much a session, or what is on record of it, is shorter than its
-    scenario; empty where it is not.
-    """
+    """Return in words by how much a session or its record is shorter than its scenario, if so."""
     cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
     if scenario is None or traces.simulated:
         return cut

@@ -7,6 +7,7 @@ and again.
 import numpy as np
 
 from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
+from pmwvc_analysis.traces.reductions import begins
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
@@ -36,14 +37,12 @@ def taken_over(traces: SessionTraces, scenario: Scenario | None) -> str:
 
 
 def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
-    """Return whose force was limited again and again, in words (empty when nobody's was), and
-    whether that was mostly at the largest force.
-    """
+    """Return whose force was limited again and again, in words; whether mostly at the largest."""
     words, at_most = "", True
     for user in traces.users:
         half, shortened = (user.time_s > traces.duration_s / 2) & unbraked(user), limited(user)
         ratio = float((shortened & half).sum() / max(half.sum(), 1))
-        times = int((np.diff((shortened & half).astype(int), prepend=0) > 0).sum())
+        times = int(begins(shortened & half).sum())
         if ratio > 0.05 and times >= 3:
             limits = f"the force was limited {count(times, 'time')}"
             words = words or f"{user.name}: {limits}, {ratio:.0%} of the second half"

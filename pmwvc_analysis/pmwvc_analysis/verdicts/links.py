@@ -134,8 +134,7 @@ def _same(injected: dict[str, int], received: ReceptionTraces) -> bool:
 def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:
     """Return what a receiver must have counted of the packets that its link let out.
 
-    None without a whole record of the link, or where a node was started again: its receiver began
-    anew.
+    None without a whole record of the link, or where a receiver began anew.
     """
     if fates is None or received.receivers != 1 or received.counts["beginnings"] > 1:
         return None

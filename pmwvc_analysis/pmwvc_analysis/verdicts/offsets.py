@@ -114,9 +114,7 @@ def _of_user(
 
 
 def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:
-    """Return what no one knows before of the way of a user's packets, in words; empty where the
-    offset is that of the link's delay.
-    """
+    """Return in words what of the way of a user's packets no one knows before; else empty."""
     live = summary["source"] == "live"
     if user.master.deadband.is_on or user.contact.deadband.is_on:
         return f"{_left_out(user.name, summary)}; the longest wait for one counts."
@@ -166,9 +164,7 @@ def _left_out(name: str, summary: dict[str, Any]) -> str:
 
 
 def same_lag(steady: Sequence[Stage]) -> bool:
-    """Tell whether impedances, links and coupling are those of the start in all stages, rates and
-    deadbands left aside.
-    """
+    """Tell whether impedances, links and coupling are those of the start in all stages."""
 
     def decides(scenario: Scenario) -> list[Any]:
         links = [id(link) for user in scenario.users for link in (user.link_up, user.link_down)]

@@ -73,9 +73,7 @@ class Strength:
         return self.remains and self.growth < min(self.midway, FADED) and self.midway < 1.0
 
     def decays_by(self, rate_per_s: float) -> bool:
-        """Tell whether it changed as a motion that decays at a rate below zero [1/s], within what
-        one that is kept up may change; NaN: no such rate.
-        """
+        """Tell whether it changed as a motion that decays at a rate [1/s]; NaN: no such rate."""
         if not rate_per_s < 0.0 or self.growth <= 0.0:
             return False
         return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(FADED)

@@ -47,9 +47,8 @@ def outcomes(
 
 
 def passive_by_account(scenario: Scenario) -> bool:
-    """Tell whether every port is passive by the accounts of the strict channel, whatever the
-    network does: where the motion is exactly what the device reports, and no part gives out energy
-    by its law.
+    """Tell whether every port is passive by the strict channel's accounts, whatever the network
+    does: the motion is exactly what the device reports, and no part gives out energy by its law.
     """
     exact = all(
         user.device.is_simulated

@@ -89,9 +89,7 @@ def passivity(
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
-    """Return a finding at a device with the energy of forces that were held while its loop stood
-    still, where that is all that was given out.
-    """
+    """Return a finding with what forces held on gave, where that is all that was given out."""
     if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
         return found
     held_j, when = given_until(still, found.least_s)

@@ -39,9 +39,7 @@ def verdict(found: Passivity, owner: str) -> str:
 
 
 def amount(finding: Finding) -> str:
-    """Return least balance, its ratio to the energy moved, tolerance and declared storage; 0 J
-    where rounding, the tolerance, explains all of it.
-    """
+    """Return least balance, its ratio, tolerance and declared storage; 0 J: it is rounding."""
     rounding = finding.passive and -finding.least_j <= finding.tolerance_j
     least = quantity(0.0 if rounding else finding.least_j, "J")
     text = f"least balance at server steps {least}"

@@ -25,7 +25,7 @@ The exact model decides nothing else; where a verdict contradicts it, the words 
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,8 +58,7 @@ DEFAULT_WORKSPACE_M = 0.2
 Judgement = tuple[bool | None, str | None, str]  # stable, kind of instability, what showed it
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """Stable, unstable (then ``instability`` is its kind) or not known (None), what showed it, and
     the strongest late oscillation [m/s].
     """
@@ -73,9 +72,8 @@ class Verdict:
 def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     """Judge one session."""
     found = [(strength(motion, traces.duration_s), motion) for motion in motions(traces, scenario)]
-    stable, kind, why = _judged(traces, scenario, found)
     strongest = max((each.late_m_s for each, _ in found), default=0.0)
-    return Verdict(stable, kind, why, strongest)
+    return Verdict(*_judged(traces, scenario, found), strongest)
 
 
 def _judged(
@@ -113,8 +111,8 @@ def _judged(
         return _of_lasting(*first, traces, scenario, shaken=None if own else shaken)
     if (length_s := traces.duration_s) < SHORTEST_S:
         return _unknown(f"{length_s:.2g} s are too short to judge, {SHORTEST_S:g} s at least")
-    if unknown := [motion.name for found, motion in strengths if not found.known]:
-        return _unknown(f"too little of the motion of {', '.join(unknown)} was recorded")
+    if unknown := ", ".join(motion.name for found, motion in strengths if not found.known):
+        return _unknown(f"too little of the motion of {unknown} was recorded")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
     return True, None, _quiet_words([found for found, _ in strengths])
