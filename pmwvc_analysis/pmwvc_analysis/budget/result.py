@@ -188,7 +188,7 @@ class Budget:
         return {**parts, "residual_j": _last(self.residuals[owner])}
 
     def rows(self) -> list[tuple[str, list[float | None]]]:
-        """Return the final energies [J]: a label, one column per user, the server; None: no part."""
+        """Return the final energies [J]: label, a column per user and the server; None: none."""
         owners = [*self.hands, SERVER]
         left_over = {each.part for each in self.remainders}
         table: list[tuple[str, list[float | None]]] = [
