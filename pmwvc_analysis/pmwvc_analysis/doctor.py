@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pmwvc_analysis.budget.counts import behind_counts
+from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.format.topics import relayed

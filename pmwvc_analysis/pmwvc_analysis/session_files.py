@@ -50,7 +50,6 @@ def finish(
     RecordingError
         If the folder holds no recording that can be read, or cannot be written.
     """
-    from pmwvc_analysis.budget import tables
     from pmwvc_analysis.budget.budget import budget
     from pmwvc_analysis.events import events
     from pmwvc_analysis.figures.figures import charts, write_all
@@ -76,7 +75,7 @@ def finish(
         target.mkdir(parents=True, exist_ok=True)
         write_summary(target, result)
         if energies is not None:
-            write_summary(target, tables.summary(energies), name=BUDGET)
+            write_summary(target, energies.summary(), name=BUDGET)
         begins("drawing the figures")
         drawn = charts(traces, scenario)
         write_all(drawn, traces, target / PLOTS)

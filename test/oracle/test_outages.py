@@ -12,7 +12,7 @@ from support.simulated import simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.events.safety import brakes, limited
+from pmwvc_analysis.events.nodes import brakes, limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.frame.schedule import LIVE

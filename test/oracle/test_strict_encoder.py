@@ -12,7 +12,7 @@ from support.laws import as_written
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.counts import bounded
+from pmwvc_analysis.budget.criterion import bounded
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.encoder import encoder_lines

@@ -27,7 +27,6 @@ ALLOWED = {
     "pmwvc_core.compiled:_columns": "Numba",
     "pmwvc_core.compiled:_each": "Numba",
     "pmwvc_analysis.budget.parts:unchecked": "the list in docs/file_format.md",
-    "pmwvc_analysis.budget.parts:_unchecked": "the list in docs/file_format.md",
 }
 
 

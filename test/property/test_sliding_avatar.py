@@ -15,7 +15,7 @@ from support.laws import as_written
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.events.membership import of_server
+from pmwvc_analysis.events.nodes import of_server
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.assembly import server_end_of

@@ -10,7 +10,6 @@ import pytest
 from support import handmade
 from support import plain as files
 
-from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER, TOLERANCE_NOTED
 from pmwvc_analysis.verdicts import passivity_words
@@ -239,9 +238,9 @@ def test_without_scenario_or_server_there_is_no_budget():
 
 def test_the_summary_is_plain_numbers_and_the_table_adds_up(pressed):
     found = budget(*pressed)
-    said = tables.summary(found)
+    said = found.summary()
     assert json.loads(json.dumps(said, allow_nan=False)) == said
-    table = tables.rows(found)
+    table = found.rows()
     given = sum(value for value in table[0][1] if value is not None)
     spent = sum(value for _, row in table[1:] for value in row if value is not None)
     assert given == pytest.approx(spent, abs=1e-12)

@@ -11,7 +11,6 @@ import pytest
 from support import plain as files
 from support.laws import as_written
 
-from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import unchecked
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -104,14 +103,14 @@ def test_remainders_are_named_with_what_they_hide():
     scenario = files.load("wall_slow", duration_s=2.0)
     traces = simulate_one(scenario)
     found = budget(traces, scenario)
-    said = tables.summary(found)["remainders"]
+    said = found.summary()["remainders"]
     assert [(each["owner"], each["part"]) for each in said] == [("server", "environment_heat")]
     lines = [
         words
         for _, words in passivity_words.budget_lines(found, passivity(traces, scenario, found))
     ]
     assert any("Remainder" in words and "stored and heat" in words for words in lines)
-    labels = [label for label, _ in tables.rows(found)]
+    labels = [label for label, _ in found.rows()]
     assert "dissipated in the environment (remainder)" in labels
     # the control: with the loop solved and exact sensors every part is computed for itself
     scenario = files.load("carry_16ms", duration_s=2.0)

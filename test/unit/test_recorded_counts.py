@@ -6,7 +6,6 @@ import numpy as np
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.tables import summary
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 
@@ -39,6 +38,6 @@ def test_the_energies_of_a_summary_are_those_of_the_last_step():
     traces = handmade.session(duration_s=0.5)
     found = budget(traces, handmade.scenario(duration_s=0.5))
     found.hands["user1"][-1] += 0.25
-    named = {each["name"]: each["hand_j"] for each in summary(found)["users"]}
+    named = {each["name"]: each["hand_j"] for each in found.summary()["users"]}
     assert named == {name: sums[-1] for name, sums in found.hands.items()}
-    assert summary(found)["residual_j"] == found.residual_j[-1]
+    assert found.summary()["residual_j"] == found.residual_j[-1]

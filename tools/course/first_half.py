@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from course.step import MJ, MM, PLAIN, Numbers, Question, Run, Session, Step
-from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.charts.chart import DASHES, Chart, Line, Panel
@@ -233,7 +232,7 @@ def _adding(found: Sessions) -> Numbers:
     session = found["three"]
     found_budget = budget(session.traces, session.scenario)
     assert found_budget is not None
-    table = tables.summary(found_budget)
+    table = found_budget.summary()
     devices = sum(
         user["device_kinetic_j"] + user["device_damping_j"] + user["sample_hold_j"]
         for user in table["users"]

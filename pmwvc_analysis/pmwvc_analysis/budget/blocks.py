@@ -48,9 +48,13 @@ def device(sums: UserSums, params: DeviceParams) -> tuple[Account, set[str]]:
     """
     user = sums.user
     by_hand = bool(np.isfinite(user.f_h).all())
-    motion = true_motion(user, params) if measured(params) else _as_recorded(user)
+    motion: TrueMotion | None = TrueMotion(
+        *(np.concatenate([each, each[-1:]]) for each in (user.x_m, user.xd_m))
+    )
+    if measured(params):
+        motion = true_motion(user, params)
     if motion is None:
-        rendered = hand_work(user, params).at(user, sums.time_s).sums
+        rendered = hand_work(user, params).at(user, sums.time_s)[0]
         kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
         stored = kinetic[sums.ticks] - kinetic[0]
         hand = rendered + stored
@@ -63,21 +67,15 @@ def device(sums: UserSums, params: DeviceParams) -> tuple[Account, set[str]]:
     force = user.f_h if by_hand else None
     each = device_account(params, user.tick_s, before, after, force, user.f_applied)
     own = {} if complete(user) else user.energy
-    found = Account(
-        sums.of_motion(each.taken, own.get("hand")),
-        sums.of_motion(each.given, own.get("device")),
+    found = Account(  # what the last tick led to is not on record
+        sums.anchored(each.taken, own.get("hand"), unknown=1),
+        sums.anchored(each.given, own.get("device"), unknown=1),
         sums.of_ticks(each.stored),
         sums.of_ticks(each.dissipated),
     )
     if by_hand:
         return found, set()
     return found._replace(taken=found.taken - found.residual), {"hand"}
-
-
-def _as_recorded(user: UserTraces) -> TrueMotion:
-    return TrueMotion(
-        np.concatenate([user.x_m, user.x_m[-1:]]), np.concatenate([user.xd_m, user.xd_m[-1:]])
-    )
 
 
 class Channel(NamedTuple):
@@ -113,9 +111,8 @@ def _without_waves(sums: UserSums, at_server: list[Array]) -> Channel:
 
 
 def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
-    """Return the account of a wave port with its safety limits, and the parts of both.
-
-    In a gap of the record the master's own sums hold, and give what was taken there.
+    """Return the account of a wave port with its safety limits, and the parts of both. In a gap of
+    the record the master's own sums hold, and give what was taken there.
     """
     user, dt = sums.user, sums.user.tick_s
     port = WavePort(known.impedance)
@@ -173,10 +170,8 @@ def _plain(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -
 
 
 def _strict(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -> Channel:
-    """Return the accounts of the strict channel.
-
-    The node has what the force applied did on the motion measured, and what the playout gave out
-    and released; packets are what it paid.
+    """Return the accounts of the strict channel. The node has what the force applied did on the
+    motion measured, and what the playout gave out and released; packets are what it paid.
     """
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
@@ -195,10 +190,7 @@ def passed(blocks: Sequence[Passage], energies: Sums) -> Sums:
 
 
 def paid(sums: UserSums, *, live: bool) -> Array:
-    """Return the energy that the packets of the strict channel were paid with.
-
-    A live block's sum is taken behind the packet that follows the block.
-    """
+    """Return what packets of the strict channel were paid with; live, they follow their block."""
     return sums.of_blocks(sums.user.energy["u_tx"], after_s=np.inf if live else 0.0)
 
 

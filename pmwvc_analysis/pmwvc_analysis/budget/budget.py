@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
-from pmwvc_analysis.budget.counts import behind_counts, counts_j
+from pmwvc_analysis.budget.criterion import behind_counts, counts_j
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
@@ -55,17 +55,23 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
     time_s, rows = _instants(traces, users)
-    into = _into(server, server.users)
+    waves = zip(map(running, server.energy_u_s), map(running, server.energy_v_s), strict=True)
+    at_server = dict(zip(server.users, waves, strict=True))  # energies of u_s and v_s
+    into = sum_of(u_s - v_s for u_s, v_s in at_server.values())
     inside, unexplained = _server_parts(server, stages(traces, scenario), into)
-    recorded = _into(server, [user.name for user in users])  # the others sent no trace
+    # users other than these sent no trace
+    recorded = sum_of(np.subtract(*at_server[user.name]) for user in users)
     hands, parts, frames = {}, {}, {}
     residuals = {SERVER: (unexplained - (into - recorded))[rows]}
     left_over: list[Remainder] = []
+    tanks = {user.name for user in users if "position_surplus" in user.accounts}
+    if scenario.coupling.black_box and COMPENSATIONS.of(scenario.server.compensation).limits:
+        tanks.add(SERVER)
     for user in users:
         own, sums = known[user.name], UserSums(user, time_s)
         device, unknown = blocks.device(sums, own.device)
-        at_server = [_energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
-        channel = blocks.channel(sums, own, at_server, scenario, live=traces.live)
+        ends = [energy[rows] for energy in at_server[user.name]]
+        channel = blocks.channel(sums, own, ends, scenario, live=traces.live)
         frames[user.name] = dict(channel.frames)
         hands[user.name] = np.asarray(device.taken)
         parts[user.name] = {
@@ -86,7 +92,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         {**parts, SERVER: {part: sums[rows] for part, sums in inside.items()}},
         {name: residuals[name] for name in (*hands, SERVER)},
         frames,
-        _tanks(users, scenario),
+        frozenset(tanks),
         notes_on(users, known, server, left_over),
         {user.name: declared(scenario, known[user.name]) for user in users},
         {
@@ -100,9 +106,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
 
 
 def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, NDArray[np.intp]]:
-    """Return times and rows of the server's steps that every user's record contains, up to the
-    last one that every user's ticks reach.
-    """
+    """Return times and rows of the server's steps that every user's record contains."""
     assert traces.server is not None
     times = ran_s(traces.server, traces)
     end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
@@ -114,28 +118,6 @@ def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, ND
     return times[rows], rows
 
 
-def _tanks(users: list[UserTraces], scenario: Scenario) -> frozenset[str]:
-    """Return the owners whose controllers release only what their energy tank holds."""
-    found = {user.name for user in users if "position_surplus" in user.accounts}
-    server = scenario.server
-    if scenario.coupling.black_box and COMPENSATIONS.of(server.compensation).limits:
-        found.add(SERVER)
-    return frozenset(found)
-
-
-def _energy_at(server: ServerTraces, name: str, wave: str) -> Array:
-    """Return the energy of one user's waves at the server [J]."""
-    sums = server.energy_u_s if wave == "u_s" else server.energy_v_s
-    return running(sums[server.users.index(name)])
-
-
-def _into(server: ServerTraces, names: list[str]) -> Array:
-    """Return what went into the server at the ports of some users [J]."""
-    return sum_of(
-        _energy_at(server, name, "u_s") - _energy_at(server, name, "v_s") for name in names
-    )
-
-
 def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:
     """Return the parts of the server at all its steps, and what they do not explain.
 
@@ -143,11 +125,9 @@ def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> 
     leaves nothing over; there it belongs to the residual. A black box has parts of its own. Each
     step counts with the parameters of its stage.
     """
-    power = [
-        np.nan_to_num(np.sum(f * xd, axis=-1))
-        for f, xd in zip(server.f_s, server.xd_s, strict=True)
-    ]
-    work = np.cumsum(sum(power) * server.periods_s)
+    ports = zip(server.f_s, server.xd_s, strict=True)
+    power = sum(np.nan_to_num(np.sum(f * xd, axis=-1)) for f, xd in ports)
+    work = np.cumsum(power * server.periods_s)
     own, braked = server.accounts, {}
     if BRAKES.name in own:
         braked, into = {BRAKES.name: own[BRAKES.name]}, into - own[BRAKES.name]

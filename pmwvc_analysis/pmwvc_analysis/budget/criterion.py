@@ -8,8 +8,8 @@ storage S that it declares when
     E(t) >= -S - C - tolerance(t)      at every instant judged.
 
 ``tolerance`` is what rounding explains. C is what counts of an encoder are bounded to make of the
-work of a hand, 0.1 b q^2/h, at the port of that hand and its node only (counts.py). Verdicts
-print both, and the least balance.
+work of a hand, 0.1 b q^2/h, at the port of that hand and its node only, on the strict channel
+(:mod:`pmwvc_core.master.count_bound`). Verdicts print both, and the least balance.
 
 What was not recorded is not judged: a balance seen below the limit is a violation whatever else is
 missing; one that may have been there in a hole of the recording is neither passive nor not.
@@ -24,7 +24,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.traces.intervals import Unjudged, without
+from pmwvc_analysis.traces.stages import stages
+from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.traces import SessionTraces
 
 TOLERANCE_J = 1e-6
 TOLERANCE_RELATIVE = 1e-6
@@ -148,10 +152,37 @@ def together(verdicts: Iterable[bool | None]) -> bool | None:
 
 def unjudged_text(unjudged: Sequence[Unjudged]) -> str:
     """Return the times that are not judged and why, in words."""
-    shown = [
-        f"not judged from {each.start_s:.2f} to {each.end_s:.2f} s: {each.why}"
-        for each in unjudged[:MOST_SHOWN]
-    ]
+    shown = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged[:MOST_SHOWN]]
     if len(unjudged) > MOST_SHOWN:
         shown.append(f"{len(unjudged) - MOST_SHOWN} more intervals not judged")
     return "; ".join(shown)
+
+
+def behind_counts(user: User, scenario: Scenario) -> bool:
+    """Tell whether a user's waves come of the differences of an encoder's counts."""
+    device = user.device
+    return scenario.strict and device.differences and bool(device.encoder_step_m > 0.0)
+
+
+def held(user: User) -> bool:
+    """Tell whether a hand is on the device: a person's, or an arm that is simulated."""
+    return not user.device.is_simulated or user.operator.has_arm
+
+
+def bounded(user: User, scenario: Scenario) -> CountBound | None:
+    """Return what a port behind counts is promised to give out at most; None where nothing is."""
+    if not behind_counts(user, scenario) or not held(user):
+        return None
+    bound = count_bound(user.master, user.device)
+    return bound if bound.holds else None
+
+
+def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> float:
+    """Return what a port behind counts may give out at most [J]; zero: no bound held."""
+    found = [
+        bounded(user, stage.scenario)
+        for stage in (stages(traces, scenario) if scenario else [])
+        for user in stage.scenario.users
+        if user.name == name
+    ]
+    return min((bound.given_j if bound else 0.0 for bound in found), default=0.0)

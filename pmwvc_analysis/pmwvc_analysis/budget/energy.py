@@ -7,14 +7,13 @@
     E_hand = sum_k F_k (x_{k+1} - x_k) - sum_n (|u_s|^2 - |v_s|^2) T_VE / 2
 
 at every server step. One below zero has generated energy. E_hand is judged at the port where the
-hand is (:mod:`..traces.hand_work`); the waves know the measured velocity only. On the strict
-channel what went up is the energy that packets were paid with, and what came down is the wave of
-the playout and what it released to the node beside it. Without waves, and where something at the
-device answers the outgoing wave at once (velocity filter, filter bank), only E_hand exists.
+hand is (:mod:`..traces.hand_work`). On the strict channel what went up is the energy that packets
+were paid with, and what came down is the wave of the playout and what it released to the node
+beside it. Without waves, and where something at the device answers the outgoing wave at once
+(velocity filter, filter bank), only E_hand exists.
 
-What counts when: a tick counts once it has run, a server step with its whole period at its start,
-when it really ran. A server step answers packets sent before it, and a master expands values sent
-before, so cause is never behind effect. Gaps in the recording and nodes that were started again:
+A tick counts once it has run, a server step with its whole period at its start, when it really
+ran: cause is never behind effect. Gaps in the recording and nodes that were started again:
 :mod:`..traces.stretches`, :mod:`..traces.server_starts`.
 
 Equations: docs/theory.md 13.1, 13.2, 13.3.
@@ -25,8 +24,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmwvc_analysis.budget.blocks import paid, released
-from pmwvc_analysis.budget.counts import counts_j
-from pmwvc_analysis.budget.criterion import Declared, tolerance
+from pmwvc_analysis.budget.criterion import Declared, counts_j, tolerance
 from pmwvc_analysis.traces.hand_work import Work, hand_work
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
 from pmwvc_analysis.traces.stretches import Stretches, stretches
@@ -34,7 +32,7 @@ from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
 from pmwvc_core.account import wave_energy
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
@@ -61,13 +59,13 @@ class Balance:
         return tolerance(self.energy_in_j)
 
     @property
-    def violated(self) -> np.typing.NDArray[np.bool_]:
+    def violated(self) -> Flags:
         """Flags where more came out than went in before and was declared to be stored."""
         return self.balance_j < -self.tolerance_j - self.storage_j
 
     @property
     def passive(self) -> bool:
-        """Tell whether the balance never was below zero by more than the declared storage."""
+        """Tell whether every balance is; None where the encoder cannot resolve E_hand."""
         return not bool(self.violated.any())
 
     @property
@@ -83,32 +81,24 @@ class Balance:
 
 @dataclass(frozen=True)
 class UserEnergy:
-    """The balances of one user; ``up`` and ``down`` are None where there are no waves.
-
-    ``joint`` is E_hand. ``resolution_j`` is how far it may be off at the same instants, because an
-    encoder does not give the motion exactly; zero where the motion is known. ``storage_j`` is
-    what the controller was declared to hold at the start, and may give out, ``counts_j`` what
-    counts of an encoder are bounded to make of the work of the hand (:mod:`.counts`). ``given_j``
-    is the sum of the waves v_s at the instants of ``joint``, ``hand`` the work of the hand tick by
-    tick, None where it is known by blocks only.
-    """
+    """The balances of one user; ``up`` and ``down`` are None where there are no waves."""
 
     name: str
     up: Balance | None
     down: Balance | None
-    joint: Balance
-    resolution_j: Array
-    storage_j: float = 0.0
+    joint: Balance  # E_hand
+    resolution_j: Array  # how far that may be off, because an encoder has steps
+    storage_j: float = 0.0  # that the controller was declared to hold at the start
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
-    counts_j: float = 0.0
-    given_j: Array = field(default_factory=lambda: np.zeros(0))
-    hand: Work | None = None
+    counts_j: float = 0.0  # that counts of an encoder are bounded to make of the hand's work
+    given_j: Array = field(
+        default_factory=lambda: np.zeros(0)
+    )  # of v_s, at the times of ``joint``
+    hand: Work | None = None  # the hand's work tick by tick; None where it is known by blocks only
 
     @property
     def hand_passive(self) -> bool | None:
-        """Tell whether the hand got more than it gave, the declared storage and the bound of its
-        counts; None where the encoder cannot resolve.
-        """
+        """Tell whether E_hand is passive; None where the encoder cannot resolve it."""
         limit = -self.joint.tolerance_j - self.storage_j - self.counts_j
         if (self.joint.balance_j + self.resolution_j < limit).any():
             return False
@@ -119,16 +109,13 @@ class UserEnergy:
         """Tell whether every balance was above zero, and E_hand above minus the storage and the
         bound; None that the encoder cannot resolve.
         """
-        channel = [part for part in (self.up, self.down) if part is not None]
-        if not all(part.passive for part in channel):
-            return False
-        return self.hand_passive
+        ways = all(way is None or way.passive for way in (self.up, self.down))
+        return self.hand_passive if ways else False
 
 
 def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:
-    """Return the balances of every user that both its own trace and the server's know.
-
-    The scenario gives the declared storage and the step of the encoder; without it there is none.
+    """Return the balances of every user that both its own trace and the server's know. The
+    scenario gives the declared storage and the step of the encoder; without it there is none.
     """
     if traces.server is None:
         return []
@@ -167,9 +154,8 @@ def _of_user(
 
     taken = begun(taken[steps], "joined_s")
     work = hand_work(user, known.device if known else None)
-    at = work.at(user, times)
+    (worked, resolution), gone = work.at(user, times), np.zeros(len(times))
     up = down = None
-    gone = np.zeros(len(times))
     if scenario is not None and scenario.strict and known is not None:
         sums = UserSums(user, times)
         paid_j = begun(paid(sums, live=traces.live) - died)
@@ -185,12 +171,15 @@ def _of_user(
         down = Balance(times[rows], begun(v_s), begun(_of_wave(user, "v_m", times)))
         gone = died
     given_j = begun(v_s)
-    joint = Balance(times[rows], begun(at.sums - gone), taken - given_j)
-    storage = declared_storage_j(scenario, known) if scenario and known else 0.0
-    bound_j = counts_j(traces, scenario, user.name)
-    parts = up, down, joint, at.resolution[rows]
-    hand = work if len(work.sums) == len(user.time_s) else None
-    return UserEnergy(user.name, *parts, storage, stays, bound_j, given_j, hand)
+    joint = Balance(times[rows], begun(worked - gone), taken - given_j)
+    return UserEnergy(
+        *(user.name, up, down, joint, resolution[rows]),
+        declared_storage_j(scenario, known) if scenario and known else 0.0,
+        stays,
+        counts_j(traces, scenario, user.name),
+        given_j,
+        work if len(work.sums) == len(user.time_s) else None,
+    )
 
 
 def declared(scenario: Scenario, user: User) -> Declared:

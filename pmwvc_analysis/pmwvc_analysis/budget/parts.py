@@ -9,7 +9,7 @@ record confirms. The accounts that blocks keep (:class:`pmwvc_core.account.Entry
 well, with the words that they bring.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -35,20 +35,16 @@ class Part(NamedTuple):
 SKIPPED = "skipped"
 PARTS: Mapping[str, Part] = {
     "hand": Part(
-        "given by the hand",
-        "hands",
-        hides="the work of the hand itself: its force was not recorded",
+        "given by the hand", "hands", "the work of the hand itself: its force was not recorded"
     ),
     "device_kinetic": Part("motion of the device", "devices"),
     "device_damping": Part(
-        "damping of the device",
-        "devices",
-        hides="damping and friction of the device, and errors of its sensors",
+        *("damping of the device", "devices"),
+        "damping and friction of the device, and errors of its sensors",
     ),
     SKIPPED: Part(
-        "while the loop skipped ticks",
-        "devices",
-        hides="what hand and damping of the device did while the loop skipped ticks",
+        *("while the loop skipped ticks", "devices"),
+        "what hand and damping of the device did while the loop skipped ticks",
     ),
     "sample_hold": Part("sampling and holding at the device", "sampling and safety"),
     "safety": Part("safety limits", "sampling and safety"),
@@ -56,22 +52,18 @@ PARTS: Mapping[str, Part] = {
     "rate_drop": Part("rate drop", "filters and holds"),
     "hold": Part("hold", "filters and holds"),
     "filter_and_hold": Part(
-        "anti-aliasing filter and hold",
-        "filters and holds",
-        hides="what velocity filter, bank and position feedback accounted for",
+        *("anti-aliasing filter and hold", "filters and holds"),
+        "what velocity filter, bank and position feedback accounted for",
     ),
     "node": Part("", "filters and holds"),
     "node_and_link_down": Part("", "filters and holds"),
     "link_up": Part("link up with packets in flight", "links"),
     "link_down": Part("link down with packets in flight", "links"),
-    "link": Part(
-        "link in both directions", "links", hides="what the controller accounted for itself"
-    ),
+    "link": Part("link in both directions", "links", "what the controller accounted for itself"),
     "late_decoding": Part("", "server's computation"),
     "integration": Part(
-        "integration of the server",
-        "server's computation",
-        hides="the energy of the contacts' springs and the heat of their dampers",
+        *("integration of the server", "server's computation"),
+        "the energy of the contacts' springs and the heat of their dampers",
     ),
     "withheld": Part("", "server's computation"),
     "contained": Part("", "server's computation"),
@@ -80,9 +72,8 @@ PARTS: Mapping[str, Part] = {
     "contact_stored": Part("springs of the contacts", "contacts"),
     "environment_stored": Part("stored by the environment", "contacts"),
     "environment_heat": Part(
-        "dissipated in the environment",
-        "contacts",
-        hides="how what the environment took divides into stored and heat",
+        *("dissipated in the environment", "contacts"),
+        "how what the environment took divides into stored and heat",
     ),
     "object_kinetic": Part("motion of the object", "object"),
     "object_damping": Part("damping of the object", "object"),
@@ -93,9 +84,12 @@ PARTS: Mapping[str, Part] = {
     ),
     "environment_stored_and_environment_heat": Part("environment"),
 }
-OTHERS = Part("")
+INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
+UNTRUE = "position or velocity is measured, and its device's model does not give the true motion"
+FRICTION = "the heat of friction is exact except where motion reverses"
 OWN = "what a controller accounts for itself and no signal shows"
 LEVEL = "a level that the balance does not use"
+SHOWN = "what the environment shows, and no account uses"
 
 
 def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
@@ -117,7 +111,7 @@ def words_of(part: str) -> str:
 
 def group_of(part: str) -> str:
     """Return the group under which a part is added up."""
-    return PARTS.get(part, OTHERS).group
+    return PARTS.get(part, Part("")).group
 
 
 def account_words(account: str) -> str:
@@ -140,23 +134,16 @@ class Remainder(NamedTuple):
 
 def of_server(scenario: Scenario) -> set[str]:
     """Return the parts of the server that are remainders."""
-    coupling = scenario.coupling
-    if coupling.black_box:
+    if scenario.coupling.black_box:
         return {"environment_heat"}
-    return set() if coupling.exact else {"integration"}
+    return set() if scenario.coupling.exact else {"integration"}
 
 
 def unchecked(scenario: Scenario) -> dict[str, str]:
-    """Return the traces of a session that nothing else on record confirms, and why.
-
-    Names as in :mod:`pmwvc_core.traces`, those of the server after ``server.``, an
-    account after ``accounts.``
+    """Return the traces of a session that nothing else on record confirms, and why. Names as in
+    :mod:`pmwvc_core.traces`, the server's after ``server.``, an account's after ``accounts.``.
     """
-    return dict(_unchecked(scenario))
-
-
-def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
-    waves = has_waves(scenario.controller)
+    found, waves = dict[str, str](), has_waves(scenario.controller)
     masters = [user.master for user in scenario.users]
     accounts = [*record_of(scenario.controller).accounts]
     if scenario.coupling.black_box:
@@ -164,23 +151,21 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
     for entry in accounts:
         if entry.role is not Role.SHOWN:
             why = LEVEL if entry.role is Role.LEVEL else OWN
-            yield f"accounts.{entry.name}", why
-            yield f"server.accounts.{entry.name}", why
+            found[f"accounts.{entry.name}"] = found[f"server.accounts.{entry.name}"] = why
     if not waves:
-        yield "f_m", "nothing but the limits stands between it and the force applied"
+        found["f_m"] = "nothing but the limits stands between it and the force applied"
     elif any(m.velocity_filter.is_on or m.bank.is_on for m in masters):
-        yield "f_m", "parts that answer a shortened wave change v_m with it"
+        found["f_m"] = "parts that answer a shortened wave change v_m with it"
+    if scenario.strict or (waves and any(m.position.is_on or m.filter.means for m in masters)):
+        found["u_m_lp"] = "packets are not its samples"
     if scenario.strict:
-        yield "u_m_lp", "packets are not its samples"
-        yield "energy.v_rx", "packets and playout are compared without it"
-    if waves and any(m.position.is_on or m.filter.means for m in masters):
-        yield "u_m_lp", "packets are not its samples"
+        found["energy.v_rx"] = "packets and playout are compared without it"
     if "integration" in of_server(scenario):
-        yield "server.potential", PARTS["integration"].hides
-        yield "server.dissipated", PARTS["integration"].hides
+        hides = PARTS["integration"].hides
+        found["server.potential"] = found["server.dissipated"] = hides
     if scenario.coupling.black_box:
-        for name in ("x_o", "xd_o", "kinetic"):
-            yield f"server.{name}", "what the environment shows, and no account uses"
+        found |= dict.fromkeys(("server.x_o", "server.xd_o", "server.kinetic"), SHOWN)
+    return found
 
 
 def notes_on(
@@ -192,24 +177,15 @@ def notes_on(
     """Return in words what keeps a budget from closing to rounding."""
     found = []
     for user in users:
-        device = known[user.name].device
         if not np.isfinite(user.f_h).all():
-            found.append(
-                f"{user.name}: the hand's force was not measured; its work is inferred from the "
-                "motion of the device"
-            )
+            found.append(f"{user.name}: {INFERRED}")
         found += _started_again(f"{user.name}: its master", user.tick, user.time_s)
         if missing := int(np.sum(np.diff(user.tick)[gaps(user)] - 1)):
             found.append(f"{user.name}: {count(missing, 'tick')} not recorded")
         if Remainder(user.name, "device_damping") in left_over:
-            found.append(
-                f"{user.name}: position or velocity is measured, and its device's model does not "
-                "give the true motion"
-            )
-        if device.friction > 0.0:
-            found.append(
-                f"{user.name}: the heat of friction is exact except where motion reverses"
-            )
+            found.append(f"{user.name}: {UNTRUE}")
+        if known[user.name].device.friction > 0.0:
+            found.append(f"{user.name}: {FRICTION}")
     found += _started_again("server: it", server.step, server.time_s)
     jumps = np.diff(server.step)
     if (jumps > 1).any():

@@ -7,17 +7,17 @@ A part whose sum was below zero beyond the tolerance (criterion.py) generated en
 drop and for a velocity filter, and a position feedback with an energy tank spends what filter,
 hold and link have kept. Behind counts of an encoder the node's work is that of the positions
 counted, and sampling has the rest of the true one: together they are judged with the bound of
-:mod:`.counts`, and not at all where the true motion is not known.
+the criterion, and not at all where the true motion is not known.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
-from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted
+from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted, words_of
 from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.numeric import Array
@@ -25,6 +25,8 @@ from pmwvc_core.numeric import Array
 TOLERANCE = 1e-9  # of the energy moved
 TOLERANCE_NOTED = 2e-2  # where ``notes`` give a reason
 SMALLEST_J = 1e-12
+DRAWN = 3  # active parts in a figure, which has no room for small ones
+DRAWN_RATIO = 1e-2  # of the energy moved
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
@@ -115,6 +117,8 @@ class Budget:
         """Return the result of the passivity criterion for every part."""
         moved, found = self.moved_j, []
         for owner, part, (time_s, sums) in self.judged():
+            declared = self.declared.get(owner, Declared())  # by the parts that hold it
+            tank, links = "position_spent" in part or "node" in part, "link" in part
             unjudged = self.server_holes if owner == SERVER else ()
             known = time_s < min((hole.start_s for hole in unjudged), default=np.inf)
             judged = judge(
@@ -126,7 +130,7 @@ class Budget:
                 moved_j=moved,
                 decides=False,
                 unjudged=unjudged,
-                declared_j=_held_j(part, self.declared.get(owner, Declared())),
+                declared_j=tank * declared.controller_j + links * declared.playouts_j,
                 counts_j=self.counts.get(owner, 0.0) if AT_COUNTS[0] in part else 0.0,
             )
             found.append(judged)
@@ -138,8 +142,64 @@ class Budget:
         found = [each for each in self.findings if each.passive is False]
         return sorted(found, key=lambda each: -each.given_j)
 
+    @property
+    def worth_drawing(self) -> list[Finding]:
+        """Return the few worst active parts that show beside the energy moved."""
+        return [entry for entry in self.active if entry.ratio > DRAWN_RATIO][:DRAWN]
 
-def _held_j(part: str, declared: Declared) -> float:
-    """Return what a part was declared to hold at the start [J]."""
-    tank, links = "position_spent" in part or "node" in part, "link" in part
-    return tank * declared.controller_j + links * declared.playouts_j
+    def summary(self) -> dict[str, Any]:
+        """Return the budget as plain numbers: the contents of ``budget.json``."""
+        return {
+            "until_s": float(self.time_s[-1]),
+            "hands_j": sum(_last(sums) for sums in self.hands.values()),
+            "moved_j": self.moved_j,
+            "residual_j": _last(self.residual_j),
+            "residual_largest_j": float(np.abs(self.residual_j).max()),
+            "tolerance_j": self.tolerance_j,
+            "closes": self.closes,
+            "users": [
+                {
+                    "name": name,
+                    "hand_j": _last(hand),
+                    **self._energies(name),
+                    "declared_storage_j": sum(self.declared.get(name, ())),
+                }
+                for name, hand in self.hands.items()
+            ],
+            "server": self._energies(SERVER),
+            "active": [
+                {
+                    "owner": entry.owner,
+                    "part": entry.part,
+                    "given_j": entry.given_j,
+                    "since_s": entry.since_s,
+                    "time_s": entry.least_s,
+                    "tolerance_j": entry.tolerance_j,
+                    "ratio": entry.ratio,
+                }
+                for entry in self.active
+            ],
+            "notes": self.notes,
+            "remainders": [each._asdict() | {"hides": each.hides} for each in self.remainders],
+        }
+
+    def _energies(self, owner: str) -> dict[str, float]:
+        parts = {f"{part}_j": _last(sums) for part, sums in self.parts[owner].items()}
+        return {**parts, "residual_j": _last(self.residuals[owner])}
+
+    def rows(self) -> list[tuple[str, list[float | None]]]:
+        """Return the final energies [J]: label, a column per user and the server; None: none."""
+        owners = [*self.hands, SERVER]
+        left_over = {each.part for each in self.remainders}
+        table: list[tuple[str, list[float | None]]] = [
+            ("given by the hand", [*map(_last, self.hands.values()), None])
+        ]
+        for part in dict.fromkeys(part for owner in owners for part in self.parts[owner]):
+            sums = [self.parts[owner].get(part) for owner in owners]
+            label = words_of(part) + (" (remainder)" if part in left_over else "")
+            table.append((label, [None if s is None else _last(s) for s in sums]))
+        return [*table, ("residual", [_last(self.residuals[owner]) for owner in owners])]
+
+
+def _last(sums: Array) -> float:
+    return float(sums[-1])

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pmwvc_analysis.consistency.master import master
-from pmwvc_analysis.consistency.numbers import missing_from, no_numbers
+from pmwvc_analysis.consistency.numbers import missing, no_numbers, power
 from pmwvc_analysis.consistency.server import server
 from pmwvc_analysis.traces import cut
 from pmwvc_analysis.traces.arrivals import with_deadband
@@ -33,7 +33,7 @@ NEAR_PERIODS = 2.5  # of the server: the step that takes a change over is known 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number: those are named
 def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[str]:
     """Return every contradiction in words."""
-    found = []
+    found: list[str] = []
     users = {user.name: user for user in scenario.users} if scenario else {}
     waves = scenario is None or has_waves(scenario.controller)
     strict = scenario is not None and scenario.strict
@@ -41,26 +41,25 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
     for user in traces.users:
         found += no_numbers(user.name, {n: getattr(user, n) for n in SIGNALS if n != "f_h"})
         known = users.get(user.name)
-        for same in _before_change(user, traces, steady):
+        for same in _before_change(user, steady):
             found += master(same, known, waves=waves, strict=strict, simulated=traces.simulated)
     if traces.server is not None and len(steady) > 1:
         for stage, part in _parts(traces.server, steady):
             found += server(part, stage.scenario, waves=waves)
     elif traces.server is not None:
         found += server(traces.server, scenario, waves=waves)
-    return list(dict.fromkeys(found)) + _packets(traces, scenario, waves=waves)
+    found = list(dict.fromkeys(found))
+    return found + list(_packets(traces, scenario)) if scenario and waves else found
 
 
-def _before_change(
-    user: UserTraces, traces: SessionTraces, found: Sequence[Stage]
-) -> Iterator[UserTraces]:
+def _before_change(user: UserTraces, found: Sequence[Stage]) -> Iterator[UserTraces]:
     """Yield the trace of a master up to the first change of its parameters."""
     first_s = np.inf
     for before, after in itertools.pairwise(found):
-        pairs = zip(before.scenario.users, after.scenario.users, strict=True)
-        own = [(one, two) for one, two in pairs if one.name == user.name]
-        if any(one.master is not two.master or one.safety is not two.safety for one, two in own):
-            first_s = min(first_s, after.start_s - 2.0 * own[0][0].master.frame_s)
+        for one, two in zip(before.scenario.users, after.scenario.users, strict=True):
+            changed = one.master is not two.master or one.safety is not two.safety
+            if one.name == user.name and changed:
+                first_s = min(first_s, after.start_s - 2.0 * one.master.frame_s)
     if not np.isfinite(first_s):
         yield user
     elif first_s > user.block_time_s[0]:
@@ -77,44 +76,31 @@ def _parts(server: ServerTraces, found: Sequence[Stage]) -> Iterator[tuple[Stage
             yield stage, cut.with_rows(server, rows)
 
 
-def _packets(traces: SessionTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:
-    """Return every contradiction in words."""
-    if not waves or scenario is None:
-        return []
-    found = []
+def _packets(traces: SessionTraces, scenario: Scenario) -> Iterator[str]:
+    """Yield in words where sums of energy are not those of the packets."""
     frames = {user.name: user.master.frame_s for user in scenario.users}
     held_back = with_deadband(traces, scenario)
     for user in traces.users:
-        sent = _whole(traces, f"/{user.name}/wave_up")
-        if sent is not None and not (np.diff(user.tick) < 0).any():
+        if (np.diff(user.tick) < 0).any():
+            continue  # it was started again
+        if (sent := _whole(traces, f"/{user.name}/wave_up")) is not None:
             sums, packets = user.energy["u_tx"], np.append(0.0, sent.energy)
             if f"{user.name}/up" in held_back:  # sums of frames without a packet lie between
                 sums, packets = sent.energy[sent.energy <= sums[-1]], np.append(0.0, sums)
-            if (gap := missing_from(sums, np.sort(packets))) is not None:
-                found.append(
-                    f"{user.name}: the energy of u_tx is not that of its packets, {gap:.3g} J off"
-                )
-        if scenario.strict:  # what arrived is a difference of sums, whatever came of each packet
-            continue
-        received = _whole(traces, f"/{user.name}/wave_down")
-        if received is not None and user.name in frames and not (np.diff(user.tick) < 0).any():
-            power = np.sum(received.wave**2, axis=-1) * frames[user.name] / 2.0
-            known = np.sort(np.concatenate([[0.0], power]))
-            gained = np.diff(user.energy["v_rx"])
+            yield from missing(
+                f"{user.name}: the energy of u_tx is not that of its packets", sums, packets
+            )
+        # on the strict channel what arrived is a difference of sums, whatever came of each packet
+        received = None if scenario.strict else _whole(traces, f"/{user.name}/wave_down")
+        if received is not None and user.name in frames:
+            known = np.append(0.0, power(received.wave) * frames[user.name] / 2.0)
             single = np.diff(user.block_time_s) < 1.5 * frames[user.name]
-            if (gap := missing_from(gained[single], known)) is not None:
-                found.append(
-                    f"{user.name}: the energy of v_rx is not that of packets received, "
-                    f"{gap:.3g} J off"
-                )
-    return found
+            text = f"{user.name}: the energy of v_rx is not that of packets received"
+            yield from missing(text, np.diff(user.energy["v_rx"])[single], known)
 
 
 def _whole(traces: SessionTraces, topic: str) -> PacketTraces | None:
     """Return the packets on a topic if they are of one sender and none is missing."""
     table = traces.packets.get(topic)
-    if table is None or len(table.seq) == 0:
-        return None
-    if traces.counts.get(topic, {}).get("missing", 0) or len(np.unique(table.epoch)) > 1:
-        return None
-    return table
+    lost = traces.counts.get(topic, {}).get("missing", 0)
+    return table if table is not None and not lost and len(np.unique(table.epoch)) == 1 else None

@@ -2,12 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Differences of recorded numbers beyond what rounding explains."""
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from pmwvc_core.numeric import LARGEST, Array
 
 RELATIVE = 1e-6
 SMALLEST = 1e-9
+
+
+def power(waves: Array) -> Array:
+    """Return the squared length of each row."""
+    return np.asarray(np.sum(waves**2, axis=-1))
 
 
 def differs(left: Array, right: Array) -> float | None:
@@ -19,34 +27,31 @@ def differs(left: Array, right: Array) -> float | None:
     return gap if gap > SMALLEST + RELATIVE * size else None
 
 
-def off(left: Array, right: Array, text: str, unit: str) -> list[str]:
-    """Return in words by how much numbers are off; empty where rounding explains it."""
-    gap = differs(left, right)
-    return [] if gap is None else [f"{text}, {gap:.3g} {unit} off"]
+def off(text: str, unit: str, left: Array, right: Array, rows: Any = ...) -> Iterator[str]:
+    """Yield in words by how much two sides of an invariant are off in some rows, if they are."""
+    if (gap := differs(left[rows], right[rows])) is not None:
+        yield f"{text}, {gap:.3g} {unit} off"
 
 
-def missing_from(values: Array, known: Array) -> float | None:
-    """Return how far a value is from all of the sorted ``known`` beyond rounding, or None."""
+def missing(text: str, values: Array, known: Array) -> Iterator[str]:
+    """Yield in words how far an energy [J] is from all ``known`` ones, beyond rounding."""
     if not values.size or not known.size:
-        return None
+        return
+    known = np.sort(known)
     index = np.searchsorted(known, values)
     below = np.abs(values - known[np.maximum(index - 1, 0)])
     above = np.abs(values - known[np.minimum(index, len(known) - 1)])
     gap = np.minimum(below, above)
     worst = int(np.argmax(gap - RELATIVE * np.abs(values)))
-    return float(gap[worst]) if gap[worst] > 1e-12 + RELATIVE * abs(values[worst]) else None
+    if gap[worst] > 1e-12 + RELATIVE * abs(values[worst]):
+        yield f"{text}, {gap[worst]:.3g} J off"
 
 
-def no_numbers(owner: str, signals: dict[str, Array]) -> list[str]:
-    """Return in words which signals have values that are not finite, or that no device and no
-    controller has: sums of their squares would be infinite.
-    """
-    found = []
+def no_numbers(owner: str, signals: Mapping[str, Array]) -> Iterator[str]:
+    """Yield in words which signals have values that are not finite, or that nothing real has."""
     for name, values in signals.items():
         finite = np.isfinite(values)
-        for what, count in (
-            ("that are not finite", (~finite).sum()),
-            (f"beyond {LARGEST:g}", (finite & (np.abs(values) > LARGEST)).sum()),
-        ):
-            found += [f"{owner}: {name} has {count} values {what}"] if count else []
-    return found
+        if count := (~finite).sum():
+            yield f"{owner}: {name} has {count} values that are not finite"
+        if count := (finite & (np.abs(values) > LARGEST)).sum():
+            yield f"{owner}: {name} has {count} values beyond {LARGEST:g}"

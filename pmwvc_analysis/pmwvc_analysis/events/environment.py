@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.traces.reductions import begins
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.quantities import quantity
@@ -45,28 +46,19 @@ class Limited(NamedTuple):
     first_s: float  # time of the first wave that was shortened
     lost_s: float | None  # time from which the environment is lost; None: never
 
-    @property
-    def summary(self) -> dict[str, float]:
-        """The entry of ``summary.json``."""
-        return {"energy_j": self.energy_j, "position_m": self.position_m}
-
 
 def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limited]:
     """Return the users whose environment was limited, as far as scenario and trace show it."""
     server = traces.server
     if scenario is None or server is None or not has_waves(scenario.controller):
         return {}
-    if "withheld" not in server.accounts:
-        return {}
-    known = {user.name: user for user in scenario.users}
-    found = {}
-    for user in traces.users:
-        if user.name in server.users and user.name in known:
-            index = server.users.index(user.name)
-            entry = _of_user(user, server, index, known[user.name])
-            if entry is not None:
-                found[user.name] = entry
-    return found
+    known = {user.name: user for user in scenario.users if user.name in server.users}
+    found = {
+        user.name: _of_user(user, server, server.users.index(user.name), known[user.name])
+        for user in traces.users
+        if user.name in known and "withheld" in server.accounts
+    }
+    return {name: entry for name, entry in found.items() if entry is not None}
 
 
 def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
@@ -84,7 +76,7 @@ def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, A
     """Return an event where the port first limits an environment, and one where it is lost."""
     found: list[dict[str, Any]] = []
     for name, entry in limited(traces, scenario).items():
-        whole = f"{quantity(entry.energy_j, 'J')}, {entry.position_m * 1e3:.3g} mm by the end"
+        whole = f"{_amount(entry.energy_j, entry.position_m)} by the end"
         times = [(entry.first_s, f"environment limited by the server port ({whole})")]
         if entry.lost_s is not None:
             times.append((entry.lost_s, "environment lost"))
@@ -94,10 +86,11 @@ def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, A
 
 def words(entry: dict[str, float]) -> str:
     """Return an entry of the summary in words."""
-    return (
-        f"environment limited: {quantity(entry['energy_j'], 'J')}, "
-        f"{entry['position_m'] * 1e3:.3g} mm"
-    )
+    return f"environment limited: {_amount(**entry)}"
+
+
+def _amount(energy_j: float, position_m: float) -> str:
+    return f"{quantity(energy_j, 'J')}, {position_m * 1e3:.3g} mm"
 
 
 def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) -> Limited | None:
@@ -112,20 +105,15 @@ def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) ->
     apart = (u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)) / root(2.0 * known.impedance)
     taken = np.where(there[:, np.newaxis], apart, 0.0)
     moved = np.cumsum(server.periods_s[:, np.newaxis] * taken, axis=0)
-    first = int(np.argmax(withheld > 0.01 * LEAST_J))
-    return Limited(
-        energy,
-        float(_length(moved).max()),
-        float(server.time_s[first]),
-        _lost_s(user, server, index, moved),
-    )
+    first_s = float(server.time_s[np.argmax(withheld > 0.01 * LEAST_J)])
+    lost_s = _lost_s(user, server, index, moved)
+    return Limited(energy, float(_length(moved).max()), first_s, lost_s)
 
 
 def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) -> float | None:
     """Return when the environment is lost first; an avatar of a later stay begins anew."""
     there = server.state[index] > 0
-    stays = np.split(np.arange(len(there)), np.flatnonzero(np.diff(there.astype(int)) > 0) + 1)
-    for stay in stays:
+    for stay in np.split(np.arange(len(there)), np.flatnonzero(begins(there))):
         rows = stay[there[stay]]
         if not len(rows):
             continue
@@ -146,9 +134,8 @@ def _travel(server: ServerTraces, index: int, rows: NDArray[np.intp]) -> Array:
     """Return the avatar's way relative to the object since its present contact began [m]."""
     way = (server.x_s[index] - server.x_o)[rows]
     touching = np.asarray(server.contact[index])[rows]
-    begins = touching & ~np.concatenate([[False], touching[:-1]])
     before = np.maximum(np.arange(len(rows)) - 1, 0)
-    since = np.maximum.accumulate(np.where(begins, before, 0))
+    since = np.maximum.accumulate(np.where(begins(touching), before, 0))
     return np.where(touching[:, np.newaxis], way - way[since], 0.0)
 
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.events import environment, membership, safety
-from pmwvc_analysis.events.event import Event, event
+from pmwvc_analysis.events import environment, nodes
+from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
 from pmwvc_core.plural import count
@@ -23,38 +23,35 @@ from pmwvc_core.traces import FateTraces, SessionTraces
 SILENT_S = 0.1
 INTERVALS = 5.0  # of the usual interval between two packets
 MOST = 10
-KIND_OF = {"recorder": "recording"}  # of events that were noted without a kind, by who
 
 
 def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
-    """Return all events of a session in the order of time, those without a time first.
-
-    Idempotent: what is in ``traces.events`` already is not repeated.
+    """Return all events of a session in the order of time, those without a time first. What is in
+    ``traces.events`` already is not repeated.
     """
-    noted = [_with_kind(each) for each in traces.events]
-    seen = {_key(each) for each in noted}
-    found = noted + [each for each in _derived(traces, scenario) if _key(each) not in seen]
+
+    def key(each: Event) -> tuple[Any, ...]:
+        return each["time_s"], each.get("who"), each["kind"], each.get("what")
+
+    def is_recorder(each: Event) -> bool:
+        return each.get("who") == "recorder" and "code" not in each
+
+    # what was noted without a kind is the end of a node, or the recorder's
+    noted = [
+        each | {"kind": each.get("kind", "recording" if is_recorder(each) else "ended")}
+        for each in traces.events
+    ]
+    seen = {key(each) for each in noted}
+    found = noted + [each for each in _derived(traces, scenario) if key(each) not in seen]
     return sorted(found, key=lambda each: (each["time_s"] is not None, each["time_s"] or 0.0))
-
-
-def _with_kind(noted: dict[str, Any]) -> Event:
-    if "kind" in noted:
-        return noted
-    kind = "ended" if "code" in noted else KIND_OF.get(str(noted.get("who")), "ended")
-    return {**noted, "kind": kind}
-
-
-def _key(each: Event) -> tuple[Any, ...]:
-    return each["time_s"], each.get("who"), each["kind"], each.get("what")
 
 
 def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
     for user in traces.users:
-        yield from safety.of_user(user)
-        yield from membership.of_master(user)
+        yield from nodes.of_master(user)
     if traces.server is not None:
         grips = scenario is not None and any(u.contact.grips for u in scenario.users)
-        yield from membership.of_server(traces, grips=grips)
+        yield from nodes.of_server(traces, grips=grips)
     yield from silences(traces)
     yield from faults(traces)
     yield from environment.events(traces, scenario)
@@ -64,10 +61,8 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
                 yield event(change.time_s, "scenario", "parameter", f"set {change.words()}")
     for hole in holes.holes(traces):
         unit = "steps" if hole.owner == holes.SERVER else "blocks"
-        what = (
-            f"trace of {hole.owner} not recorded from {hole.start_s:.3f} to {hole.end_s:.3f} s "
-            f"({hole.missing} {unit})"
-        )
+        times = f"from {hole.start_s:.3f} to {hole.end_s:.3f} s ({hole.missing} {unit})"
+        what = f"trace of {hole.owner} not recorded {times}"
         yield event(hole.start_s, "recorder", "recording", what)
 
 
@@ -96,15 +91,12 @@ def silences(traces: SessionTraces) -> Iterator[Event]:
     zeros = traces.metadata.get("fate_zero_ns", {})
     for name, fates in traces.fates.items():
         found = list(_of_link(fates))
-        for start_ns, length_s, lost in found[:MOST]:
-            what = (
-                f"nothing delivered for {length_s:.3f} s ({count(lost, 'packet')} lost or dropped)"
-            )
+        for place, (start_ns, length_s, lost) in enumerate(found[: MOST + 1]):
+            packets = f"{count(lost, 'packet')} lost or dropped"
+            what = f"nothing delivered for {length_s:.3f} s ({packets})"
+            if place == MOST:
+                what = f"silent {count(len(found) - MOST, 'more time')}"
             start_s = (start_ns - zeros.get(name, 0)) * 1e-9
-            yield event(start_s, f"link {name}", "link", what)
-        if len(found) > MOST:
-            start_s = (found[MOST][0] - zeros.get(name, 0)) * 1e-9
-            what = f"silent {count(len(found) - MOST, 'more time')}"
             yield event(start_s, f"link {name}", "link", what)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import account_words, group_of, words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.budget.tables import worth_drawing
 from pmwvc_analysis.charts.chart import DASHES, Chart, Layer, Line, Panel
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.figures import recorded
@@ -42,7 +41,7 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
             height=280.0,
         )
     ]
-    active = [(entry.owner, entry.part) for entry in worth_drawing(found)]
+    active = [(entry.owner, entry.part) for entry in found.worth_drawing]
     if active:
         panels.append(_active(found, active, kept))
     return Chart(

@@ -23,7 +23,7 @@ import functools
 
 import numpy as np
 
-from pmwvc_analysis.budget.counts import behind_counts, held
+from pmwvc_analysis.budget.criterion import behind_counts, held
 from pmwvc_analysis.budget.energy import declared, user_energies
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound

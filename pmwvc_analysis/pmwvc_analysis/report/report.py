@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts import chart_svg
 from pmwvc_analysis.charts.chart import Chart
@@ -61,7 +60,7 @@ def render(
         loops=_loops(traces, scenario, energies),
         verdicts=[(line["ok"], line["text"]) for line in summary["verdict"]],
         budget_owners=[*energies.hands, "server"] if energies else [],
-        budget_rows=tables.rows(energies) if energies else [],
+        budget_rows=energies.rows() if energies else [],
         budget_lines=passivity_words.budget_lines(energies, found) if energies else [],
         budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.traces.reductions import begins
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stretches import first_packets
 from pmwvc_core.controllers.library import has_waves
@@ -46,14 +47,14 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
     index = server.users.index(user.name)
     times, state = server.time_s, server.state[index]
     there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
-    begins = np.flatnonzero(np.diff(there.astype(int), prepend=0) > 0)
     joins_s = np.asarray(first_packets(traces, user.name))
-    begins = np.union1d(begins, np.searchsorted(times, joins_s - 0.5 * user.tick_s))
-    begins = np.union1d(begins, [start.row for start in starts(server)])
+    joins = np.searchsorted(times, joins_s - 0.5 * user.tick_s).tolist()
+    again = [start.row for start in starts(server)]
+    first_rows = sorted({*np.flatnonzero(begins(there)).tolist(), *joins, *again})
     distance = user.x_m[user.rows_at(times)] - server.x_s[index]
     kept = np.zeros_like(distance)
     rows = np.zeros(len(times), dtype=bool)
-    for stay in np.split(np.arange(len(times)), begins.astype(int)):
+    for stay in np.split(np.arange(len(times)), first_rows):
         coupled = np.flatnonzero(there[stay] & (state[stay] == Presence.COUPLED))
         if len(coupled):
             since = stay[coupled[0] :]
@@ -65,9 +66,7 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
 
 
 def kept_text(kept_m: Any, scenario: Scenario) -> str:
-    """Return in words what is kept of the distance at joining [m], and why; nothing where it is
-    not known or not worth it.
-    """
+    """Return in words what is kept of the distance at joining [m], and why, if it is worth it."""
     if kept_m is None or not np.isfinite(np.array(kept_m, dtype=float)).all():
         return ""
     why = why_kept(waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box)

@@ -66,10 +66,8 @@ def _newest(packets: PacketTraces) -> NDArray[np.intp]:
 
 
 def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, float]:
-    """Return the ratio of packets that a deadband left out, by link (user1/up) with one.
-
-    A master has a packet for every frame, which is a block of its trace; the server one for every
-    step in which the user is there.
+    """Return the ratio of packets that a deadband left out, by link (user1/up) with one. A master
+    has one for every frame, a block of its trace; the server for every step with the user there.
     """
     due = {f"{user.name}/up": len(user.block_time_s) for user in traces.users}
     if (server := traces.server) is not None:

@@ -15,9 +15,8 @@ OF_BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes")  # of 
 
 
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:
-    """Return what there was before ``end_s``; the same object where that is everything.
-
-    A user of whom nothing is left is left out.
+    """Return what there was before ``end_s``, without users of whom nothing is left; the same
+    object where that is everything.
     """
     if end_s >= traces.duration_s:
         return traces
@@ -37,9 +36,7 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         duration_s=end_s,
         users=users,
         server=server,
-        packets={
-            topic: with_rows(each, each.time_s < end_s) for topic, each in traces.packets.items()
-        },
+        packets={t: with_rows(each, each.time_s < end_s) for t, each in traces.packets.items()},
         fates={
             link: with_rows(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
             for link, each in traces.fates.items()

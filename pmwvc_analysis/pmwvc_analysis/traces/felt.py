@@ -12,17 +12,24 @@ device), from ``BLOW_N`` on. Time below half of it counts from the first tick at
 has closed feels it.
 
 *Disturbed* is a user that is not coupled, or has less than half of its undisturbed force, though
-the scenario does not take that away (:mod:`.taken_away`).
+the scenario does not take that away: while the session starts, in outages of a link, and while a
+node that it kills or stops does not run; each with the time ``BACK_S``, the soft start and a round
+trip to be coupled again.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.traces.intervals import merged
+from pmwvc_analysis.traces.reductions import begins
 from pmwvc_analysis.traces.stretches import gaps
-from pmwvc_analysis.traces.taken_away import coupled, taken_away
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import SafetyState
+from pmwvc_core.network.effects import mean_s
+from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
@@ -30,57 +37,46 @@ STEP_S = 1e-3
 BLOW_N = 0.3  # a fifth of a grip of 1.6 N: twice to three times what fingers can tell apart
 IMPACT_S = 0.5  # the longest way back to the hand, and the bounces
 TOUCH_N = 0.02  # a force of the environment from which on an avatar touches it
+BACK_S = 1.0
 
 
 class Felt(NamedTuple):
-    """The steps and dropouts of a user's force; None: not defined.
+    """The steps and dropouts of a user's force; None: not defined."""
 
-    Attributes
-    ----------
-    force_step_max_n, force_step_max_s
-        Largest step, and when.
-    blows
-        How often a blow began.
-    force_undisturbed_n, force_least_n, dropout_s
-        Undisturbed force, least force since it was first felt, time below half of it.
-    coupled_ratio, disturbed_s
-        Ratio of its time in which the user was coupled; time disturbed, None without a scenario.
-    """
-
-    force_step_max_n: float
+    force_step_max_n: float  # largest step, and when
     force_step_max_s: float
-    blows: int
+    blows: int  # how often one began
     force_undisturbed_n: float | None
-    force_least_n: float | None
-    dropout_s: float | None
-    coupled_ratio: float
-    disturbed_s: float | None
+    force_least_n: float | None  # since the undisturbed force was first felt
+    dropout_s: float | None  # time since then below half of the undisturbed force
+    coupled_ratio: float  # of its time
+    disturbed_s: float | None  # None without a scenario
 
 
 def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> Felt:
     """Return what a user felt."""
     known = next((u for u in scenario.users if u.name == user.name), None) if scenario else None
-    holds = known is not None and _holds(known)
     server = traces.server
-    touches = None
-    if server is not None and user.name in server.users and len(server.time_s):
+    if server is not None and (user.name not in server.users or not len(server.time_s)):
+        server = None
+    steps, together = _steps(user), np.zeros(len(user.time_s), dtype=bool)
+    if server is not None:
         touches = touching(server, server.users.index(user.name))
-    steps = _steps(user)
-    if server is not None and touches is not None:
-        made_s = server.time_s[touches & ~np.concatenate([[False], touches[:-1]])]
-        steps[_follow(made_s, user.time_s)] = 0.0
-    worst, hard = int(np.argmax(steps)), steps > BLOW_N
-    blows = int((hard & ~np.concatenate([[False], hard[:-1]])).sum())
-    lasted_s, together = _lasted_s(user), coupled(traces, user)
+        steps[_follow(server.time_s[begins(touches)], user.time_s)] = 0.0
+        together = _coupled(server, user)
+    worst, lasted_s = int(np.argmax(steps)), _lasted_s(user)
     found = Felt(
-        float(steps[worst]), float(user.time_s[worst]), blows, None, None, None,
-        float(lasted_s[together].sum() / lasted_s.sum()), None,
-    )  # fmt: skip
+        *(float(steps[worst]), float(user.time_s[worst]), int(begins(steps > BLOW_N).sum())),
+        *(None, None, None),
+        float(lasted_s[together].sum() / lasted_s.sum()),
+        None,
+    )
     if scenario is None or known is None:
         return found
-    away = taken_away(traces, user, scenario)
+    away = _taken_away(traces, user, scenario, known)
     found = found._replace(disturbed_s=float(lasted_s[~together & ~away].sum()))
-    if server is None or touches is None or not holds:
+    holds = known.device.is_simulated and known.operator.kind in ("hand", "constant")
+    if server is None or not holds:
         return found
     size = np.linalg.norm(user.f_applied, axis=-1)
     row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
@@ -101,9 +97,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
 
 
 def touching(server: ServerTraces, index: int) -> Flags:
-    """Tell at which steps of the server a user's avatar touches: where an environment reports no
-    contact, its force tells.
-    """
+    """Tell at which steps an avatar touches: by its force where no contact is reported."""
     touches = np.asarray(server.contact[index], dtype=bool)
     if touches.any():
         return touches
@@ -111,9 +105,7 @@ def touching(server: ServerTraces, index: int) -> Flags:
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
-    """Return when a simulated hand has closed [s]; 0 where it does not. Its time counts from the
-    end of the soft start.
-    """
+    """Return when a simulated hand has closed, counted from the soft start's end [s]; else 0."""
     hands = {known.name for known in scenario.users if known.operator.is_hand}
     coupled = user.block_time_s[user.state == SafetyState.COUPLED]
     if not scenario.task.closes or user.name not in hands or not len(coupled):
@@ -121,8 +113,56 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
     return float(coupled[0]) + scenario.task.grip_s + scenario.task.grip_rise_s
 
 
-def _holds(known: User) -> bool:
-    return known.device.is_simulated and known.operator.kind in ("hand", "constant")
+def _coupled(server: ServerTraces, user: UserTraces) -> Flags:
+    """Tell at which ticks a user is coupled: its master, and its avatar at the server."""
+    block = np.searchsorted(user.block_ends, np.arange(len(user.time_s)), side="right")
+    master = user.state[np.minimum(block, len(user.state) - 1)] == SafetyState.COUPLED
+    step = np.searchsorted(server.time_s, user.time_s, side="right") - 1
+    avatar = server.state[server.users.index(user.name)][step] == Presence.COUPLED
+    return np.asarray(master & avatar & (step >= 0))
+
+
+def _taken_away(traces: SessionTraces, user: UserTraces, scenario: Scenario, known: User) -> Flags:
+    """Tell at which ticks the scenario takes the coupling of a user away."""
+    back_s = BACK_S + known.safety.soft_start_s + mean_s(known.link_up) + mean_s(known.link_down)
+    server_s = traces.server.time_s[:1] if traces.server is not None else ()
+    found = [(0.0, float(max([user.time_s[0], *server_s])))]
+    zeros = traces.metadata.get("fate_zero_ns", {})
+    for name, fates in traces.fates.items():
+        lost_ns = fates.time_in_ns[fates.cause == Cause.OUTAGE] - zeros.get(name, 0)
+        found += [(time_s, time_s) for time_s in (lost_ns * 1e-9).tolist()]
+    found += _stood_still(traces, scenario)
+    away = np.zeros(len(user.time_s), dtype=bool)
+    for interval in merged((start_s, end_s + back_s) for start_s, end_s in found):
+        away[slice(*np.searchsorted(user.time_s, interval))] = True
+    return away
+
+
+def _stood_still(traces: SessionTraces, scenario: Scenario) -> list[tuple[float, float]]:
+    """Return from when to when nodes did not run because the scenario asked for it [s]."""
+    times_s = [each["time_s"] for each in traces.events if each.get("kind") == "disturbance"]
+    found, since_s = [], dict[str, float]()
+    for wanted, time_s in zip(disturbances_of(scenario.disturbances), times_s, strict=False):
+        if wanted.node == "recorder":
+            continue
+        if wanted.action in ("kill", "stop"):
+            since_s.setdefault(wanted.node, time_s)
+        elif wanted.node in since_s:
+            runs_s = _ran_s(traces, wanted.node)
+            again_s = runs_s[runs_s >= time_s].min(initial=traces.duration_s)
+            found.append((since_s.pop(wanted.node), float(again_s)))
+    return found + [(time_s, traces.duration_s) for time_s in since_s.values()]
+
+
+def _ran_s(traces: SessionTraces, node: str) -> Array:
+    """Return the times at which a node is seen to run [s]."""
+    if node == "server" and traces.server is not None:
+        return traces.server.time_s
+    rows = [user.time_s for user in traces.users if user.name == node]
+    if node == "netem":
+        topics = {f"/server/{user.name}/wave_up" for user in traces.users}
+        rows = [traces.packets[topic].time_s for topic in topics & set(traces.packets)]
+    return np.concatenate([*rows, [traces.duration_s]])
 
 
 def _steps(user: UserTraces) -> Array:

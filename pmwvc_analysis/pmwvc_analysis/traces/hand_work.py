@@ -3,29 +3,25 @@
 """The work of the hand at the port where it is: the force applied times the distance moved.
 
 The force F_k is held while the device goes from x_k to x_{k+1}, so the hand gives the sum of
-F_k . (x_{k+1} - x_k), whatever the controller made of the velocity. The master records that sum
-at the end of every block. A simulated device's is that of its true motion; a real device knows its
-encoder only, and with the step q the sum may be off by up to
+F_k . (x_{k+1} - x_k). The master records that sum at the end of every block: a simulated device's
+is that of its true motion; a real one's, with the step q of its encoder, may be off by up to
 
     q/2 [|F_n| + sum |F_k - F_{k-1}|].
 
 Which of both a recording has shows from itself: the sums of the blocks are those of the recorded
-positions, or they are not. The true motion is found again (:func:`true_motion`) as that of the
-device's model under the recorded forces.
+positions, or they are not.
 
 Equations: docs/theory.md 13.7, 13.8.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.sums import ran_s, up_to
 from pmwvc_core.law.vectors import zero
-from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import Device, device_step, simulated_params
 from pmwvc_core.traces import UserTraces
@@ -36,35 +32,22 @@ SAME_J = 1e-12
 ROUNDING_M = 1e-9
 
 
-class At(NamedTuple):
-    """The work of the hand up to some instants, and how far it may be off [J]."""
-
-    sums: Array
-    resolution: Array
-
-
-@dataclass(frozen=True)
-class Work:
-    """The work of the hand over a session, as sums after the rows at which they are known.
-
-    ``ran_s`` is when the last tick of each sum had run.
-    """
+class Work(NamedTuple):
+    """The work of the hand as sums after known rows; ``ran_s`` is when these had run."""
 
     ran_s: Array
     sums: Array
     resolution: Array
 
-    def at(self, user: UserTraces, times: Array) -> At:
-        """Return the work of all ticks that ran before some instants."""
+    def at(self, user: UserTraces, times: Array) -> tuple[Array, Array]:
+        """Return the work of all ticks that ran by then, and how far it may be off [J]."""
         count = np.searchsorted(self.ran_s, times - 0.001 * user.tick_s)
-        return At(up_to(self.sums, count), up_to(self.resolution, count))
+        return up_to(self.sums, count), up_to(self.resolution, count)
 
 
 def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
-    """Return the work of one user's hand.
-
-    Tick by tick where the recorded positions are what the master counted, else at the ends of
-    blocks. ``device`` gives the step of the encoder; None: taken as exact.
+    """Return the work of one user's hand: tick by tick where the recorded positions are what the
+    master counted, else at the ends of blocks. Without a ``device`` positions are exact.
     """
     ran = ran_s(user)
     per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)
@@ -77,7 +60,9 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     recorded, after = recorded[there], after[there]
     before = np.concatenate([[0], after[:-1]])
     own, recorded_own = counted[after] - counted[before], np.diff(recorded, prepend=0.0)
-    follows = _follows(user, before)
+    # whether the sums before a block are on record
+    follows = np.concatenate([[user.tick[0] == 0], np.diff(user.tick)[before[1:] - 1] > 0])
+    follows &= ~np.isin(before - 1, gaps(user))
     whole = follows & np.append(follows[1:], False)  # the next position is there as well
     rounding = SAME_J + 1e-12 * len(per_tick) * np.abs(per_tick).max(initial=0.0)
     if not np.allclose(own[whole], recorded_own[whole], rtol=SAME_RELATIVE, atol=rounding):
@@ -88,12 +73,6 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     sums = start[block] + counted[1:] - counted[before[block]]
     sums[after - 1] = recorded
     return Work(ran, sums, _resolution(user, device))
-
-
-def _follows(user: UserTraces, first: NDArray[np.intp]) -> Flags:
-    """Tell of each block, by its first row, whether the sums before it are on record."""
-    follows = np.concatenate([[user.tick[0] == 0], np.diff(user.tick)[first[1:] - 1] > 0])
-    return np.asarray(follows & ~np.isin(first - 1, gaps(user)))
 
 
 def _resolution(user: UserTraces, device: DeviceParams | None) -> Array:

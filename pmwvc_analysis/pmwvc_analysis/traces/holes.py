@@ -45,8 +45,12 @@ def of_user(user: UserTraces) -> list[Hole]:
     """Return the holes in the trace of one master."""
     if not len(user.time_s):
         return []
-    if not len(user.block_number):
-        return _by_ticks(user)
+    if not len(user.block_number):  # ticks that neither ran nor were skipped
+        jumps = np.flatnonzero(np.diff(user.tick) > 1)
+        lost = np.diff(user.tick)[jumps] - 1
+        rows = zip(user.time_s[jumps] + user.tick_s, user.time_s[jumps + 1], lost, strict=True)
+        all_ran = int(lost.sum()) <= user.missed
+        return [] if all_ran else [Hole(user.name, float(a), float(b), int(n)) for a, b, n in rows]
     found = []
     first_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
     for row, number in enumerate(user.block_number.tolist()):
@@ -56,17 +60,6 @@ def of_user(user: UserTraces) -> list[Hole]:
             start_s = float(user.block_time_s[row - 1]) if row else 0.0
             found.append(Hole(user.name, start_s, float(first_s[row]), missing))
     return found
-
-
-def _by_ticks(user: UserTraces) -> list[Hole]:
-    """Return the holes where blocks carry no numbers: ticks that neither ran nor were skipped."""
-    jumps = np.flatnonzero(np.diff(user.tick) > 1)
-    lost = np.diff(user.tick)[jumps] - 1
-    if int(lost.sum()) <= user.missed:
-        return []
-    starts, ends = user.time_s[jumps] + user.tick_s, user.time_s[jumps + 1]
-    rows = zip(starts.tolist(), ends.tolist(), lost.tolist(), strict=True)
-    return [Hole(user.name, *row) for row in rows]
 
 
 def of_server(server: ServerTraces) -> list[Hole]:

@@ -3,11 +3,10 @@
 """Intervals of time [s]: joined, taken out of one another, or not judged."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Unjudged:
+class Unjudged(NamedTuple):
     """A time in which a balance is unknown, and why."""
 
     start_s: float

@@ -55,12 +55,13 @@ def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
     return {"p50": number(median), "p99": number(high), "max": number(values.max())}
 
 
-def runs(flags: Flags, time_s: Array, *, join_s: float) -> list[tuple[int, int]]:
+def begins(flags: Flags) -> Flags:
+    """Tell in which rows a flag is set that was not in the row before."""
+    return np.asarray(flags & ~np.concatenate([[False], flags[:-1]]))
+
+
+def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
     """Return first and last row of every stretch with a flag set; close ones are one."""
     rows = np.flatnonzero(flags)
-    if not len(rows):
-        return []
-    breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s)
-    firsts = rows[np.concatenate([[0], breaks + 1])]
-    lasts = rows[np.concatenate([breaks, [len(rows) - 1]])]
-    return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]
+    breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s) + 1
+    return [(int(each[0]), int(each[-1])) for each in np.split(rows, breaks) if len(each)]

@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Servers that were started again in a session, and the energy sums across such a start.
 
-While no server runs its sums stand still, those of the masters go on, and the balances of the
-links are judged all the time. The last steps of a server that was killed may be missing in the
-record: they are a hole (:mod:`.holes`). What it sent in them is read from its packets
-(:func:`ends`), or is no less than its users received.
-
-What a server had received and not used, and what packets brought while none ran, no later one
-may give out (:func:`died_up`), and the playout at a device discards what it had of the server
-before (:func:`discarded`): neither is left in a balance, where it would hide what is generated
-later.
+While no server runs its sums stand still, and the balances of the links are judged all the time.
+The last steps of a server that was killed may be missing in the record: they are a hole
+(:mod:`.holes`). What it sent in them is read from its packets (:func:`ends`), or is no less than
+its users received. What it had received and not used, and what came while none ran
+(:func:`died_up`), and what the playout at a device discards (:func:`discarded`), is left in no
+balance, where it would hide what is generated later.
 
 Equations: docs/theory.md 13.12.
 """
@@ -68,9 +65,7 @@ def ran_s(server: ServerTraces, traces: SessionTraces) -> Array:
 
 
 def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
-    """Return the end of the server before each start: its last recorded step, or what its packets
-    show, or what users received beyond that.
-    """
+    """Return the end of the server before each start, by its record, its packets and its users."""
     found: list[ServerEnd] = []
     sent_j, since_s, before = dict.fromkeys(server.users, 0.0), -np.inf, -1
     for start in starts(server):
@@ -93,9 +88,8 @@ def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
 
 
 def instants(server: ServerTraces, traces: SessionTraces) -> tuple[Array, NDArray[np.intp]]:
-    """Return the instants at which sums of the server are known [s], and the row of each.
-
-    These are its steps, when they ran, and every period while no server ran.
+    """Return the instants at which sums of the server are known [s], and the row of each: its
+    steps, when they ran, and every period while no server ran.
     """
     times = ran_s(server, traces)
     parts, last_rows = [times], [np.arange(len(times))]
@@ -114,9 +108,7 @@ def instants(server: ServerTraces, traces: SessionTraces) -> tuple[Array, NDArra
 def completed(
     sums: Array, times: Array, server: ServerTraces, traces: SessionTraces, user: str
 ) -> Array:
-    """Return the sums of v_s [J], as recorded at ``times`` and going on across starts, with what a
-    server that was killed sent beyond its last recorded step.
-    """
+    """Return the sums of v_s [J] at ``times``, with what killed servers sent beyond the record."""
     sums = sums.copy()
     for end in ends(server, traces):
         after = times > end.died_s
@@ -132,8 +124,7 @@ def died_up(
     ``taken``: energy that the servers took, going on across starts ``(step,)``.
     """
     found = np.zeros(len(times))
-    packets = traces.packets.get(f"/server/{user}/wave_up")
-    if packets is None or _again(packets):
+    if (packets := _of_one_start(traces, user)) is None:
         return found
     for start in starts(server):
         idle = packets.energy[packets.time_s < start.begins_s][:-QUEUE]
@@ -146,18 +137,17 @@ def died_up(
 
 def discarded(times: Array, server: ServerTraces, traces: SessionTraces, sums: UserSums) -> Array:
     """Return what the playout of a device has discarded, from a server's second start on [J]."""
-    given_up = sums.user.accounts.get(DISCARDED.name)
-    packets = traces.packets.get(f"/server/{sums.user.name}/wave_up")
-    again = starts(server)
-    if not again or given_up is None or packets is None or _again(packets):
+    given_up, again = sums.user.accounts.get(DISCARDED.name), starts(server)
+    if not again or given_up is None or _of_one_start(traces, sums.user.name) is None:
         return np.zeros(len(times))
     known = sums.of_blocks(given_up, after_s=np.inf)
     return np.where(times >= again[0].begins_s, known, 0.0)
 
 
-def _again(packets: PacketTraces) -> bool:
-    """Tell whether the user was started again as well."""
-    return len(np.unique(packets.epoch)) > 1
+def _of_one_start(traces: SessionTraces, user: str) -> PacketTraces | None:
+    """Return the packets of a user at the server; None where it was started again as well."""
+    packets = traces.packets.get(f"/server/{user}/wave_up")
+    return packets if packets is not None and len(np.unique(packets.epoch)) <= 1 else None
 
 
 def _largest(packets: PacketTraces | None, since_s: float, until_s: float) -> float:
@@ -183,5 +173,7 @@ def _received(traces: SessionTraces, name: str, until_s: float) -> tuple[float, 
     if user is None or "v_rx" not in user.energy:
         return 0.0, -np.inf
     sums = running(user.energy["v_rx"])[user.block_time_s < until_s]
-    last = int(np.argmax(sums)) if len(sums) else 0
-    return (float(sums[last]), float(user.block_time_s[last])) if len(sums) else (0.0, -np.inf)
+    if not len(sums):
+        return 0.0, -np.inf
+    last = int(np.argmax(sums))
+    return float(sums[last]), float(user.block_time_s[last])

@@ -35,10 +35,8 @@ def changes_of(traces: SessionTraces, scenario: Scenario) -> list[Change]:
 
 
 def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
-    """Return the stages of a session, the first one from its start.
-
-    Changes that no scenario can have (a preset's of a link, other programs' parameters) are left
-    out.
+    """Return the stages of a session, the first one from its start. Changes that no scenario can
+    have (a preset's of a link, other programs' parameters) are left out.
     """
     present = replace(scenario, changes="") if scenario.changes else scenario
     found = [Stage(-np.inf, present)]

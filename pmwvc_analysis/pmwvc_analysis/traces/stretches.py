@@ -3,13 +3,9 @@
 """The intervals of a session in which a user's energies are known from the recording.
 
 A gap in the record of running sums hides only what happened inside it: a user is judged again from
-the end of its first block after it. With a master that was started again the balance begins anew:
-with its sums, and those of the waves that the server took from its first packet on. A server that
-was started again interrupts no balance (:mod:`.server_starts`), nor does a loop that stands still.
-
-But a device without a watchdog goes on with the last force that it was told. Where the hand moves
-along it while the loop stands still, the device gives out - F (x_after - x_before): at the ports
-that counts like any other energy.
+the end of its first block after it. With a master that was started again the balance begins anew.
+A server that was started again interrupts no balance (:mod:`.server_starts`), nor does a loop that
+stands still: its last force stays on, and gives out - F (x_after - x_before).
 
 Equations: docs/theory.md 13, Gaps.
 """
@@ -46,9 +42,8 @@ class Interval(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """The judged intervals of a user's session; each of ``lives`` has its own balance.
-
-    ``first_s`` is the time up to which neither master nor server was started again.
+    """The judged intervals of a user's session; each of ``lives`` has its own balance, ``first_s``
+    is the time up to which neither master nor server was started again.
     """
 
     lives: list[Interval]
@@ -75,11 +70,10 @@ def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> 
     unjudged = []
     for first, last in zip(begins, ends, strict=True):
         before_s = lives[-1].end_s if lives else -math.inf
-        start_s, begun_s, joined_s = _start_s(user, first, traces, before_s)
         end_s = float(ran[last] + 1.5 * user.tick_s)
         if last + 1 < len(user.tick):
             end_s = min(end_s, float(user.time_s[last + 1] - 0.5 * user.tick_s))
-        lives.append(Interval(start_s, end_s, begun_s, joined_s))
+        lives.append(_life(user, first, traces, before_s)._replace(end_s=end_s))
     for before, after in itertools.pairwise(lives):
         unjudged.append(Unjudged(before.end_s, after.start_s, AGAIN))
     for row in gaps(user):
@@ -93,9 +87,8 @@ def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> 
 
 
 def gaps(user: UserTraces) -> NDArray[np.intp]:
-    """Return the rows of ticks behind which blocks are missing in the record.
-
-    Ticks that the loop itself left out are no gap: its last force was held on, and its sums hold.
+    """Return the rows of ticks behind which blocks are missing in the record. Ticks that the loop
+    left out are no gap: its last force was held on, and its sums hold.
     """
     rows = np.flatnonzero(np.diff(user.tick) > 1)
     if len(user.block_number) != len(user.block_time_s):
@@ -119,9 +112,7 @@ class StoodStill(NamedTuple):
 
 
 def stood_still(user: UserTraces) -> list[StoodStill]:
-    """Return when a user's loop skipped ticks, and what its device gave out; what was not recorded
-    is not known.
-    """
+    """Return when a user's loop skipped ticks, and what its device gave out in the meantime."""
     rows = skips(user)
     moved = user.x_m[rows + 1] - user.x_m[rows]
     given = -np.sum(user.f_applied[rows] * moved, axis=-1)
@@ -154,22 +145,18 @@ def given_until(found: list[StoodStill], time_s: float) -> tuple[float, str]:
     return sum(each.given_j for each in own), words
 
 
-def _start_s(
-    user: UserTraces, first: int, traces: SessionTraces, before_s: float
-) -> tuple[float, float, float]:
-    """Return from when a life of a master that begins with a row is judged, when its own sums
-    begin, and when its first packet came [s]; the life before ended at ``before_s``.
-    """
+def _life(user: UserTraces, first: int, traces: SessionTraces, before_s: float) -> Interval:
+    """Return the life of a master from a row on, its end open, behind one up to ``before_s``."""
     late = user.tick[first] > 0  # the recorder found it only when it was running
     begun_s = float(user.time_s[first])
     start_s = _block_end_s(user, begun_s)
     if first == 0:
-        return (start_s if late else -math.inf), -math.inf, -math.inf
+        return Interval(start_s if late else -math.inf, math.inf, -math.inf, -math.inf)
     received = [time_s for time_s in first_packets(traces, user.name) if time_s > before_s]
     if late and not received:
-        return start_s, start_s, start_s
+        return Interval(start_s, math.inf, start_s, start_s)
     joined_s = min(received, default=begun_s)
-    return max(start_s, joined_s), before_s, joined_s
+    return Interval(max(start_s, joined_s), math.inf, before_s, joined_s)
 
 
 def _block_end_s(user: UserTraces, time_s: float) -> float:

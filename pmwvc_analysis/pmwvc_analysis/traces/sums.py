@@ -71,13 +71,9 @@ class UserSums:
         """Return the sum of an energy per tick."""
         return up_to(np.cumsum(per_tick), self.ticks)
 
-    def anchored(self, per_tick: Value, at_block_ends: Array | None) -> Array:
+    def anchored(self, per_tick: Value, at_block_ends: Array | None, *, unknown: int = 0) -> Array:
         """Return the sum of an energy per tick that the master summed up as well."""
-        return up_to(anchored(self.user, per_tick, at_block_ends), self.ticks)
-
-    def of_motion(self, per_tick: Value, at_block_ends: Array | None) -> Array:
-        """Return that of a work at the device; what the last tick led to is not on record."""
-        return up_to(anchored(self.user, per_tick, at_block_ends, unknown=1), self.ticks)
+        return up_to(anchored(self.user, per_tick, at_block_ends, unknown=unknown), self.ticks)
 
     def of_blocks(self, sums: Array, *, after_s: float = 0.0) -> Array:
         """Return a sum the master kept, which grows ``after_s`` into each of its blocks, that is,

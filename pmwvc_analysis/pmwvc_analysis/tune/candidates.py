@@ -13,7 +13,7 @@ import dataclasses
 
 import numpy as np
 
-from pmwvc_analysis.budget.counts import behind_counts
+from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, velocity_step
 from pmwvc_core.errors import PmwvcError

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from pmwvc_analysis.budget.counts import behind_counts, bounded
+from pmwvc_analysis.budget.criterion import behind_counts, bounded
 from pmwvc_analysis.models.linear import left_out, setting
 from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
 from pmwvc_analysis.tune.search import STABLE, Proposal, session_of

@@ -29,20 +29,16 @@ def verdict_lines(summary: dict[str, Any]) -> list[Line]:
     """Return the verdict, the most important first."""
     found = [_stability(summary)]
     found += [_line(False, f"Interrupted: {text}.") for text in summary["interrupted"]]
-    passivity = summary["passivity"]
-    for owner, text in passivity["text"].items():
-        ok = together(port["passive"] for port in passivity["ports"] if port["owner"] == owner)
+    for owner, text in summary["passivity"]["text"].items():
+        ok = together(port["passive"] for port in _ports(summary, owner))
         found.append(_line(ok, f"{owner}: {text}."))
-    if not passivity["ports"]:
+    if not summary["passivity"]["ports"]:
         found.append(_line(None, "Passivity not judged: no user was recorded."))
     found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
     found += [_line(False, f"{who}: {text}.") for who, text in disturbances(summary).items()]
-    found += interventions(summary)
-    found += kept_apart(summary)
-    found += _clocks(summary)
+    found += [*interventions(summary), *kept_apart(summary), *_clocks(summary)]
     found += [_line(False, each["text"]) for each in summary["outcomes"] if each["hit"] is False]
-    found += _recording(summary)
-    return found
+    return found + _recording(summary)
 
 
 def reasons(summary: dict[str, Any]) -> list[str]:
@@ -53,8 +49,7 @@ def reasons(summary: dict[str, Any]) -> list[str]:
     elif summary["stable"] is None:
         found.append(summary["stability"]["text"])
     for owner, text in summary["passivity"]["text"].items():
-        ports = [p for p in summary["passivity"]["ports"] if p["owner"] == owner]
-        if any(port["passive"] is False or port["not_judged"] for port in ports):
+        if any(p["passive"] is False or p["not_judged"] for p in _ports(summary, owner)):
             found.append(f"{owner}: {text}")
     found += summary["interrupted"]
     found += [f"another publisher: {text}" for text in summary["strangers"]]
@@ -70,21 +65,20 @@ def _line(ok: bool | None, text: str) -> Line:
     return {"ok": ok, "text": text}
 
 
+def _ports(summary: dict[str, Any], owner: str) -> list[dict[str, Any]]:
+    return [port for port in summary["passivity"]["ports"] if port["owner"] == owner]
+
+
 def _stability(summary: dict[str, Any]) -> Line:
-    why, until = summary["stability"]["text"], ""
-    if summary["judged_until_s"] < summary["duration_s"]:
-        until = f" until {summary['judged_until_s']:.2f} s"
-    if summary["stable"] is None:
-        return _line(None, f"Stability not judged: {why}.")
-    if summary["stable"]:
-        return _line(True, f"Stable{until}: {why}.")
-    return _line(False, f"Not stable{until}, {summary['instability']}: {why}.")
+    until_s, stable = summary["judged_until_s"], summary["stable"]
+    until = f" until {until_s:.2f} s" if until_s < summary["duration_s"] else ""
+    begins = f"Stable{until}" if stable else f"Not stable{until}, {summary['instability']}"
+    begins = "Stability not judged" if stable is None else begins
+    return _line(stable, f"{begins}: {summary['stability']['text']}.")
 
 
 def disturbances(summary: dict[str, Any]) -> dict[str, str]:
-    """Return whom something disturbed that the scenario does not ask for, and what: blows, a force
-    that was missing, no coupling.
-    """
+    """Return whom blows, a missing force or no coupling disturbed, unasked for by the scenario."""
     found = {}
     for user in summary["users"]:
         parts = []
@@ -96,11 +90,9 @@ def disturbances(summary: dict[str, Any]) -> dict[str, str]:
             half = f", or with less than half of its {held_n:.2f} N" if held_n else ""
             parts.append(f"not coupled{half and half + ','} for {user['disturbed_s']:.2f} s")
         if user["blows"]:
-            blow = (
-                f"{user['force_step_max_n']:.2f} N within 1 ms at {user['force_step_max_s']:.2f} s"
-            )
+            step_n, at_s = user["force_step_max_n"], user["force_step_max_s"]
             more = f" and {user['blows'] - 1} more above {BLOW_N:g} N" if user["blows"] > 1 else ""
-            parts.append(f"the force changed by {blow}{more}")
+            parts.append(f"the force changed by {step_n:.2f} N within 1 ms at {at_s:.2f} s{more}")
         if parts:
             found[user["name"]] = "; ".join(parts)
     return found
@@ -112,13 +104,10 @@ def interventions(summary: dict[str, Any]) -> list[Line]:
     events = [event for event in summary["events"] if event["kind"] in TAKEN]
     for name in (user["name"] for user in summary["users"]):
         own = [event for event in events if event["who"] == f"{name} master"]
-        if not own:
-            continue
-        text = f"{name}, at {own[0]['time_s']:.2f} s: {own[0]['what']}"
-        if len(own) > 1:
-            text += f"; {count(len(own) - 1, 'more event')}, "
-            text += f"the last at {own[-1]['time_s']:.2f} s: {own[-1]['what']}"
-        found.append(_line(None, f"{text}."))
+        texts = [f"at {event['time_s']:.2f} s: {event['what']}" for event in own]
+        if len(texts) > 1:
+            texts[1:] = [f"; {count(len(texts) - 1, 'more event')}, the last {texts[-1]}"]
+        found += [_line(None, f"{name}, {''.join(texts)}.")] if texts else []
     return found
 
 
@@ -133,14 +122,12 @@ def _clocks(summary: dict[str, Any]) -> list[Line]:
     found = []
     for name, clock in summary["alignment"].items():
         if clock["how"] == "echo":
-            text = (
-                f"{name}: clock aligned with the server's by the echoes of packets, within "
-                f"{clock['uncertainty_s'] * 1e3:.2f} ms (drift {clock['drift_ppm']:+.1f} ppm)."
-            )
-            found.append(_line(True, text))
+            within = f"{clock['uncertainty_s'] * 1e3:.2f} ms (drift {clock['drift_ppm']:+.1f} ppm)"
+            text = "clock aligned with the server's by the echoes of packets, within"
+            found.append(_line(True, f"{name}: {text} {within}."))
         elif clock["how"] == "wall clock" and summary["source"] == "live":
-            text = f"{name}: clock offset not known, no echoes; aligned by wall time."
-            found.append(_line(None, text))
+            text = "clock offset not known, no echoes; aligned by wall time."
+            found.append(_line(None, f"{name}: {text}"))
     return found
 
 
@@ -149,11 +136,10 @@ def _recording(summary: dict[str, Any]) -> list[Line]:
     if recording["holes"]:
         return [_line(False, f"{hole_text(summary).capitalize()}; nothing is judged there.")]
     if missing := sum(recording["missing"].values()):
-        text = f"{missing} numbered messages were not recorded; see the last table."
-        return [_line(False, text)]
-    if recording["messages"]:
-        return [_line(True, "Nothing is missing in the recording.")]
-    return []
+        what = "numbered messages were not recorded; see the last table."
+        return [_line(False, f"{missing} {what}")]
+    whole = _line(True, "Nothing is missing in the recording.")
+    return [whole] if recording["messages"] else []
 
 
 def hole_text(summary: dict[str, Any]) -> str:

@@ -10,15 +10,16 @@ breaks off while others go on. Where its packets go on, that is a hole of the re
 """
 
 import math
+import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from pmwvc_analysis.events.event import Event
+from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces
 
 EARLY_S = 0.5  # before the end of the session
 LOOP = ("server", "netem")  # nodes that everybody needs
@@ -34,7 +35,7 @@ class Ending(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Return it in words."""
+        """The ending in words."""
         return f"{self.who} {self.what} at {self.time_s:.2f} s"
 
 
@@ -50,72 +51,52 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
             last_s = min(float(time_s), _last_s(traces, who))
             found.setdefault(who, Ending(who, user, last_s, str(each["what"])))
     for master in traces.users:
-        who = f"{master.name} master"
-        if who not in found and (ending := _of_master(traces, master, end_s)):
-            found[who] = ending
-    if "server" not in found and (ending := _of_server(traces)):
-        found["server"] = ending
+        name, last_s = master.name, float(master.time_s[-1]) + master.tick_s
+        gone = last_s <= end_s - EARLY_S and not _left(traces, name, last_s)
+        if gone and (who := f"{name} master") not in found:
+            sent_s = _last_packet_s(traces, [f"/{name}/wave_up"])
+            found[who] = _broken_off(who, name, last_s, sent_s)
+    last_s = _last_s(traces, "server")
+    if "server" not in found and last_s <= traces.duration_s - EARLY_S:
+        sent = [topic for topic in traces.packets if re.fullmatch("/server/.*/wave_down", topic)]
+        sent_s = _last_packet_s(traces, sent)
+        found["server"] = _broken_off("server", "", last_s, sent_s)
     return sorted(found.values(), key=lambda ending: ending.time_s)
 
 
 def _last_s(traces: SessionTraces, who: str) -> float:
     """Return when the last that a node of everybody's published is from [s]: a runner sees its end
-    a little later.
+    a little later. Infinity where nothing is.
     """
-    server = traces.server
-    if who == "server" and server is not None and len(server.time_s):
-        return float(server.time_s[-1] + server.periods_s[-1])
+    if who == "server" and traces.server is not None and len(traces.server.time_s):
+        return float(traces.server.time_s[-1] + traces.server.periods_s[-1])
     topics = [topic for topic in traces.packets if who == "netem" and relayed(topic)]
     return _last_packet_s(traces, topics) or math.inf
 
 
 def _last_packet_s(traces: SessionTraces, topics: Iterable[str]) -> float:
     """Return when the last packet of some topics was recorded [s]; zero: there was none."""
-    times = [traces.packets[topic].time_s for topic in topics]
+    times = [traces.packets[topic].time_s for topic in topics if topic in traces.packets]
     return max((float(each[-1]) for each in times if len(each)), default=0.0)
 
 
 def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:
     """Return when the session was over: the last tick of any user, or what outlived them all."""
-    end_s = traces.duration_s
-    if traces.server is not None and len(traces.server.time_s):
-        server = traces.server
-        for state in server.state:
-            there = server.time_s[state != Presence.ABSENT]
-            end_s = max(end_s, float(there[-1])) if len(there) else end_s
+    end_s, server = traces.duration_s, traces.server
+    if server is not None:
+        there = [server.time_s[state != Presence.ABSENT] for state in server.state]
+        end_s = max([end_s, *(float(each[-1]) for each in there if len(each))])
     return end_s if scenario is None else min(end_s, max(scenario.duration_s, traces.duration_s))
 
 
-def _of_master(traces: SessionTraces, user: UserTraces, end_s: float) -> Ending | None:
-    last_s = float(user.time_s[-1]) + user.tick_s
-    if last_s > end_s - EARLY_S:
-        return None
-    who = f"{user.name} master"
-    if _left(traces, user.name, last_s):
-        return None  # it took its leave: a change of membership
-    sent = [topic for topic in traces.packets if topic == f"/{user.name}/wave_up"]
-    return _broken_off(who, user.name, last_s, _last_packet_s(traces, sent))
-
-
 def _left(traces: SessionTraces, name: str, last_s: float) -> bool:
+    """Tell whether a user took its leave, which is a change of membership."""
     server = traces.server
     if server is None or name not in server.users:
         return False
     after = server.state[server.users.index(name)][server.time_s > last_s]
     soon = after[: max(2, round(0.2 / server.period_s))]
     return bool(len(soon) and soon[-1] == Presence.ABSENT)
-
-
-def _of_server(traces: SessionTraces) -> Ending | None:
-    server = traces.server
-    if server is None or not len(server.time_s):
-        return None
-    last_s = float(server.time_s[-1] + server.periods_s[-1])
-    if last_s > traces.duration_s - EARLY_S:
-        return None
-    ends = ("/server/", "/wave_down")
-    sent = [each for each in traces.packets if each.startswith(ends[0]) and each.endswith(ends[1])]
-    return _broken_off("server", "", last_s, _last_packet_s(traces, sent))
 
 
 def _broken_off(who: str, user: str, last_s: float, sent_s: float) -> Ending:
@@ -130,9 +111,7 @@ def judged_until_s(traces: SessionTraces, found: list[Ending]) -> float:
 
 
 def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
-    """Return in words by how much a session, or what is on record of it, is shorter than its
-    scenario; empty where it is not.
-    """
+    """Return in words by how much a session or its record is shorter than its scenario, if so."""
     cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
     if scenario is None or traces.simulated:
         return cut

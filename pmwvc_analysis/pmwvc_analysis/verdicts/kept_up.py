@@ -66,9 +66,7 @@ def _near(power: Array, at: float) -> float:
 def _left(
     squares: Array, time_s: Array, strongest_s: float, timely: Sequence[tuple[float, float]]
 ) -> float | None:
-    """Return the ratio of a motion's strength in the last period of timely stretches to that in
-    the second, of a period [s]; None where no stretch is long enough to tell.
-    """
+    """Return the strength in the last period [s] of timely stretches over that in the second."""
     early, late = 0.0, 0.0
     for from_s, until_s in timely:
         periods = math.floor((until_s - from_s) / strongest_s)

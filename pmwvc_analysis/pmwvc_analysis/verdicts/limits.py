@@ -6,7 +6,8 @@ and again.
 
 import numpy as np
 
-from pmwvc_analysis.events.safety import COUPLED, FAULT, limited, unbraked
+from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
+from pmwvc_analysis.traces.reductions import begins
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
@@ -36,26 +37,18 @@ def taken_over(traces: SessionTraces, scenario: Scenario | None) -> str:
 
 
 def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
-    """Return whose force was limited again and again, in words (empty when nobody's was), and
-    whether that was mostly at the largest force.
-    """
+    """Return whose force was limited again and again, in words; whether mostly at the largest."""
     words, at_most = "", True
     for user in traces.users:
-        ratio, events = _shortened(user, traces.duration_s)
-        if ratio > 0.05 and events >= 3:
-            words = words or (
-                f"{user.name}: the force was limited {count(events, 'time')}, "
-                f"{ratio:.0%} of the second half"
-            )
-            at_most &= _at_the_largest(user)
+        half, shortened = (user.time_s > traces.duration_s / 2) & unbraked(user), limited(user)
+        ratio = float((shortened & half).sum() / max(half.sum(), 1))
+        times = int(begins(shortened & half).sum())
+        if ratio > 0.05 and times >= 3:
+            limits = f"the force was limited {count(times, 'time')}"
+            words = words or f"{user.name}: {limits}, {ratio:.0%} of the second half"
+            size = np.linalg.norm(user.f_applied, axis=-1)
+            at_most &= bool(np.mean(size[shortened] > LARGEST * size.max()) > 0.5)
     return words, at_most
-
-
-def _at_the_largest(user: UserTraces) -> bool:
-    """Tell whether most of the forces that were limited are the largest ones of the session."""
-    size = np.linalg.norm(user.f_applied, axis=-1)
-    cut = size[limited(user) & unbraked(user)]
-    return bool(np.mean(cut > LARGEST * size.max()) > 0.5)
 
 
 def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int, float]:
@@ -76,26 +69,12 @@ def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int
     times, blocks_out = 0, 0
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         reasons = user.reason[start:end]
-        alone = all(reason == RETURN for reason in reasons)
-        if alone and _fastest(user, int(start)) < NEARLY * damped_m_s:
-            continue
+        if all(reason == RETURN for reason in reasons):  # of this block and the two before
+            rows = slice(int(user.block_rows[max(start - 2, 0)]), int(user.block_ends[start]))
+            speed_m_s = np.linalg.norm(user.xd_m[rows], axis=-1).max(initial=0.0)
+            if speed_m_s < NEARLY * damped_m_s:
+                continue
         if all(reason.startswith(SPEED) for reason in reasons):
             times += int(late[start])
             blocks_out += int(late[start:end].sum())
     return times, blocks_out / int(late.sum())
-
-
-def _fastest(user: UserTraces, block: int) -> float:
-    """Return the largest speed in a block and the two before it [m/s]."""
-    rows = slice(int(user.block_rows[max(block - 2, 0)]), int(user.block_ends[block]))
-    return float(np.linalg.norm(user.xd_m[rows], axis=-1).max(initial=0.0))
-
-
-def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
-    """Return the ratio of the second half in which the force was limited, and how often anew."""
-    half = (user.time_s > duration_s / 2) & unbraked(user)
-    if not half.any():
-        return 0.0, 0
-    shortened = limited(user) & half
-    events = int((np.diff(shortened.astype(int), prepend=0) > 0).sum())
-    return float(shortened.sum() / half.sum()), events

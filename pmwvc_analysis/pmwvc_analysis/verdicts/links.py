@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.links import reordered
 from pmwvc_analysis.recording.losses import DROPPED, came_out
@@ -31,6 +30,11 @@ COUNTED = (
     ("corrupted", "delivered with a bit flipped"),
 )
 OF_LINK = ("accepted", "lost", "duplicate", "reordered", "corrupted")
+CAME = {
+    "duplicate": "came again",
+    "reordered": "came behind a newer one",
+    "corrupted": "came corrupted",
+}
 OF_SENDERS = {
     "stale": "of a sender that had left, or far from its numbers",
     "stranger": "of another sender",
@@ -65,6 +69,7 @@ def count_texts(link: Mapping[str, Any]) -> str:
 
 def _from_fates(fates: FateTraces) -> dict[str, Any]:
     out = came_out(fates)
+    span_s = float(np.ptp(fates.time_out_ns[out])) * 1e-9 if out.any() else 0.0
     return {
         "name": fates.link,
         "sent": int((fates.fate != FateKind.DUPLICATE).sum()),
@@ -75,16 +80,8 @@ def _from_fates(fates: FateTraces) -> dict[str, Any]:
         "corrupted": int((fates.cause == Cause.CORRUPTION).sum()),
         "dropped": int(np.isin(fates.fate, DROPPED).sum()),
         "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
-        "rate_hz": _rate_hz(fates.time_out_ns[out]),
+        "rate_hz": number((out.sum() - 1) / span_s) if span_s > 0.0 else None,
     }
-
-
-def _rate_hz(times_ns: NDArray[np.int64]) -> float | None:
-    """Return the mean rate between the first and the last of these times."""
-    if len(times_ns) < 2:
-        return None
-    span_s = float(times_ns.max() - times_ns.min()) * 1e-9
-    return number((len(times_ns) - 1) / span_s) if span_s > 0.0 else None
 
 
 def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict[str, Any]:
@@ -93,15 +90,14 @@ def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict
     def last(name: str) -> int:
         return int(states[name][-1]) if name in states else 0  # one that is new
 
-    received = last("out_count")
     others = ("lost", "duplicated", "reordered", "corrupted", "dropped")
     return {
         "name": link,
         "sent": last("in_count"),
-        "received": received,
+        "received": last("out_count"),
         **{name: last(name) for name in others},
         "delay_s": {"p50": None, "p99": None, "max": number(states["delay_max"].max())},
-        "rate_hz": number(received / duration_s) if duration_s > 0.0 else None,
+        "rate_hz": number(last("out_count") / duration_s) if duration_s > 0.0 else None,
     }
 
 
@@ -117,28 +113,28 @@ def reception_summaries(
         if ratio is not None:
             words = "of the packets; none of these is lost."
             text += f" The sender's deadband left out {ratio:.0%} {words}"
-        found.append(
-            {
-                "name": link,
-                "counts": received.counts,
-                "injected": injected,
-                "as_injected": None
-                if injected is None
-                else all(injected[name] == received.counts[name] for name in OF_LINK),
-                "path": None if passage["round_trip"] is None else passage,
-                "left_out": ratio,
-                "text": text,
-                "path_text": path_text(received.passage),
-            }
-        )
+        entry = {
+            "name": link,
+            "counts": received.counts,
+            "injected": injected,
+            "as_injected": None if injected is None else _same(injected, received),
+            "path": None if passage["round_trip"] is None else passage,
+            "left_out": ratio,
+            "text": text,
+            "path_text": path_text(received.passage),
+        }
+        found.append(entry)
     return found
+
+
+def _same(injected: dict[str, int], received: ReceptionTraces) -> bool:
+    return all(injected[name] == received.counts[name] for name in OF_LINK)
 
 
 def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:
     """Return what a receiver must have counted of the packets that its link let out.
 
-    None without a whole record of the link, or where a node was started again: its receiver began
-    anew.
+    None without a whole record of the link, or where a receiver began anew.
     """
     if fates is None or received.receivers != 1 or received.counts["beginnings"] > 1:
         return None
@@ -172,22 +168,15 @@ def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, in
 def counts_text(received: ReceptionTraces, injected: dict[str, int] | None) -> str:
     """Return what came in, in a sentence."""
     counts = received.counts
-    parts = [f"{count(counts['accepted'], 'packet')} accepted"]
-    parts += [f"{count(counts['lost'], 'number')} never came"] if counts["lost"] else []
-    for name, words in (
-        ("duplicate", "came again"),
-        ("reordered", "came behind a newer one"),
-        ("corrupted", "came corrupted"),
-    ):
-        parts += [f"{counts[name]} {words}"] if counts[name] else []
-    if len(parts) == 1:
-        parts.append("none lost, repeated, out of order or corrupted")
-    text = ", ".join(parts)
+    came = [f"{count(counts['lost'], 'number')} never came"] if counts["lost"] else []
+    came += [f"{counts[name]} {words}" for name, words in CAME.items() if counts[name]]
+    came = came or ["none lost, repeated, out of order or corrupted"]
+    text = ", ".join([f"{count(counts['accepted'], 'packet')} accepted", *came])
     others = [f"{counts[n]} {words}" for n, words in OF_SENDERS.items() if counts[n]]
     text += f"; refused: {', '.join(others)}" if others else ""
     if injected is None:
         return f"{text}."
-    if all(injected[name] == counts[name] for name in OF_LINK):
+    if _same(injected, received):
         return f"{text}: exactly what the emulated link did."
     names = {"duplicate": "repeated", "reordered": "overtaken"}
     done = [f"{injected[name]} {names.get(name, name)}" for name in OF_LINK if name != "accepted"]

@@ -16,7 +16,7 @@ from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_core.network.effects import is_random
-from pmwvc_core.params import DeadbandParams, MasterParams
+from pmwvc_core.params import DeadbandParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 
@@ -34,6 +34,7 @@ SKIPPED = (
     "channel = plain uses the newest packet of a server step only: what the others carried of the "
     "motion is lost, how much is not known before."
 )
+CHANGED = "After a change of rates a playout may keep a longer margin than the new ones need."
 LATE = ("stall", "link", "damping")  # kinds of events behind which packets come late
 SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
 OFFSET = "offset of the device from its avatar at the end"
@@ -74,7 +75,10 @@ def _of_user(
     entry: dict[str, Any],
     steady: Sequence[Stage],
 ) -> Outcome:
-    force, drift = entry["force_final_n"], entry["drift_m"]
+    """Return the outcome of an offset. On a live strict channel lateness adds to it in the
+    direction of the force F, F/(2b) times what the lag is longer: so it is a bound there.
+    """
+    force, was_m, live = entry["force_final_n"], entry["drift_m"], summary["source"] == "live"
     if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
         scale = math.sqrt(transformer(user))
         text = (
@@ -82,25 +86,35 @@ def _of_user(
             f"different impedance, the device moves {scale:.3g} times as far."
         )
         return Outcome("offset", None, text, user.name)
-    live = summary["source"] == "live"
-    per_lag = force / (2.0 * first_axis(user.impedance))
-    even_m = per_lag * lag_s(user, scenario, live=live)
-    if reason := _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m):
-        return _offset_open(user, even_m, drift, reason)
-    if live and scenario.strict:
-        return _offset_at_least(user, even_m, drift, force)
-    if not _same_rates(steady):
-        reason = (
-            "After a change of rates a playout may keep a longer margin than the new ones need."
+    even_m = force / (2.0 * first_axis(user.impedance)) * lag_s(user, scenario, live=live)
+    reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
+    bounds = live and scenario.strict
+    if not reason and not bounds and not _same_rates(steady):
+        reason = CHANGED
+    if reason:
+        begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
+        text = (
+            f"{user.name}: {OFFSET}: measured {was_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are "
+            f"expected of the link{begins}. {reason}"
         )
-        return _offset_open(user, even_m, drift, reason)
-    return _offset(user.name, even_m, drift)
+        return Outcome("offset", None, text, user.name)
+    tolerance_m, beyond_m = _tolerance_m(even_m), was_m - even_m
+    beyond = f"or {'more' if force > 0.0 else 'less'}" if bounds else ""
+    hit = abs(beyond_m) <= tolerance_m
+    if bounds:
+        hit = (beyond_m if force > 0.0 else -beyond_m) >= -tolerance_m
+    text = (
+        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f} mm{beyond and ' ' + beyond}, "
+        f"measured {was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
+        f"tolerance {tolerance_m * 1e3:.2f} mm)."
+    )
+    if bounds:
+        text += f" How far beyond is not predicted: {UNEVEN[0].lower()}{UNEVEN[1:]}"
+    return Outcome("offset", hit, text, user.name, even_m, was_m, tolerance_m, "m", beyond)
 
 
 def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:
-    """Return what no one knows before of the way of a user's packets, in words; empty where the
-    offset is that of the link's delay.
-    """
+    """Return in words what of the way of a user's packets no one knows before; else empty."""
     live = summary["source"] == "live"
     if user.master.deadband.is_on or user.contact.deadband.is_on:
         return f"{_left_out(user.name, summary)}; the longest wait for one counts."
@@ -116,10 +130,8 @@ def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any])
 def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
     """Return the first event in which packets of a user came late, or a loop did not run."""
     own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
-    for event in summary["events"]:
-        if event["kind"] in LATE and event["who"] in own and event["time_s"] is not None:
-            return dict(event)
-    return None
+    late = (each for each in summary["events"] if each["kind"] in LATE and each["who"] in own)
+    return next((event for event in late if event["time_s"] is not None), None)
 
 
 def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:
@@ -127,9 +139,9 @@ def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> 
     if summary["stable"] is False:
         return "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
-    if isinstance(avatar, float):
-        if abs(force - avatar) > SAME_FORCE * max(abs(force), abs(avatar)):
-            return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
+    known = isinstance(avatar, float)
+    if known and abs(force - avatar) > SAME_FORCE * max(abs(force), abs(avatar)):
+        return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         return f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
@@ -138,19 +150,6 @@ def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> 
 
 def _tolerance_m(predicted_m: float) -> float:
     return OFFSET_M + OFFSET_RATIO * abs(predicted_m)
-
-
-def _offset_at_least(user: User, even_m: float, drift_m: float, force_n: float) -> Outcome:
-    """Return the outcome of an offset [m] that lateness adds to in the direction of the force
-    [N]: F/(2b) times what the lag is longer.
-    """
-    tolerance = _tolerance_m(even_m)
-    forward = force_n > 0.0
-    beyond = f"or {'more' if forward else 'less'}"
-    hit = (drift_m - even_m if forward else even_m - drift_m) >= -tolerance
-    text = _compared(user.name, f"{even_m * 1e3:+.2f} mm {beyond},", drift_m, tolerance, hit)
-    text += f" How far beyond is not predicted: {UNEVEN[0].lower()}{UNEVEN[1:]}"
-    return Outcome("offset", hit, text, user.name, even_m, drift_m, tolerance, "m", beyond)
 
 
 def _left_out(name: str, summary: dict[str, Any]) -> str:
@@ -164,56 +163,25 @@ def _left_out(name: str, summary: dict[str, Any]) -> str:
     return f"A deadband left out {' and '.join(ways) or 'packets'}"
 
 
-def _offset_open(user: User, even_m: float, drift_m: float, reason: str) -> Outcome:
-    """Say what was measured where something decides that is not known before."""
-    begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
-    text = (
-        f"{user.name}: {OFFSET}: measured {drift_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are "
-        f"expected of the link{begins}. {reason}"
-    )
-    return Outcome("offset", None, text, user.name)
-
-
 def same_lag(steady: Sequence[Stage]) -> bool:
-    """Tell whether impedances, links and coupling are those of the start in all stages, rates and
-    deadbands left aside.
-    """
-    first = steady[0].scenario.server
-    servers = [stage.scenario.server for stage in steady]
-    if any((s.coupling, s.integrator) != (first.coupling, first.integrator) for s in servers):
-        return False
-    return all(
-        _but_rates(one.master) == _but_rates(two.master)
-        and one.link_up is two.link_up
-        and one.link_down is two.link_down
-        and one.server_impedance == two.server_impedance
-        for stage in steady[1:]
-        for one, two in zip(steady[0].scenario.users, stage.scenario.users, strict=True)
-    )
+    """Tell whether impedances, links and coupling are those of the start in all stages."""
 
+    def decides(scenario: Scenario) -> list[Any]:
+        links = [id(link) for user in scenario.users for link in (user.link_up, user.link_down)]
+        ends = [
+            (replace(user.master, rate_drop=1, deadband=DeadbandParams()), user.server_impedance)
+            for user in scenario.users
+        ]
+        return [scenario.server.coupling, scenario.server.integrator, links, ends]
 
-def _but_rates(master: MasterParams) -> MasterParams:
-    return replace(master, rate_drop=1, deadband=DeadbandParams())
+    first = decides(steady[0].scenario)
+    return all(decides(stage.scenario) == first for stage in steady[1:])
 
 
 def _same_rates(steady: Sequence[Stage]) -> bool:
     """Tell whether packets and steps came as often in all stages."""
-    rates = [
+    rates = {
         (each.server.period_s, *(user.master.rate_drop for user in each.users))
         for each in (stage.scenario for stage in steady)
-    ]
-    return all(rate == rates[0] for rate in rates)
-
-
-def _offset(name: str, predicted: float, was: float) -> Outcome:
-    tolerance = _tolerance_m(predicted)
-    hit = abs(was - predicted) <= tolerance
-    text = _compared(name, f"{predicted * 1e3:+.2f} mm,", was, tolerance, hit)
-    return Outcome("offset", hit, text, name, predicted, was, tolerance, "m")
-
-
-def _compared(name: str, predicted: str, was_m: float, tolerance_m: float, hit: bool) -> str:
-    return (
-        f"{name}: {OFFSET}: predicted {predicted} measured {was_m * 1e3:+.2f} mm "
-        f"({'hit' if hit else 'missed'}; tolerance {tolerance_m * 1e3:.2f} mm)."
-    )
+    }
+    return len(rates) <= 1

@@ -8,7 +8,7 @@ the port of the hand, where only the server's records are missing,
 
     E_hand(t) >= work(t) - u_s(end) + v_s(start)
 
-with the work tick by tick and the sums of both waves at the server.
+with the work tick by tick.
 
 *Clocks.* A balance below the limit at every alignment of two hosts' clocks within its uncertainty
 is a violation; one below at some is not judged.
@@ -20,13 +20,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.energy import Balance, UserEnergy
 from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.stretches import AGAIN
-from pmwvc_core.numeric import Array
 from pmwvc_core.quantities import quantity
 
 ROUNDING_S = 1e-6  # of times
@@ -82,9 +80,13 @@ def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
     balance = {"up": entry.up, "down": entry.down, "hand_port": entry.joint}[found.part]
     if found.passive is not False or uncertain_s <= 0.0 or balance is None:
         return found
-    for shift_s in np.linspace(-uncertain_s, uncertain_s, STEPS):
-        limit = balance.tolerance_j + found.declared_j + found.counts_j
-        shifted, known = _shifted(balance, found.part, float(shift_s))
+    limit = balance.tolerance_j + found.declared_j + found.counts_j
+    came, went, down = balance.energy_in_j, balance.energy_out_j, found.part == "down"
+    for shift_s in np.linspace(-uncertain_s, uncertain_s, STEPS):  # of the master's clock
+        times = balance.time_s - shift_s
+        known = (times >= balance.time_s[0]) & (times <= balance.time_s[-1])
+        moved = np.interp(times, balance.time_s, went if down else came)
+        shifted = came - moved if down else moved - went
         if known.any() and (shifted >= -limit)[known].all():
             why = (
                 f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms, which "
@@ -92,13 +94,3 @@ def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
             )
             return replace(found, passive=None, why=why)
     return found
-
-
-def _shifted(balance: Balance, part: str, shift_s: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the balance with the master's clock moved [J], and where it is known."""
-    times = balance.time_s
-    known = (times - shift_s >= times[0]) & (times - shift_s <= times[-1])
-    master = balance.energy_out_j if part == "down" else balance.energy_in_j
-    moved = np.interp(times - shift_s, times, master)
-    sums = balance.energy_in_j - moved if part == "down" else moved - balance.energy_out_j
-    return np.asarray(sums), np.asarray(known)

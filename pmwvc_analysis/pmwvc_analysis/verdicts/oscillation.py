@@ -38,11 +38,7 @@ LEAVING_S = 0.2  # within which users leave together at the end of a session
 
 @dataclass(frozen=True)
 class Motion:
-    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise.
-
-    ``images`` is the largest ratio of sampling images to purposeful motion, ``since_s`` when the
-    last disturbance was that is no fault of the loop [s].
-    """
+    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise."""
 
     name: str
     time_s: Array
@@ -50,27 +46,21 @@ class Motion:
     velocity: Array
     band_hz: float
     noise_m_s: float = 0.0
-    images: float = 0.0
-    since_s: float = 0.0
+    images: float = 0.0  # largest ratio of sampling images to purposeful motion
+    since_s: float = 0.0  # of the last disturbance that is no fault of the loop [s]
 
 
 @dataclass(frozen=True)
 class Strength:
-    """Median RMS velocity beyond the band late in the judged span [m/s], and its middle and last
-    thirds over its first.
-
-    ``known`` is whether enough of both was recorded, ``settled`` whether the span is long
-    enough, ``purposeful_m_s`` is the median RMS velocity within the band, ``apart_s`` the time
-    from the first third to the last [s].
-    """
+    """Median RMS velocity beyond the band late in the judged span [m/s], and how it changed."""
 
     late_m_s: float
-    growth: float
-    midway: float = 0.0
-    known: bool = True
-    settled: bool = True
-    purposeful_m_s: float = 0.0
-    apart_s: float = 0.0
+    growth: float  # last third over the first
+    midway: float = 0.0  # middle third over the first
+    known: bool = True  # whether enough of both was recorded
+    settled: bool = True  # whether the span is long enough
+    purposeful_m_s: float = 0.0  # median RMS velocity within the band
+    apart_s: float = 0.0  # time from the first third to the last [s]
 
     @property
     def remains(self) -> bool:
@@ -83,9 +73,7 @@ class Strength:
         return self.remains and self.growth < min(self.midway, FADED) and self.midway < 1.0
 
     def decays_by(self, rate_per_s: float) -> bool:
-        """Tell whether it changed as a motion that decays at a rate below zero [1/s], within what
-        one that is kept up may change; NaN: no such rate.
-        """
+        """Tell whether it changed as a motion that decays at a rate [1/s]; NaN: no such rate."""
         if not rate_per_s < 0.0 or self.growth <= 0.0:
             return False
         return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(FADED)
@@ -110,14 +98,9 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
     start_s = min(max(0.5 * duration_s, motion.since_s), duration_s)
     third_s = (duration_s - start_s) / 3.0
-
-    ends_s = (start_s + third_s, start_s + 2.0 * third_s, math.inf)
-    begins_s = (start_s, *ends_s[:2])
-    thirds = [
-        (middles >= begin_s) & (middles < end_s)
-        for begin_s, end_s in zip(begins_s, ends_s, strict=True)
-    ]
-    last_two = middles >= begins_s[1]
+    edges_s = (start_s, start_s + third_s, start_s + 2.0 * third_s, math.inf)
+    thirds = [(middles >= a) & (middles < b) for a, b in itertools.pairwise(edges_s)]
+    last_two = middles >= edges_s[1]
     early, middle, late = (_median(levels[third]) for third in thirds)
     known = min(int(third.sum()) for third in thirds)
     expected = 0.5 * third_s / (windows * motion.period_s) - 1.0
@@ -193,9 +176,8 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     of = partial(Motion, band_hz=band, images=images, since_s=since_s)
     found = []
     for user in traces.users:
-        noise_m_s = encoder_noise_m_s(known.get(user.name))
-        moved = user.time_s, user.tick_s, user.xd_m
-        found.append(of(f"{user.name}'s device", *moved, noise_m_s=noise_m_s))
+        moved = f"{user.name}'s device", user.time_s, user.tick_s, user.xd_m
+        found.append(of(*moved, noise_m_s=encoder_noise_m_s(known.get(user.name))))
     if server is not None:
         periods_s = server.periods_s[server.time_s >= since_s]
         period_s = float(periods_s[-1]) if len(periods_s) else server.period_s

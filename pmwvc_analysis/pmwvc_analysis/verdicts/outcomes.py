@@ -8,10 +8,7 @@ Offsets of devices from their avatars: :mod:`.offsets`.
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
-from pmwvc_analysis.budget.counts import bounded
-from pmwvc_analysis.budget.criterion import together
+from pmwvc_analysis.budget.criterion import bounded, together
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
 from pmwvc_analysis.verdicts.stability import LIMITED
@@ -31,10 +28,8 @@ def outcomes(
     where no impedance, link or coupling changed.
     """
     if len(steady) > 1:
-        text = (
-            f"Parameters changed ({text_of(steady)}): the prediction is that of the parameters at "
-            "the start, and open."
-        )
+        text = "the prediction is that of the parameters at the start, and open."
+        text = f"Parameters changed ({text_of(steady)}): {text}"
         found = [Outcome("stability", None, text)]
         if not same_lag(steady):
             return found
@@ -52,20 +47,16 @@ def outcomes(
 
 
 def passive_by_account(scenario: Scenario) -> bool:
-    """Tell whether every port is passive by the accounts of the strict channel, whatever the
-    network does: where the motion is exactly what the device reports, and no part gives out energy
-    by its law.
+    """Tell whether every port is passive by the strict channel's accounts, whatever the network
+    does: the motion is exactly what the device reports, and no part gives out energy by its law.
     """
-    return (
-        scenario.strict
-        and scenario.coupling.passive(scenario.server)
-        and all(
-            user.device.is_simulated
-            and not np.any(np.asarray(user.device.encoder_step_m) > 0.0)
-            and not user.master.bank.as_published
-            for user in scenario.users
-        )
+    exact = all(
+        user.device.is_simulated
+        and user.device.encoder_step_m <= 0.0
+        and not user.master.bank.as_published
+        for user in scenario.users
     )
+    return exact and scenario.strict and scenario.coupling.passive(scenario.server)
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
@@ -74,10 +65,8 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
     violated = [port for port in ports if port["passive"] is False]
     if violated and all(port["held_j"] for port in violated):
         who = listed(sorted({port["owner"] for port in violated}))
-        text = (
-            "Predicted that all ports are passive while loops run: open, "
-            f"the loop of {who} stood still, and its last force stayed on."
-        )
+        text = "Predicted that all ports are passive while loops run: open, the loop of"
+        text = f"{text} {who} stood still, and its last force stayed on."
         return Outcome("passivity", None, text)
     left = sorted({port["owner"] for port in ports if port["passive"] is None})
     was = {

@@ -25,10 +25,9 @@ from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Finding, judge, not_judged, together, tolerance
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, holes
-from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stretches import StoodStill, given_until, stood_still
-from pmwvc_analysis.traces.sums import running
+from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_analysis.verdicts.open_balances import bounded, hidden, within
 from pmwvc_core.numeric import Array
 from pmwvc_core.quantities import quantity
@@ -75,15 +74,12 @@ def passivity(
     missing = [hole for hole in holes(traces) if hole.owner == SERVER]
     found: list[Finding] = []
     for user in traces.users:
-        entry = balances.get(user.name)
-        if entry is None:
+        if (entry := balances.get(user.name)) is None:
             found.append(not_judged(user.name, "hand_port", NO_SERVER))
-        else:
-            clock = traces.metadata.get("alignment", {}).get(user.name, {})
-            uncertain_s = float(clock.get("uncertainty_s", 0.0))
-            found += [
-                within(each, entry, uncertain_s) for each in _of_user(entry, missing, uncertain_s)
-            ]
+            continue
+        clock = traces.metadata.get("alignment", {}).get(user.name, {})
+        open_s = float(clock.get("uncertainty_s", 0.0))
+        found += [within(each, entry, open_s) for each in _of_user(entry, missing, open_s)]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
@@ -93,9 +89,7 @@ def passivity(
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
-    """Return a finding at a device with the energy of forces that were held while its loop stood
-    still, where that is all that was given out.
-    """
+    """Return a finding with what forces held on gave, where that is all that was given out."""
     if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
         return found
     held_j, when = given_until(still, found.least_s)
@@ -112,23 +106,28 @@ def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
 def _of_user(
     entry: energy.UserEnergy, missing: Sequence[Hole], uncertain_s: float
 ) -> list[Finding]:
-    ports = {"up": entry.up, "down": entry.down}
     of_server = [hole.unjudged for hole in missing]
     unknown = [*entry.stretches.unjudged, *of_server]
     found = [
-        _port(
-            entry,
-            part,
-            balance,
-            declared_j=balance.storage_j,
-            unjudged=hidden(balance, unknown),
-        )
-        for part, balance in ports.items()
-        if balance is not None
+        _port(entry, part, ways, declared_j=ways.storage_j, unjudged=hidden(ways, unknown))
+        for part, ways in (("up", entry.up), ("down", entry.down))
+        if ways is not None
     ]
     bounds = bounded(entry, of_server) if uncertain_s == 0.0 else {}
-    hand = _of_hand(entry, [interval for interval in unknown if interval not in bounds])
-    if hand.passive and bounds:
+    hand = _port(
+        entry,
+        "hand_port",
+        entry.joint,
+        declared_j=entry.storage_j,
+        open_j=entry.resolution_j,
+        counts_j=entry.counts_j,
+        unjudged=[interval for interval in unknown if interval not in bounds],
+    )
+    if hand.passive and entry.hand_passive is None:
+        most_mj = 1e3 * float(entry.resolution_j.max())
+        why = f"the steps of the encoder leave the work of the hand open by up to {most_mj:.3g} mJ"
+        hand = replace(hand, passive=None, why=why)
+    elif hand.passive and bounds:
         missing_s = sum(each.end_s - each.start_s for each in bounds)
         why = (
             f"in {missing_s:.2g} s {of_server[0].why} the port of the hand is bounded by the sums "
@@ -139,34 +138,9 @@ def _of_user(
 
 
 def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: Any) -> Finding:
-    return judge(
-        entry.name,
-        part,
-        balance.time_s,
-        balance.balance_j,
-        tolerance_j=balance.tolerance_j + more.pop("open_j", 0.0),
-        moved_j=_moved_j(balance.energy_in_j, balance.energy_out_j),
-        decides=True,
-        **more,
-    )
-
-
-def _of_hand(entry: energy.UserEnergy, unknown: Sequence[Unjudged]) -> Finding:
-    """Judge the port of the hand; not where the steps of an encoder leave the work open."""
-    found = _port(
-        entry,
-        "hand_port",
-        entry.joint,
-        declared_j=entry.storage_j,
-        open_j=entry.resolution_j,
-        counts_j=entry.counts_j,
-        unjudged=unknown,
-    )
-    if found.passive and entry.hand_passive is None:
-        most_mj = 1e3 * float(entry.resolution_j.max())
-        why = f"the steps of the encoder leave the work of the hand open by up to {most_mj:.3g} mJ"
-        return replace(found, passive=None, why=why)
-    return found
+    more["tolerance_j"] = balance.tolerance_j + more.pop("open_j", 0.0)
+    more["moved_j"] = _moved_j(balance.energy_in_j, balance.energy_out_j)
+    return judge(entry.name, part, balance.time_s, balance.balance_j, decides=True, **more)
 
 
 def _of_server(
@@ -174,10 +148,13 @@ def _of_server(
 ) -> Finding:
     server = traces.server
     assert server is not None
-    taken = np.sum([running(sums) for sums in server.energy_u_s], axis=0)
-    given = np.sum([running(sums) for sums in server.energy_v_s], axis=0)
+    taken, given = (sum_of(map(running, e)) for e in (server.energy_u_s, server.energy_v_s))
     for start in starts(server):  # what it held died with the one before
         taken[start.row :] -= taken[start.last] - given[start.last]
+    allowance_j = 0.0  # that a port ledger may give out without having received it
+    if scenario is not None and scenario.coupling.black_box:
+        compensation = COMPENSATIONS.of(scenario.server.compensation)
+        allowance_j = compensation.allowance_j(scenario.server)
     found = judge(
         SERVER,
         SERVER,
@@ -185,11 +162,14 @@ def _of_server(
         taken - given,
         tolerance_j=tolerance(taken),
         moved_j=_moved_j(taken, given),
-        declared_j=_allowance_j(scenario),
+        declared_j=allowance_j,
         decides=True,
         unjudged=[hole.unjudged for hole in missing],
     )
-    excuse = _own_energy(scenario)
+    # why an environment may give out energy of its own; empty where it has none
+    excuse = "without the scenario its environment is not known"
+    if scenario is not None:
+        excuse = scenario.environment.own_energy(scenario.server)
     if found.passive is False and excuse:
         return replace(found, passive=None, why=f"it gave out {found.given_j:.3g} J; {excuse}")
     return found
@@ -198,19 +178,3 @@ def _of_server(
 def _moved_j(came: Array, went: Array) -> float:
     """Return the energy that a balance is small or large beside [J]."""
     return float(max(np.abs(came).max(initial=0.0), np.abs(went).max(initial=0.0)))
-
-
-def _allowance_j(scenario: Scenario | None) -> float:
-    """Return what a port ledger may give out without having received it [J]."""
-    if scenario is None:
-        return 0.0
-    server = scenario.server
-    compensation = COMPENSATIONS.of(server.compensation)
-    return compensation.allowance_j(server) if scenario.coupling.black_box else 0.0
-
-
-def _own_energy(scenario: Scenario | None) -> str:
-    """Return why an environment may give out energy of its own; empty where it has none."""
-    if scenario is None:
-        return "without the scenario its environment is not known"
-    return scenario.environment.own_energy(scenario.server)

@@ -39,9 +39,7 @@ def verdict(found: Passivity, owner: str) -> str:
 
 
 def amount(finding: Finding) -> str:
-    """Return least balance, its ratio to the energy moved, tolerance and declared storage; 0 J
-    where rounding, the tolerance, explains all of it.
-    """
+    """Return least balance, its ratio, tolerance and declared storage; 0 J: it is rounding."""
     rounding = finding.passive and -finding.least_j <= finding.tolerance_j
     least = quantity(0.0 if rounding else finding.least_j, "J")
     text = f"least balance at server steps {least}"
@@ -92,19 +90,12 @@ def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, st
 
     Each line is good or bad; None where the ports, which decide, show that others paid for it.
     """
-    residual = float(np.abs(found.residual_j).max())
-    lines: list[tuple[bool | None, str]]
-    if found.closes:
-        lines = [(True, f"The energy budget closes to {quantity(residual, 'J')}.")]
-    else:
-        lines = [
-            (
-                False,
-                f"The energy budget does not close: {quantity(residual, 'J')} are not explained.",
-            )
-        ]
-    hidden = {each.part: each.hides for each in found.remainders}
-    for part, hides in hidden.items():
+    residual = quantity(float(np.abs(found.residual_j).max()), "J")
+    text = f"The energy budget closes to {residual}."
+    if not found.closes:
+        text = f"The energy budget does not close: {residual} are not explained."
+    lines: list[tuple[bool | None, str]] = [(found.closes, text)]
+    for part, hides in {each.part: each.hides for each in found.remainders}.items():
         words = words_of(part)
         lines.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
     for port in judged.findings:

@@ -25,12 +25,12 @@ The exact model decides nothing else; where a verdict contradicts it, the words 
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.events import environment
-from pmwvc_analysis.events.safety import COUPLED
+from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
@@ -49,7 +49,7 @@ from pmwvc_analysis.verdicts.oscillation import (
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_core.wave.impedance import Impedance, largest_wave
+from pmwvc_core.wave.impedance import largest_wave
 
 GROWN_M_S = 50e-3
 LIMITED = "limited by safety"
@@ -58,8 +58,7 @@ DEFAULT_WORKSPACE_M = 0.2
 Judgement = tuple[bool | None, str | None, str]  # stable, kind of instability, what showed it
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """Stable, unstable (then ``instability`` is its kind) or not known (None), what showed it, and
     the strongest late oscillation [m/s].
     """
@@ -73,9 +72,8 @@ class Verdict:
 def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     """Judge one session."""
     found = [(strength(motion, traces.duration_s), motion) for motion in motions(traces, scenario)]
-    stable, kind, why = _judged(traces, scenario, found)
     strongest = max((each.late_m_s for each, _ in found), default=0.0)
-    return Verdict(stable, kind, why, strongest)
+    return Verdict(*_judged(traces, scenario, found), strongest)
 
 
 def _judged(
@@ -96,28 +94,25 @@ def _judged(
     for found, motion in own:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
-            return False, "diverged", why + _beside(_growth_per_s(traces, scenario))
+            model = _expected(traces, scenario)[1]
+            return False, "diverged", "; ".join([why, model] if model else [why])
     if took_over := taken_over(traces, scenario):
         return False, LIMITED, took_over
     shortened, saturated = often_shortened(traces)
     if shortened and (own or not saturated):
         return False, LIMITED, shortened
     if shortened:
-        return _unknown(
-            f"{shortened}, to the largest that is allowed; nothing oscillates, so a hand may have "
-            "pushed harder than that"
-        )
+        why = "nothing oscillates, so a hand may have pushed harder than that"
+        return _unknown(f"{shortened}, to the largest that is allowed; {why}")
     if lost := environment.lost(traces, scenario):
         return False, "environment lost", lost
     if lasting:
         first = min(own or lasting, key=lambda pair: pair[0].fades)
         return _of_lasting(*first, traces, scenario, shaken=None if own else shaken)
-    if traces.duration_s < SHORTEST_S:
-        return _unknown(
-            f"{traces.duration_s:.2g} s are too short to judge, {SHORTEST_S:g} s at least"
-        )
-    if unknown := [motion.name for found, motion in strengths if not found.known]:
-        return _unknown(f"too little of the motion of {', '.join(unknown)} was recorded")
+    if (length_s := traces.duration_s) < SHORTEST_S:
+        return _unknown(f"{length_s:.2g} s are too short to judge, {SHORTEST_S:g} s at least")
+    if unknown := ", ".join(motion.name for found, motion in strengths if not found.known):
+        return _unknown(f"too little of the motion of {unknown} was recorded")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
     return True, None, _quiet_words([found for found, _ in strengths])
@@ -142,11 +137,9 @@ def _of_lasting(
     moves = f"{motion.name} moves with {speed} beyond the voluntary band"
     if not found.settled:
         changed = scenario and stages(traces, scenario)[-1].start_s == motion.since_s
-        return _unknown(
-            f"{'a parameter changed' if changed else 'contact was made or lost'} "
-            f"{traces.duration_s - motion.since_s:.2f} s before the end; {motion.name} still "
-            f"moved with {speed}"
-        )
+        what = "a parameter changed" if changed else "contact was made or lost"
+        since = f"{traces.duration_s - motion.since_s:.2f} s before the end"
+        return _unknown(f"{what} {since}; {motion.name} still moved with {speed}")
     if shaken is not None:
         return _unknown(
             f"{moves}, while {shaken:.0%} of the time went by in waiting for late packets, and is "
@@ -158,33 +151,26 @@ def _of_lasting(
             f"{moves}, {1.0 - found.growth:.0%} less than {found.apart_s:.1f} s earlier: only a "
             "longer session can show whether it dies out"
         )
-    expected_per_s = _growth_per_s(traces, scenario)
+    expected_per_s, model = _expected(traces, scenario)
     if found.decays_by(expected_per_s):
         return _unknown(
             f"{moves}; its strength changed by {found.growth - 1.0:+.1%} in {found.apart_s:.1f} "
-            f"s, and {_model_words(expected_per_s)}: only a longer session can show whether it is "
-            "kept up"
+            f"s, and {model}: only a longer session can show whether it is kept up"
         )
     why = f"{motion.name} keeps oscillating with {speed}"
-    return False, "sustained oscillation", why + _beside(expected_per_s)
+    return False, "sustained oscillation", "; ".join([why, model] if model else [why])
 
 
-def _growth_per_s(traces: SessionTraces, scenario: Scenario | None) -> float:
+def _expected(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:
     """Return the growth rate of the slowest motion that the exact model expects [1/s], of the
-    parameters at the end; NaN where it expects none.
+    parameters at the end; NaN where it expects none. And in words that it decays, if it does.
     """
-    if scenario is None:
-        return math.nan
-    found = growth_per_s(stages(traces, scenario)[-1].scenario, live=traces.live)
-    return math.nan if found is None else found
-
-
-def _beside(expected_per_s: float) -> str:
-    return f"; {_model_words(expected_per_s)}" if expected_per_s < 0.0 else ""
-
-
-def _model_words(expected_per_s: float) -> str:
-    return f"the exact model, hands off, decays by {-expected_per_s:.2g} per second"
+    rate = None
+    if scenario is not None:
+        rate = growth_per_s(stages(traces, scenario)[-1].scenario, live=traces.live)
+    if rate is None or not rate < 0.0:
+        return math.nan if rate is None else rate, ""
+    return rate, f"the exact model, hands off, decays by {-rate:.2g} per second"
 
 
 def _quiet_words(found: list[Strength]) -> str:
@@ -202,25 +188,22 @@ def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
     """Return whose waves are longer than any that a receiver takes, in words; else empty."""
     if scenario is None or not has_waves(scenario.controller):
         return ""
-    impedances: dict[str, list[Impedance]] = {}
+    longest: dict[str, float] = {}
     for stage in stages(traces, scenario):
-        for user in stage.scenario.users:
-            own = impedances.setdefault(user.name, [])
-            own += [user.impedance, user.server_impedance]
-    sent = [(user.name, f"{user.name}'s master", user.u_m, user.time_s) for user in traces.users]
+        for known in stage.scenario.users:
+            ends = (known.impedance, known.server_impedance)
+            own = (largest_wave(b, waves=True) for b in ends)
+            longest[known.name] = max(longest.get(known.name, 0.0), *own)
+    sent = [(user.name, "master", user.u_m, user.time_s) for user in traces.users]
     if (server := traces.server) is not None:
         rows = zip(server.users, server.v_s, strict=True)
-        sent += [(name, f"{name}'s server port", v, server.time_s) for name, v in rows]
+        sent += [(name, "server port", v, server.time_s) for name, v in rows]
     for name, end, wave, time_s in sent:
-        if name not in impedances:
-            continue
-        longest = max(largest_wave(b, waves=True) for b in impedances[name])
-        far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > longest)
+        most = longest.get(name, np.inf)
+        far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > most)
         if len(far):
-            return (
-                f"{end} sent waves beyond {longest:.3g} sqrt(W), which receivers reject, from "
-                f"{time_s[far[0]]:.2f} s on"
-            )
+            since = f"which receivers reject, from {time_s[far[0]]:.2f} s on"
+            return f"{name}'s {end} sent waves beyond {most:.3g} sqrt(W), {since}"
     return ""
 
 
@@ -241,7 +224,6 @@ def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
             return f"{name}: a position is not a number"
         far = np.flatnonzero(np.abs(x).max(axis=-1, initial=0.0) > 1.5 * workspace)
         if len(far):
-            return (
-                f"{name} left the workspace (+-{workspace * 1e3:.0f} mm) at {time_s[far[0]]:.2f} s"
-            )
+            space = f"the workspace (+-{workspace * 1e3:.0f} mm)"
+            return f"{name} left {space} at {time_s[far[0]]:.2f} s"
     return ""

@@ -6,7 +6,6 @@ What each key means: docs/file_format.md. Where device and avatar start apart (g
 distance is taken out of ``coherency_rms_m`` and ``drift_m``.
 """
 
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -49,7 +48,8 @@ def summary(
     balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
     limited = environment.limited(traces, scenario)
     shorter = endings.shortened(whole, scenario)
-    missing = holes.holes(traces)
+    missing, counts = holes.holes(traces), list(traces.counts.items())
+    gone = ((hole.start_s, hole.end_s) for hole in missing)
     result: dict[str, Any] = {
         "scenario": scenario.name if scenario else None,
         "source": traces.source,
@@ -76,17 +76,11 @@ def summary(
         if scenario
         else dict.fromkeys(PREDICTION_KEYS),
         "recording": {
-            "messages": {topic: count["messages"] for topic, count in traces.counts.items()},
-            "missing": {topic: count["missing"] for topic, count in traces.counts.items()},
+            "messages": {topic: count["messages"] for topic, count in counts},
+            "missing": {topic: count["missing"] for topic, count in counts},
             "holes": [hole._asdict() for hole in missing],
-            "not_recorded_s": [
-                list(each) for each in merged((hole.start_s, hole.end_s) for hole in missing)
-            ],
-            "not_relayed": {
-                topic: count["not_relayed"]
-                for topic, count in traces.counts.items()
-                if "not_relayed" in count
-            },
+            "not_recorded_s": [list(each) for each in merged(gone)],
+            "not_relayed": {t: n["not_relayed"] for t, n in counts if "not_relayed" in n},
         },
         "alignment": traces.metadata.get("alignment", {}),
         "events": seen,
@@ -95,11 +89,8 @@ def summary(
         user["ended"] = next((each.text for each in ended if each.user == user["name"]), None)
         kept = kept_text(user["kept_apart_m"], scenario) if scenario else ""
         user["kept_apart"] = kept or None
-    result["outcomes"] = (
-        [each._asdict() for each in outcomes(scenario, result, stages(traces, scenario))]
-        if scenario
-        else []
-    )
+    found_out = outcomes(scenario, result, stages(traces, scenario)) if scenario else []
+    result["outcomes"] = [each._asdict() for each in found_out]
     result["verdict"] = check.verdict_lines(result)
     reasons = check.reasons(result)
     result["check"] = {"passed": not reasons, "reasons": reasons}
@@ -107,11 +98,9 @@ def summary(
 
 
 def _object(traces: SessionTraces) -> dict[str, Any]:
-    server = traces.server
-    if server is None:
-        return {"position_final_m": None, "velocity_rms_m_s": None, "path_error_rms_m": None}
-    ends = (float(user.time_s[-1]) for user in traces.users)
-    end_s = max(ends, default=float(server.time_s[-1]))
+    if (server := traces.server) is None:
+        return dict.fromkeys(("position_final_m", "velocity_rms_m_s", "path_error_rms_m"))
+    end_s = max((float(u.time_s[-1]) for u in traces.users), default=float(server.time_s[-1]))
     return {
         "position_final_m": final(server.x_o, server.time_s, end_s),
         "velocity_rms_m_s": rms(server.xd_o),
@@ -145,7 +134,7 @@ def _finding(found: Finding) -> dict[str, Any]:
         "held_j": number(found.held_j),
         "moved_j": number(found.moved_j),
         "judged_s": [list(interval) for interval in found.judged_s],
-        "not_judged": [asdict(each) for each in found.unjudged],
+        "not_judged": [each._asdict() for each in found.unjudged],
         "why": found.why,
     }
 
@@ -179,19 +168,19 @@ def _user(
         "lateness_us": reductions.percentiles(user.lateness_s, 1e6),
         "compute_us": reductions.percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
-        "environment_limited": limited.summary if limited else None,
+        "environment_limited": {"energy_j": limited.energy_j, "position_m": limited.position_m}
+        if limited
+        else None,
     }
 
 
 def _last_balance(balance: energy.UserEnergy | None) -> float | None:
     """Return what is left in the channel at the end, both ways [J]."""
-    if balance is None:
+    if balance is None or not len(balance.joint.time_s):
         return None
-    parts = [part for part in (balance.up, balance.down) if part is not None]
-    if len(parts) < 2:  # one way alone is not what the channel kept
-        parts = [balance.joint]
-    ends = [float(part.balance_j[-1]) for part in parts if len(part.balance_j)]
-    return number(sum(ends)) if len(ends) == len(parts) else None
+    up, down = balance.up, balance.down  # one way alone is not what the channel kept
+    ways = [balance.joint] if up is None or down is None else [up, down]
+    return number(sum(float(way.balance_j[-1]) for way in ways))
 
 
 def _ticks(user: UserTraces) -> dict[str, Any]:

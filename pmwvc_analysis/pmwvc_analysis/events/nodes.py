@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Events of a node: what safety limits do to a device (damping, release, fault, limited force),
+restarts and stalls of its loop, and who joins, leaves, grips and is released, with the cause.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.felt import touching
+from pmwvc_analysis.traces.reductions import runs
+from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_core.frame.rows import Presence
+from pmwvc_core.master.safety import BRAKING, SafetyState
+from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.plural import count
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+Event = dict[str, Any]
+STARTING, COUPLED, DAMPING, FAULT = SafetyState
+RELEASED = "released"  # in the reason, once damping itself has been released
+LIMITED_N = 1e-3  # a force that differs by this much and
+LIMITED_RATIO = 0.01  # by this ratio was limited
+JOIN_S = 0.25
+MOST = 20  # events of one kind; more are reported as one
+STALL_S = 0.02  # a pause of a loop this long is an event
+STEPS = 2.5  # and this many periods
+DEBOUNCE_S = 0.05  # contact that is lost for less than this was not lost
+APART_M = 2e-3  # a device moves on by less while its first packet is under way
+CAUSE_S = 0.3  # how long before a release its cause is looked for
+END_S = 0.1
+
+
+def event(time_s: float | None, who: str, kind: str, what: str) -> Event:
+    """Return an event; kinds: docs/file_format.md."""
+    return {
+        "time_s": None if time_s is None else round(float(time_s), 6),
+        "who": who,
+        "kind": kind,
+        "what": what,
+    }
+
+
+def changes(values: NDArray[Any]) -> list[int]:
+    """Return the rows at which a value differs from the one before."""
+    return [int(row) + 1 for row in np.flatnonzero(values[1:] != values[:-1])]
+
+
+def of_master(user: UserTraces) -> Iterator[Event]:
+    """Yield changes of safety, stretches of limited force, restarts and stalls of one master."""
+    who, coupled, lost = f"{user.name} master", False, False
+    before: tuple[int, str] | None = None
+    for row, now in enumerate(zip(user.state.tolist(), user.reason, strict=True)):
+        if now == before:
+            continue
+        before, (state, reason) = now, now
+        time_s = float(user.block_time_s[row])
+        if state == COUPLED:
+            if lost:
+                yield event(time_s, who, "damping", "force restored in full")
+            coupled, lost = True, False
+        elif state == FAULT:
+            lost = True
+            yield event(time_s, who, "release", f"safety fault: {reason}")
+        elif state == DAMPING:
+            lost = True
+            kind = "release" if RELEASED in reason else "damping"
+            yield event(time_s, who, kind, f"safety limits: {reason or 'damping only'}")
+        elif coupled and not lost:
+            lost = True
+            yield event(time_s, who, "damping", f"force ramps up from zero: {reason}")
+    flags = limited(user)
+    found = runs(flags, user.time_s, JOIN_S)
+    for place, (first, last) in enumerate(found[: MOST + 1]):
+        rows = slice(first, last + 1)
+        asked, applied = (
+            float(np.linalg.norm(f[rows], axis=-1).max()) for f in (user.f_m, user.f_applied)
+        )
+        length = float(user.time_s[last] - user.time_s[first] + user.tick_s)
+        forces = f"up to {asked:.2f} N commanded, {applied:.2f} N applied"
+        what = f"force limited for {length:.3f} s: {forces}"
+        if place == MOST:
+            times = count(len(found) - MOST, "more time")
+            until = f"until {user.time_s[found[-1][1]]:.2f} s"
+            what = f"force limited {times} {until}, {flags.sum() * user.tick_s:.2f} s in all"
+        yield event(float(user.time_s[first]), who, "limit", what)
+    gaps = [(hole.start_s, hole.end_s) for hole in holes.of_user(user)]
+    for row in changes(user.epoch):
+        end_s, again_s = user.block_time_s[row - 1 : row + 1].tolist()
+        yield event(end_s, who, "restart", "started again")
+        gaps.append((end_s, again_s))
+    yield from _stalls(who, "ticks", user.time_s, user.tick_s, gaps)
+
+
+def limited(user: UserTraces) -> Flags:
+    """Tell in which ticks the force of a coupled device was limited."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        asked = np.linalg.norm(user.f_m, axis=-1)
+        off = np.linalg.norm(user.f_m - user.f_applied, axis=-1)
+    return np.asarray(unbraked(user) & (off > LIMITED_RATIO * asked + LIMITED_N))
+
+
+def unbraked(user: UserTraces) -> Flags:
+    """Tell in which ticks a coupled device was to have the controller's force and no more: where
+    it brakes it has more, which no limit made.
+    """
+    block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
+    block = np.minimum(block, len(user.state) - 1)
+    whole = (user.state == COUPLED) & ~brakes(user)
+    return np.asarray(whole[block] & whole[np.maximum(block - 1, 0)])
+
+
+def brakes(user: UserTraces) -> Flags:
+    """Tell in which blocks the brake of a coupled device acts, because waves came late."""
+    return np.array([reason == BRAKING for reason in user.reason], dtype=bool)
+
+
+def _stalls(
+    who: str, what: str, time_s: Array, period_s: float, known: list[tuple[float, float]]
+) -> Iterator[Event]:
+    """Yield pauses of a loop that no hole of the recording explains."""
+    pauses = np.diff(time_s)
+    rows = np.flatnonzero(pauses > max(STALL_S, STEPS * period_s))
+    found = [
+        row
+        for row in rows.tolist()
+        if not any(start < time_s[row + 1] and time_s[row] < end for start, end in known)
+    ]
+    for place, row in enumerate(found[: MOST + 1]):
+        text = f"no {what} for {pauses[row] - period_s:.3f} s: the loop did not run"
+        if place == MOST:
+            text = f"{count(len(found) - MOST, 'more pause')} of {what}"
+        yield event(float(time_s[row]), who, "stall", text)
+
+
+def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
+    """Yield who joined, left or fell silent, contacts, restarts and stalls of the server."""
+    server = traces.server
+    assert server is not None
+    gaps = [(hole.start_s, hole.end_s) for hole in holes.of_server(server)]
+    for start in starts(server):
+        end_s, again_s = server.time_s[[start.last, start.row]].tolist()
+        yield event(again_s, "server", "restart", "started again")
+        gaps.append((end_s, again_s))
+    yield from _stalls("server", "steps", server.time_s, server.period_s, gaps)
+    masters = {user.name: user for user in traces.users}
+    for index, name in enumerate(server.users):
+        yield from _presence(server, index, masters.get(name), traces.duration_s)
+        made = "grip" if grips else "contact"
+        yield from _contacts(server, index, masters.get(name), traces.duration_s, made)
+
+
+def _presence(
+    server: ServerTraces, index: int, user: UserTraces | None, duration_s: float
+) -> Iterator[Event]:
+    name, state = server.users[index], server.state[index]
+    before: int = Presence.ABSENT
+    again = [start.row for start in starts(server)]
+    for row in sorted({0, *changes(state), *again}) if len(state) else []:
+        now, time_s = int(state[row]), float(server.time_s[row])
+        before = Presence.ABSENT if row in again else before
+        if now == before or time_s > duration_s - END_S:
+            continue
+        if now == Presence.ABSENT:
+            yield event(time_s, name, "leave", "left the server")
+        elif before == Presence.ABSENT:
+            text = "joined at the server"
+            if user is not None and len(user.time_s):
+                apart = user.x_m[user.rows_at(server.time_s[row])] - server.x_s[index][row]
+                if (length_m := float(np.linalg.norm(apart))) > APART_M:
+                    text += f", {1e3 * length_m:.1f} mm from its device"
+            yield event(time_s, name, "join", text)
+        elif now == Presence.DAMPING:
+            text = "no packets reach the server: the avatar is only damped"
+            yield event(time_s, name, "damping", text)
+        elif before == Presence.DAMPING:
+            yield event(time_s, name, "damping", "packets reach the server again")
+        before = now
+
+
+def _contacts(
+    server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, made: str
+) -> Iterator[Event]:
+    name, found = server.users[index], runs(touching(server, index), server.time_s, DEBOUNCE_S)
+    for first, last in found[:MOST]:
+        force = float(np.nanmax(np.linalg.norm(server.f_s[index][first : last + 1], axis=-1)))
+        start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
+        yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
+        if end < min(duration_s, float(server.time_s[-1])) - END_S:
+            cause = _cause(server, index, user, end)
+            yield event(end, name, "release", f"contact lost: {cause}")
+    if len(found) > MOST:
+        text = f"{made} made and lost {count(len(found) - MOST, 'more time')}"
+        yield event(float(server.time_s[found[MOST][0]]), name, made, text)
+
+
+def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: float) -> str:
+    """Return what took a contact away, as far as the traces show it."""
+    after = np.searchsorted(server.time_s, at_s)
+    if after < len(server.time_s) and server.state[index][after] == Presence.ABSENT:
+        return "the user left"
+    if any(server.time_s[s.last] < at_s <= server.time_s[s.row] for s in starts(server)):
+        return "the server was started again"
+    near = (server.time_s > at_s - CAUSE_S) & (server.time_s <= at_s)
+    if (server.state[index][near] == Presence.DAMPING).any():
+        return "no packet reached the server"
+    if user is not None:
+        blocks = (user.block_time_s > at_s - CAUSE_S) & (user.block_time_s <= at_s)
+        rows = np.flatnonzero(blocks & (user.state != COUPLED))
+        if len(rows):
+            return f"safety limits: {user.reason[int(rows[-1])] or 'not coupled'}"
+    return "avatar and object separated"
