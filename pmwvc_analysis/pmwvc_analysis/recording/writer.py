@@ -16,9 +16,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
+from mcap.writer import CompressionType, Writer
+
 from pmwvc_analysis.recording.format import rosbag_metadata, schemas
 from pmwvc_analysis.recording.format.topics import Topic
-from pmwvc_analysis.recording.mcap.mcap_writer import McapWriter
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
 
@@ -26,6 +27,7 @@ FILE_NAME = "session.mcap"
 LIBRARY = "pmwvc"
 CHUNK_BYTES = 4 * 1024 * 1024
 CHUNK_NS = 1_000_000_000
+ENDLESS = 1 << 62  # bytes
 RESERVE_BYTES = 64 * 1024 * 1024
 _OVERHEAD = 31  # bytes of a message record besides its data
 
@@ -67,7 +69,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
                 ) from error
         # chunks end where flush() is called: then the position behind the last whole one is always
         # known
-        self._writer = McapWriter(self._file)
+        self._writer = Writer(self._file, ENDLESS, CompressionType.ZSTD, enable_data_crcs=True)
         self._good = 0
         self._guarded(lambda: self._writer.start(profile="ros2", library=LIBRARY))
         self._guarded(self._end_chunk)
