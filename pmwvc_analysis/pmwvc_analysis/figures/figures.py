@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmwvc_analysis.charts.chart import Chart
-from pmwvc_analysis.charts.chart_png import write
+from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.conditions import conditions, title
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
