@@ -33,7 +33,7 @@ TOPIC = wave("/user1/wave_up")
 
 def packet(seq, epoch=7):
     """A serialized Wave."""
-    store = schemas.typestore(*schemas.OUR_TYPES, "diagnostic_msgs/msg/DiagnosticArray")
+    store = schemas.typestore()
     types = build.types_from(store.types)
     content = WavePacket(epoch, seq, seq * 8_000_000, 0.008, 0.5, 0.004 * seq, 0.001 * seq, 0.0)
     return bytes(store.serialize_cdr(build.wave(types, content, seq * 8_000_000), schemas.WAVE))

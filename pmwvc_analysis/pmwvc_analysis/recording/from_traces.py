@@ -75,7 +75,7 @@ def record_traces(
     """
     start = time.time_ns() if start_ns is None else start_ns
     write_scenario(folder, scenario)
-    store = schemas.typestore(*schemas.OUR_TYPES, "diagnostic_msgs/msg/DiagnosticArray")
+    store = schemas.typestore()
     types = build.types_from(store.types)
     outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item.at_ns)
     with SessionWriter(folder) as writer:
