@@ -15,16 +15,15 @@ from hypothesis import strategies as st
 from support import handmade
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.axis import Axis
+from pmwvc_analysis.charts.axis import Axis, envelope, reduced
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
 from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
 from pmwvc_analysis.charts.chart_files import figure, write
 from pmwvc_analysis.charts.chart_svg import panel_svg
-from pmwvc_analysis.charts.decimate import envelope, reduced
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts
 from pmwvc_analysis.figures.recorded import numbered
-from pmwvc_analysis.report import figure_blocks
+from pmwvc_analysis.report import report
 
 SVG = "{http://www.w3.org/2000/svg}"
 # Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.
@@ -240,11 +239,11 @@ def test_long_labels_leave_the_axes_their_room(tmp_path):
 def test_an_event_stands_at_its_time_in_every_figure():
     traces = handmade.session()
     traces.events = [{"time_s": 2.0, "who": "user1", "kind": "contact", "what": "touched"}]
-    for _, blocks in figure_blocks.figure_blocks(charts(traces, None), traces):
+    for _, blocks in report.figure_blocks(charts(traces, None), traces):
         for block in blocks:
             (mark,) = ET.fromstring(f"<svg>{block.svg}</svg>").findall(".//path[@class='ev']")
             assert mark.get("d").startswith("M523.") or mark.get("d").startswith("M524.")
-    data, _ = figure_blocks.data(charts(traces, None), traces, numbered(traces))
+    data, _ = report.figure_data(charts(traces, None), traces, numbered(traces))
     assert json.loads(str(data))["events"] == [[2.0, "1", "1. 2.000 s: user1 touched"]]
 
 
@@ -252,7 +251,7 @@ def test_points_of_a_chart_that_close_a_script_cannot():
     chart = Chart(
         "c", "C", "", [Panel("y", dots=[Dots("</script>", np.ones(1), np.ones(1), "u0")])]
     )
-    data, _ = figure_blocks.data([chart], handmade.session(), [])
+    data, _ = report.figure_data([chart], handmade.session(), [])
     assert "</script>" not in data
 
 

@@ -10,9 +10,8 @@ from html import escape
 
 import numpy as np
 
-from pmwvc_analysis.charts.axis import Axis
+from pmwvc_analysis.charts.axis import Axis, reduced
 from pmwvc_analysis.charts.chart import Dots, Layer, Line, Note, Panel, Span
-from pmwvc_analysis.charts.decimate import reduced
 from pmwvc_core.numeric import Array
 
 WIDTH = 1000.0

@@ -17,8 +17,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.assemble import TRACES
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.rosbag_metadata import about
-from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_analysis.recording.format.topics import about, session_topics
 from pmwvc_analysis.recording.links import fate_blocks, state_blocks
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves

@@ -18,7 +18,7 @@ from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer
 
-from pmwvc_analysis.recording.format import rosbag_metadata, schemas
+from pmwvc_analysis.recording.format import schemas, topics
 from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
@@ -99,7 +99,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
                 topic.type_name, "ros2msg", text.encode()
             )
             self._chunk_bytes += len(text.encode())
-        qos = rosbag_metadata.dump([topic.qos()])
+        qos = topics.dump([topic.qos()])
         self._chunk_bytes += 2 * len(qos)
         metadata = {
             "offered_qos_profiles": qos.strip(),
@@ -162,7 +162,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
     def refresh_metadata(self) -> None:
         """Write ``metadata.yaml`` for what is recorded so far."""
         with contextlib.suppress(OSError):  # a full disk keeps the older, still valid one
-            rosbag_metadata.write(self.folder, self._information())
+            topics.write_metadata(self.folder, self._information())
 
     def close(self) -> None:
         """Write index, summary and final ``metadata.yaml``; harmless when called again."""
@@ -178,7 +178,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
 
     def _finish(self) -> None:
         """Write everything that completes the MCAP file."""
-        serialized = rosbag_metadata.dump(self._information())
+        serialized = topics.dump(self._information())
         self.add_metadata("rosbag2", {"serialized_metadata": serialized})
         self._guarded(self._writer.finish)
         self._guarded(self._file.flush)
@@ -195,9 +195,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             for name, (_, topic) in self._channels.items()
         ]
         start_ns, end_ns = self._span_ns or (0, 0)
-        return rosbag_metadata.information(
-            counts, file_name=FILE_NAME, start_ns=start_ns, end_ns=end_ns
-        )
+        return topics.information(counts, file_name=FILE_NAME, start_ns=start_ns, end_ns=end_ns)
 
     def _guarded(self, action: Callable[[], object]) -> None:
         """Do something with the file; the first failure ends the recording."""
