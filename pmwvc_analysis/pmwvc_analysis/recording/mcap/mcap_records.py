@@ -29,6 +29,7 @@ MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 MESSAGE_INDEX = struct.Struct("<HI")  # channel, bytes of entries
 ENTRY = struct.Struct("<QQ")  # log time, offset in the chunk
 CRC_BYTES = 4
+FOOTER_BYTES = 20
 PRIVATE = 0x80  # opcodes from here on are an application's own
 
 
@@ -112,9 +113,6 @@ def records(buffer: memoryview, start: int, end: int) -> Iterator[Record]:
             )
         yield Record(opcode, offset, buffer[begin : begin + length])
         offset = begin + length
-
-
-FOOTER_BYTES = 20
 
 
 class Summary:
