@@ -36,11 +36,11 @@ _SEPARATOR = "=" * 80
 def _own_text(type_name: str) -> str:
     """Return the ``.msg`` text of one of our types from the source tree, else a share folder."""
     here = Path(__file__).resolve()
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    prefixes = [each for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
     package, name = type_name.split("/msg/")
     folders = [here.parents[4] / package / "msg"]
-    for prefix in (*filter(None, prefixes), sys.prefix, *here.parents):
-        folders.append(Path(prefix) / "share" / package / "msg")
+    for prefix in (*prefixes, sys.prefix, *map(str, here.parents)):
+        folders.append(Path(prefix, "share", package, "msg"))
     for folder in folders:
         if (path := folder / f"{name}.msg").is_file():
             return path.read_text(encoding="utf-8")
