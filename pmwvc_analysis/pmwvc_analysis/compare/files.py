@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pmwvc_analysis.arrays import write_arrays
+import numpy as np
+
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Entry, measured
 from pmwvc_analysis.compare.settings import parameters_of
@@ -21,6 +22,7 @@ from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.numeric import Array
 
 JSON, TABLE = "comparison.json", "comparison.csv"
+ARRAYS = ("comparison.npz", "comparison.mat")
 OF_USER = ("time_s", "x_m", "xd_m", "f_h", "f_m", "f_applied")
 OF_SERVER = ("time_s", "x_o", "xd_o", "target")
 
@@ -72,6 +74,8 @@ def _write_table(path: Path, entries: Sequence[Entry]) -> None:
 
 
 def _write_arrays(folder: Path, entries: Sequence[Entry]) -> None:
+    from scipy.io import savemat
+
     arrays: dict[str, Array] = {}
     for number, entry in enumerate(entries, start=1):
         for user in entry.traces.users:
@@ -83,7 +87,8 @@ def _write_arrays(folder: Path, entries: Sequence[Entry]) -> None:
         for index, name in enumerate(server.users):
             arrays[f"s{number}_{name}_x_s"] = server.x_s[index]
             arrays[f"s{number}_{name}_f_s"] = server.f_s[index]
-    write_arrays(folder, "comparison", arrays)
+    np.savez_compressed(folder / ARRAYS[0], allow_pickle=False, **arrays)
+    savemat(folder / ARRAYS[1], arrays, do_compression=True)
 
 
 def is_comparison(folder: Path) -> bool:
