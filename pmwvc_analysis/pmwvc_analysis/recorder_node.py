@@ -21,8 +21,7 @@ from pathlib import Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from pmwvc_analysis.recording.format.rosbag_metadata import about
-from pmwvc_analysis.recording.format.topics import Topic, session_topics
+from pmwvc_analysis.recording.format.topics import Topic, about, session_topics
 from pmwvc_analysis.recording.live import BackgroundWriter
 from pmwvc_analysis.recording.mcap.salvage import RawMessage
 from pmwvc_analysis.recording.reader import read_scenario

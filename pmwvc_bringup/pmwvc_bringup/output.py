@@ -51,7 +51,7 @@ def write_answer(
     folder: Path, name: str, content: dict[str, Any], chart: "Chart", others: Sequence[Path] = ()
 ) -> None:
     """Write numbers and figure of an answer into a folder, and print the names of all files."""
-    from pmwvc_analysis.charts.chart_png import write
+    from pmwvc_analysis.charts.chart_files import write
     from pmwvc_analysis.session_files import write_summary
 
     with file_errors(f"write into {folder}"):

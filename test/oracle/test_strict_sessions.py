@@ -15,7 +15,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import link_charts
-from pmwvc_analysis.figures.conditions import conditions
+from pmwvc_analysis.figures.recorded import conditions
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety import SafetyState

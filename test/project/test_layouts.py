@@ -27,7 +27,7 @@ def field_problem(topic, field):
     name, index = re.fullmatch(r"(\w+)(\[\d+\])?", field).groups()
     kinds = dict(
         (words[1], words[0])
-        for line in schemas.message_text(TOPICS[topic].type_name).splitlines()
+        for line in schemas.schema_text(TOPICS[topic].type_name).split("=" * 80)[0].splitlines()
         if len(words := line.partition("#")[0].split()) == 2
     )
     if name not in kinds:

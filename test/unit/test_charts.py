@@ -15,16 +15,15 @@ from hypothesis import strategies as st
 from support import handmade
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.axis import Axis
+from pmwvc_analysis.charts.axis import Axis, envelope, reduced
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
 from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.charts.chart_png import figure, file_svg, write
+from pmwvc_analysis.charts.chart_files import figure, write
 from pmwvc_analysis.charts.chart_svg import panel_svg
-from pmwvc_analysis.charts.decimate import envelope, reduced
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts
 from pmwvc_analysis.figures.recorded import numbered
-from pmwvc_analysis.report import figure_blocks
+from pmwvc_analysis.report import report
 
 SVG = "{http://www.w3.org/2000/svg}"
 # Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.
@@ -207,18 +206,20 @@ def test_a_long_session_is_thinned_and_keeps_peak_and_hole():
 
 
 @pytest.mark.parametrize("count", [1, 2, 6])
-def test_every_figure_is_valid_xml_with_all_its_curves(count):
+def test_every_figure_is_valid_xml_with_all_its_curves(count, tmp_path):
     traces, scenario = many_users(count), handmade.scenario(duration_s=1.6)
     traces.events = [{"time_s": 0.5, "who": "user1", "kind": "grip", "what": "<gripped> & held"}]
+    span = recorded.span(traces)
     for chart in charts(traces, scenario):
-        root = ET.fromstring(file_svg(chart, recorded.span(traces)))
-        assert root.tag == f"{SVG}svg"
-        drawn = root.findall(f".//{SVG}path[@class='line']")
-        assert len(drawn) >= sum(len(panel.lines) for panel in chart.panels)
-        assert len(root.findall(f".//{SVG}path[@class='ev']")) == sum(
-            p.of_time for p in chart.panels
-        )
-        assert "var(" not in file_svg(chart, recorded.span(traces))
+        (path,) = write(chart, tmp_path, span, kinds=["svg"])
+        assert ET.parse(path).getroot().tag == f"{SVG}svg"
+        for axes, panel in zip(figure(chart, span).axes, chart.panels, strict=True):
+            drawn = [line.get_label() for line in axes.get_lines()]
+            assert set(drawn) >= {line.label for line in panel.lines}
+            assert len(drawn) >= len(panel.lines)
+            assert [text.get_text() for text in axes.texts if text.xy == (0.5, 1.0)] == [
+                "1" for _ in range(panel.of_time)
+            ]
 
 
 def test_long_labels_leave_the_axes_their_room(tmp_path):
@@ -238,11 +239,11 @@ def test_long_labels_leave_the_axes_their_room(tmp_path):
 def test_an_event_stands_at_its_time_in_every_figure():
     traces = handmade.session()
     traces.events = [{"time_s": 2.0, "who": "user1", "kind": "contact", "what": "touched"}]
-    for _, blocks in figure_blocks.figure_blocks(charts(traces, None), traces):
+    for _, blocks in report.figure_blocks(charts(traces, None), traces):
         for block in blocks:
             (mark,) = ET.fromstring(f"<svg>{block.svg}</svg>").findall(".//path[@class='ev']")
             assert mark.get("d").startswith("M523.") or mark.get("d").startswith("M524.")
-    data, _ = figure_blocks.data(charts(traces, None), traces, numbered(traces))
+    data, _ = report.figure_data(charts(traces, None), traces, numbered(traces))
     assert json.loads(str(data))["events"] == [[2.0, "1", "1. 2.000 s: user1 touched"]]
 
 
@@ -250,7 +251,7 @@ def test_points_of_a_chart_that_close_a_script_cannot():
     chart = Chart(
         "c", "C", "", [Panel("y", dots=[Dots("</script>", np.ones(1), np.ones(1), "u0")])]
     )
-    data, _ = figure_blocks.data([chart], handmade.session(), [])
+    data, _ = report.figure_data([chart], handmade.session(), [])
     assert "</script>" not in data
 
 

@@ -11,7 +11,7 @@ from support import handmade
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.budget.parts import account_words, group_of, words_of
-from pmwvc_analysis.charts import chart_png, style
+from pmwvc_analysis.charts import chart_files, style
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
 from pmwvc_analysis.figures.link_charts import energy, loop, network
@@ -153,7 +153,7 @@ def test_a_server_alone_is_drawn():
 def test_png_and_description_show_the_same_points():
     traces = handmade.session()
     chart = energy(traces, None)
-    figure = chart_png.figure(chart, (0.0, traces.duration_s))
+    figure = chart_files.figure(chart, (0.0, traces.duration_s))
     for axes, panel in zip(figure.axes, chart.panels, strict=True):
         drawn = {line.get_label(): line for line in axes.lines}
         for line in panel.lines:

@@ -19,7 +19,7 @@ from pmwvc_analysis.recording.sequence import (
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.transport.packet import WavePacket
 
-STORE = schemas.typestore(*schemas.OUR_TYPES, "diagnostic_msgs/msg/DiagnosticArray")
+STORE = schemas.typestore()
 TYPES = build.types_from(STORE.types)
 
 

@@ -8,7 +8,7 @@ coupling has none of its own (the contact is the task's).
 
 from dataclasses import dataclass
 
-from pmwvc_analysis.compare.search import drawn
+from pmwvc_analysis.compare.settings import drawn
 from pmwvc_core.controllers.library import LIBRARY
 
 Settings = tuple[str, ...]  # name=value texts, as for --set

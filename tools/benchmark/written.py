@@ -26,7 +26,7 @@ from benchmark.intervals import Interval
 from benchmark.probe import Rendered
 from benchmark.study import HELD_OUT_SEED, Study
 from benchmark.trial import Outcome
-from pmwvc_analysis.charts import chart_png
+from pmwvc_analysis.charts import chart_files
 from pmwvc_core.plural import count
 
 PAGE, SESSIONS, PROBES = "benchmark_results.md", "sessions.csv", "probes.csv"
@@ -45,7 +45,7 @@ def write(study: Study, folder: Path, origin: str) -> None:
     (folder / PAGE).write_text(page(study, origin), "utf-8")
     (folder / SESSIONS).write_text(sessions(study), "utf-8")
     (folder / PROBES).write_text(probes(study), "utf-8")
-    chart_png.write(picture(study), folder / IMAGES)
+    chart_files.write(picture(study), folder / IMAGES)
 
 
 def page(study: Study, origin: str) -> str:

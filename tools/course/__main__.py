@@ -3,13 +3,14 @@
 """Run every session of the course and write numbers, pictures and pages: ``make course``."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from course.page import watch
 from course.step import Numbers, simulated
 from course.watching import WATCHED
 from course.written import NUMBERS, STEPS, pages
-from pmwvc_analysis.charts.chart_png import file_svg
+from pmwvc_analysis.charts.chart_files import write
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "course"
 
@@ -27,7 +28,7 @@ def main() -> None:
                 step.numbers(found) | step.answers() | watch(WATCHED[step.name])[0]
             ).items()
         }
-        (images / f"{step.name}.svg").write_text(file_svg(step.chart(found)), "utf-8")
+        write(replace(step.chart(found), name=step.name), images, kinds=["svg"])
         print(step.name)
     text = json.dumps(numbers, indent=1, allow_nan=False)
     (FOLDER / NUMBERS).write_text(text + "\n", "utf-8")

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.charts.axis import envelope, segments
 from pmwvc_analysis.charts.chart import Chart, Panel, Span
-from pmwvc_analysis.charts.decimate import envelope, segments
 from pmwvc_core.numeric import Array, Integers
 
 MOST_NUMBERS = 320_000  # in all figures together: 1.7 MB of text

@@ -1,19 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The panels of a figure as SVG, for the report and for ``plots/NAME.svg`` (:mod:`.chart_png`).
+"""The panels of a figure as SVG for the report, in colours of a page that knows light and dark.
 
 ``chart.js`` draws the same panels anew when the reader zooms: what changes here changes there.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
-from pmwvc_analysis.charts.axis import Axis
+from pmwvc_analysis.charts.axis import Axis, reduced
 from pmwvc_analysis.charts.chart import Dots, Layer, Line, Note, Panel, Span
-from pmwvc_analysis.charts.decimate import reduced
-from pmwvc_analysis.charts.style import LIGHT
 from pmwvc_core.numeric import Array
 
 WIDTH = 1000.0
@@ -28,17 +26,11 @@ MARKS = {
 HATCHES = (
     "", "M0 8L8 0", "M0 0L8 8", "M0 4H8", "M4 0V8", "M0 8L8 0M0 0L8 8", "M4 4h.1", "M0 4H8M4 0V8",
 )  # fmt: skip
-Paint = Callable[[str], str]
 
 
-def variable(tint: str) -> str:
-    """Return the colour of a page that knows light and dark."""
+def paint(tint: str) -> str:
+    """Return a colour of the page."""
     return f"var(--c-{tint})"
-
-
-def literal(tint: str) -> str:
-    """Return the colour on white."""
-    return LIGHT[tint]
 
 
 def panel_svg(
@@ -47,7 +39,6 @@ def panel_svg(
     span: Span,
     events: Sequence[tuple[float, str]] = (),
     labelled: bool = True,
-    paint: Paint = variable,
 ) -> str:
     """Return the markup of one panel, ``WIDTH`` wide and ``panel_height`` high."""
     bottom = TOP + panel.height
@@ -72,9 +63,9 @@ def panel_svg(
     out.append("</g>")
     box = f'x="{LEFT:g}" y="{TOP:g}" width="{x.end - LEFT:g}" height="{panel.height:g}"'
     view = f"{LEFT:g} {TOP:g} {x.end - LEFT:g} {panel.height:g}"
-    out.append(f'<svg {box} viewBox="{view}">{_contents(panel, x, y, paint)}')
+    out.append(f'<svg {box} viewBox="{view}">{_contents(panel, x, y)}')
     if panel.of_time:
-        out += [_event(float(x.at(np.array(at))), number, paint) for at, number in events]
+        out += [_event(float(x.at(np.array(at))), number) for at, number in events]
     return "".join([*out, "</svg>"])
 
 
@@ -84,7 +75,7 @@ def panel_height(panel: Panel, *, labelled: bool) -> float:
     return TOP + panel.height + (BOTTOM + NAME * rows if labelled else 4.0)
 
 
-def _contents(panel: Panel, x: Axis, y: Axis, paint: Paint) -> str:
+def _contents(panel: Panel, x: Axis, y: Axis) -> str:
     out = []
     for band in panel.bands:
         start, end = x.at(np.array(band.span))
@@ -93,19 +84,19 @@ def _contents(panel: Panel, x: Axis, y: Axis, paint: Paint) -> str:
             f'width="{max(1.0, end - start):.1f}" style="fill:{paint(band.tint)}" opacity=".18">'
             f"<title>{escape(band.label)}</title></rect>"
         )
-    out += [_layer(layer, x, y, paint) for layer in panel.layers]
+    out += [_layer(layer, x, y) for layer in panel.layers]
     if panel.with_zero:
         zero = float(y.at(np.array(0.0)))
         out.append(_level(zero, x, f"stroke:{paint('object')};stroke-width:.9"))
     for level in panel.levels:
         style = f"stroke:{paint(level.tint)};stroke-dasharray:2 3"
         out.append(_level(float(y.at(np.array(level.y))), x, style))
-    out += [_line(line, x, y, paint) for line in panel.lines]
-    out += [_dots(dots, x, y, paint) for dots in panel.dots]
-    return "".join(out + [_note(note, x, y, paint) for note in panel.notes])
+    out += [_line(line, x, y) for line in panel.lines]
+    out += [_dots(dots, x, y) for dots in panel.dots]
+    return "".join(out + [_note(note, x, y) for note in panel.notes])
 
 
-def _line(line: Line, x: Axis, y: Axis, paint: Paint) -> str:
+def _line(line: Line, x: Axis, y: Axis) -> str:
     across, up = x.at(line.x), y.at(line.y)
     if x.log:
         parts = reduced(across, up, period=0.0, column=0.0)
@@ -124,7 +115,7 @@ def _path(across: Array, up: Array) -> str:
     return "M" + "L".join(pairs)
 
 
-def _dots(dots: Dots, x: Axis, y: Axis, paint: Paint) -> str:
+def _dots(dots: Dots, x: Axis, y: Axis) -> str:
     points = np.column_stack([x.at(dots.x), y.at(dots.y)])
     grid = {"dot": 1.5, "ring": 0.1}.get(dots.mark, 4.5)
     kept = np.unique(np.round(points[np.isfinite(points).all(axis=1)] / grid), axis=0) * grid
@@ -133,7 +124,7 @@ def _dots(dots: Dots, x: Axis, y: Axis, paint: Paint) -> str:
     return f'<path class="dots {dots.mark}" style="stroke:{paint(dots.tint)}" d="{path}"/>'
 
 
-def _layer(layer: Layer, x: Axis, y: Axis, paint: Paint) -> str:
+def _layer(layer: Layer, x: Axis, y: Axis) -> str:
     rows = np.concatenate(
         [
             np.zeros(0, dtype=np.int64),
@@ -154,7 +145,7 @@ def _level(up: float, x: Axis, style: str) -> str:
     return f'<path class="line" style="{style}" d="M{x.start:g} {up:.1f}H{x.end:g}"/>'
 
 
-def _note(note: Note, x: Axis, y: Axis, paint: Paint) -> str:
+def _note(note: Note, x: Axis, y: Axis) -> str:
     across, up = float(x.at(np.array(note.x))), float(y.at(np.array(note.y)))
     anchor = "end" if across > (x.start + x.end) / 2 else "start"
     shift = -6 if anchor == "end" else 6
@@ -164,7 +155,7 @@ def _note(note: Note, x: Axis, y: Axis, paint: Paint) -> str:
     )
 
 
-def _event(across: float, number: str, paint: Paint) -> str:
+def _event(across: float, number: str) -> str:
     style = f"stroke:{paint('soft')};stroke-dasharray:1 4"
     return (
         f'<path class="ev" style="{style}" d="M{across:.1f} 0V9999"/>'
@@ -179,7 +170,7 @@ def _ticks(axis: Axis, wanted: int, names: Sequence[str] = ()) -> tuple[list[flo
     return values.tolist(), [text for _, text in found]
 
 
-def hatches(paint: Paint = variable) -> str:
+def hatches() -> str:
     """Return the patterns that areas refer to."""
     return "".join(
         f'<pattern id="hatch{index}" width="8" height="8" patternUnits="userSpaceOnUse">'
@@ -190,7 +181,7 @@ def hatches(paint: Paint = variable) -> str:
     )
 
 
-def sample(each: Line | Dots | Layer, paint: Paint = variable) -> str:
+def sample(each: Line | Dots | Layer) -> str:
     """Return the mark of a legend, 26 by 12."""
     if isinstance(each, Layer):
         box = f'<rect width="26" height="12" style="fill:{paint(each.tint)}" opacity=".8"/>'

@@ -75,6 +75,8 @@ SETTINGS: dict[str, Any] = {
     "legend.fontsize": 9.0,
     "path.simplify": True,
     "agg.path.chunksize": 20000,
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "pmwvc",  # the same picture is the same file
 }
 
 
@@ -102,7 +104,7 @@ def canvas(heights: Sequence[float], *, title: str, note: str) -> tuple["Figure"
 def save(figure: "Figure", path: Path) -> None:
     """Write a figure on white."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=DPI, facecolor="white")
+    figure.savefig(path, dpi=DPI, facecolor="white", metadata={"Date": None})
 
 
 def legend(axes: "Axes") -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel, Span
-from pmwvc_analysis.charts.chart_png import write
+from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.compare.rendered import ideal_rendering

@@ -7,13 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmwvc_analysis.charts.chart import Chart
-from pmwvc_analysis.charts.chart_png import write
+from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.conditions import conditions, title
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
 from pmwvc_analysis.figures.link_charts import energy, loop, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
-from pmwvc_analysis.figures.recorded import numbered
+from pmwvc_analysis.figures.recorded import conditions, numbered, title
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 

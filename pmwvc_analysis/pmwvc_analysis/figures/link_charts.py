@@ -7,7 +7,7 @@ import numpy as np
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.recording.losses import DROPPED
+from pmwvc_analysis.recording.links import DROPPED
 from pmwvc_analysis.traces.reductions import runs
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.numeric import Array

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.figures.conditions import conditions, title
+from pmwvc_analysis.figures.recorded import conditions, title
 from pmwvc_analysis.maps.map_files import Measured
 from pmwvc_analysis.maps.maps import Grid, growth_per_s
 from pmwvc_core.numeric import Array

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from pmwvc_analysis.charts.chart import Chart, Dots, Level, Line, Panel
-from pmwvc_analysis.figures.conditions import conditions, title
+from pmwvc_analysis.figures.recorded import conditions, title
 from pmwvc_analysis.filters.velocity_filter import VelocityFilter
 from pmwvc_analysis.transparency.measured import TRUSTED, Measured
 from pmwvc_analysis.transparency.transparency import Transparency

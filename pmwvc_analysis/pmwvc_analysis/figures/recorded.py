@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Users, time span, holes and numbered events of a recorded session, as figures show them."""
+"""What figures say of a session: title and line of parameters; users, time span, holes and
+numbered events of a recorded one.
+"""
 
+from collections.abc import Container
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +12,11 @@ import numpy as np
 from pmwvc_analysis.charts.chart import Band, Span
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.traces import holes
+from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.network.effects import active
 from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 LEAST_PAUSE_S = 0.05
@@ -106,3 +113,50 @@ def numbered(traces: SessionTraces) -> list[Event]:
         )
         for index, event in enumerate(order, start=1)
     ]
+
+
+def title(text: str, scenario: Scenario | None) -> str:
+    """Return a figure's title: its subject and the scenario."""
+    return f"{text} · {scenario.name}" if scenario else text
+
+
+def conditions(scenario: Scenario, source: str, *, without: Container[str] = ()) -> str:
+    """Return the parameters of a scenario in a line, of the first user where users differ.
+
+    The line begins with the source of the figure's numbers; parameters that are varied in it or
+    have no effect on it are ``without``.
+    """
+    user = scenario.users[0]
+    parts = [
+        ("", source),
+        ("", count(len(scenario.users), "user")),
+        ("", f"controller {scenario.controller}"),
+    ]
+    if has_waves(scenario.controller):
+        parts += [
+            ("impedance", f"b = {user.impedance:.4g} N s/m"),
+            ("rate_drop", f"M = {user.master.rate_drop}"),
+        ]
+        if scenario.strict:
+            parts.append(("channel", f"channel {scenario.channel}"))
+        else:
+            parts += [
+                ("filter", f"filter {user.master.filter.kind.replace('_', ' ')}"),
+                ("hold", f"hold {user.master.hold}"),
+            ]
+        parts += [("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}")]
+    delays = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]
+    jitters = dict.fromkeys(
+        effect.label(link)
+        for one in scenario.users
+        for link in (one.link_up, one.link_down)
+        for effect in active(link)
+        if effect.spreads
+    )
+    parts += [
+        ("contact_stiffness", f"K = {user.contact.contact_stiffness:g} N/m"),
+        ("contact_damping", f"B = {user.contact.contact_damping:g} N s/m"),
+        ("delay_s", ", ".join([f"delay {', '.join(dict.fromkeys(delays))} ms", *jitters])),
+        ("seed", f"seed {scenario.seed}"),
+    ]
+    return " · ".join(text for name, text in parts if name not in without)

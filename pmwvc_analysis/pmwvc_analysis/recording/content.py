@@ -8,7 +8,7 @@ topics is left out (own.py).
 
 import itertools
 from collections import ChainMap, Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -60,37 +60,13 @@ class Content:
 
 def read_content(folder: Path) -> Content:
     """Return the decoded messages of every file; of a damaged one, as far as it is whole."""
-    from rosbags.highlevel import AnyReader
-
     if not folder.exists():
         raise RecordingError(f"{folder} does not exist")
-    files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
-    try:
-        with AnyReader([folder]) as reader:
-            raw = (
-                RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
-                for connection, log_ns, data in reader.messages()
-            )
-            topics = [connection.topic for connection in reader.connections]
-            content = content_of(raw, reader.deserialize, topics)
-        topics = sorted({message.topic for message in content.hands})
-        content.hands = []  # rosbags gives no times of publication
-        for path in files:
-            _add(content, path, topics)
-        return content
-    except Exception as error:  # rosbags raises many kinds for a damaged file
-        reason = str(error) or type(error).__name__
-    if not files and not (folder / "metadata.yaml").exists():
-        raise RecordingError(
-            f"{folder} holds no recording: neither an .mcap file nor a metadata.yaml is in it; "
-            "name a session folder, or one that rosbag2 recorded"
-        )
+    files = [folder]
+    if folder.is_dir():  # rosbag2 numbers the files of a folder, without leading zeros
+        files = sorted(folder.glob("*.mcap"), key=lambda path: (len(path.name), path.name))
     if not files:
-        raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
-    return _read_damaged(files)
-
-
-def _read_damaged(files: Sequence[Path]) -> Content:
+        return _of_other_files(folder)
     salvages = {path: Salvage() for path in files}
     schema_texts: ChainMap[str, str] = ChainMap(*(each.schemas for each in salvages.values()))
     for path in files:
@@ -102,6 +78,7 @@ def _read_damaged(files: Sequence[Path]) -> Content:
     early = []
     for path, salvage in salvages.items():
         content.metadata.update(salvage.metadata)
+        content.counter.messages = dict.fromkeys(salvage.topics, 0) | content.counter.messages
         if salvage.end:
             what = f"{path.name} ends early ({salvage.end}); everything before is read"
             early.append({"time_s": None, "who": "recorder", "kind": CUT, "what": what})
@@ -109,14 +86,37 @@ def _read_damaged(files: Sequence[Path]) -> Content:
     return content
 
 
-def content_of(raw: Iterable[RawMessage], decode: Decode, topics: Iterable[str] = ()) -> Content:
-    """Return the content of serialized messages; ``decode(data, type_name)`` returns a message.
+def _of_other_files(folder: Path) -> Content:
+    """Return the content of a folder that rosbag2 recorded into other files than MCAP; of its
+    messages only the time of reception is known.
+    """
+    from rosbags.highlevel import AnyReader
 
-    ``topics`` count even when they have no message; what is not the session's becomes events.
+    try:
+        with AnyReader([folder]) as reader:
+            raw = (
+                RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
+                for connection, log_ns, data in reader.messages()
+            )
+            content = content_of(raw, reader.deserialize)
+            for connection in reader.connections:
+                content.counter.topic(connection.topic)
+            return content
+    except Exception as error:  # rosbags raises many kinds for a damaged file
+        reason = str(error) or type(error).__name__
+    if not (folder / "metadata.yaml").exists():
+        raise RecordingError(
+            f"{folder} holds no recording: neither an .mcap file nor a metadata.yaml is in it; "
+            "name a session folder, or one that rosbag2 recorded"
+        )
+    raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
+
+
+def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
+    """Return the content of serialized messages; ``decode(data, type_name)`` returns a message.
+    What is not the session's becomes events.
     """
     content = Content()
-    for topic in topics:
-        content.counter.topic(topic)
     for message in raw:
         _take(content, message, decode)
     content.events += keep_own(content.by_topic, content.types)
@@ -141,18 +141,6 @@ def _require_mcap(path: Path) -> None:
             else "is not an MCAP file: its first bytes are not those of one"
         )
         raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
-
-
-def _add(content: Content, path: Path, hands: Sequence[str]) -> None:
-    """Add a file's metadata, and its messages on the topics of hands with both their times."""
-    from mcap.reader import make_reader
-
-    with open(path, "rb") as stream:
-        reader = make_reader(stream)
-        content.metadata |= {each.name: dict(each.metadata) for each in reader.iter_metadata()}
-        for schema, channel, message in reader.iter_messages(hands) if hands else ():
-            kind, times = schema.name if schema else "", (message.log_time, message.publish_time)
-            content.hands.append(RawMessage(channel.topic, kind, *times, message.data))
 
 
 def _take(content: Content, raw: RawMessage, decode: Decode) -> None:

@@ -17,8 +17,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.assemble import TRACES
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.rosbag_metadata import about
-from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_analysis.recording.format.topics import about, session_topics
 from pmwvc_analysis.recording.links import fate_blocks, state_blocks
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
@@ -75,7 +74,7 @@ def record_traces(
     """
     start = time.time_ns() if start_ns is None else start_ns
     write_scenario(folder, scenario)
-    store = schemas.typestore(*schemas.OUR_TYPES, "diagnostic_msgs/msg/DiagnosticArray")
+    store = schemas.typestore()
     types = build.types_from(store.types)
     outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item.at_ns)
     with SessionWriter(folder) as writer:

@@ -57,7 +57,7 @@ def _arrived_ns(message: RawMessage) -> int:
 def _point(data: bytes) -> tuple[float, ...] | None:
     """Return the point of a serialized PointStamped; None if it is none."""
     try:
-        point = schemas.typestore(schemas.POINT).deserialize_cdr(data, schemas.POINT).point
+        point = schemas.typestore().deserialize_cdr(data, schemas.POINT).point
     except Exception:  # rosbags raises many kinds
         return None
     return point.x, point.y, point.z

@@ -18,7 +18,7 @@ from pmwvc_analysis.recording.content import CUT, WHOLE, Content, read_content
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
-from pmwvc_analysis.recording.losses import not_relayed, topic_counts
+from pmwvc_analysis.recording.links import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError

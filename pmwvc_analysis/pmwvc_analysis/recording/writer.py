@@ -16,9 +16,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
-from pmwvc_analysis.recording.format import rosbag_metadata, schemas
+from mcap.writer import CompressionType, Writer
+
+from pmwvc_analysis.recording.format import schemas, topics
 from pmwvc_analysis.recording.format.topics import Topic
-from pmwvc_analysis.recording.mcap.mcap_writer import McapWriter
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
 
@@ -26,6 +27,7 @@ FILE_NAME = "session.mcap"
 LIBRARY = "pmwvc"
 CHUNK_BYTES = 4 * 1024 * 1024
 CHUNK_NS = 1_000_000_000
+ENDLESS = 1 << 62  # bytes
 RESERVE_BYTES = 64 * 1024 * 1024
 _OVERHEAD = 31  # bytes of a message record besides its data
 
@@ -67,7 +69,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
                 ) from error
         # chunks end where flush() is called: then the position behind the last whole one is always
         # known
-        self._writer = McapWriter(self._file)
+        self._writer = Writer(self._file, ENDLESS, CompressionType.ZSTD, enable_data_crcs=True)
         self._good = 0
         self._guarded(lambda: self._writer.start(profile="ros2", library=LIBRARY))
         self._guarded(self._end_chunk)
@@ -97,7 +99,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
                 topic.type_name, "ros2msg", text.encode()
             )
             self._chunk_bytes += len(text.encode())
-        qos = rosbag_metadata.dump([topic.qos()])
+        qos = topics.dump([topic.qos()])
         self._chunk_bytes += 2 * len(qos)
         metadata = {
             "offered_qos_profiles": qos.strip(),
@@ -160,7 +162,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
     def refresh_metadata(self) -> None:
         """Write ``metadata.yaml`` for what is recorded so far."""
         with contextlib.suppress(OSError):  # a full disk keeps the older, still valid one
-            rosbag_metadata.write(self.folder, self._information())
+            topics.write_metadata(self.folder, self._information())
 
     def close(self) -> None:
         """Write index, summary and final ``metadata.yaml``; harmless when called again."""
@@ -176,7 +178,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
 
     def _finish(self) -> None:
         """Write everything that completes the MCAP file."""
-        serialized = rosbag_metadata.dump(self._information())
+        serialized = topics.dump(self._information())
         self.add_metadata("rosbag2", {"serialized_metadata": serialized})
         self._guarded(self._writer.finish)
         self._guarded(self._file.flush)
@@ -193,9 +195,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             for name, (_, topic) in self._channels.items()
         ]
         start_ns, end_ns = self._span_ns or (0, 0)
-        return rosbag_metadata.information(
-            counts, file_name=FILE_NAME, start_ns=start_ns, end_ns=end_ns
-        )
+        return topics.information(counts, file_name=FILE_NAME, start_ns=start_ns, end_ns=end_ns)
 
     def _guarded(self, action: Callable[[], object]) -> None:
         """Do something with the file; the first failure ends the recording."""

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording.links import reordered
-from pmwvc_analysis.recording.losses import DROPPED, came_out
+from pmwvc_analysis.recording.links import DROPPED, came_out, reordered
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.reductions import number, percentiles
 from pmwvc_core.network.in_flight import Cause, FateKind

@@ -4,14 +4,13 @@
 
 A schema is the ``.msg`` text followed, for each type it uses (transitively, once), by a line of 80
 ``=``, a line ``MSG: package/Type`` and that type's ``.msg`` text. Our own messages come from the
-source tree or from a share folder of an installed workspace; standard ones from a share folder or,
-without ROS, from the tables that rosbags carries.
+source tree or from a share folder of an installed workspace, standard ones from the tables that
+rosbags carries.
 """
 
 import functools
 import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,71 +33,45 @@ OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE, RECEPTIO
 _SEPARATOR = "=" * 80
 
 
-def _message_folders(package: str) -> Iterator[Path]:
-    """Yield the folders that may hold the ``.msg`` files of a package, source tree first."""
+def _own_text(type_name: str) -> str:
+    """Return the ``.msg`` text of one of our types from the source tree, else a share folder."""
     here = Path(__file__).resolve()
-    yield here.parents[4] / package / "msg"
-    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
-        if prefix:
-            yield Path(prefix) / "share" / package / "msg"
-    for folder in (Path(sys.prefix), *here.parents):
-        yield folder / "share" / package / "msg"
-
-
-@functools.cache
-def message_text(type_name: str) -> str:
-    """Return the ``.msg`` text of a type (``pmwvc_msgs/msg/Wave``), or raise RecordingError."""
-    package, _, name = type_name.replace("/msg/", "/").partition("/")
-    for folder in _message_folders(package):
-        path = folder / f"{name}.msg"
-        if path.is_file():
+    prefixes = [each for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
+    package, name = type_name.split("/msg/")
+    folders = [here.parents[4] / package / "msg"]
+    for prefix in (*prefixes, sys.prefix, *map(str, here.parents)):
+        folders.append(Path(prefix, "share", package, "msg"))
+    for folder in folders:
+        if (path := folder / f"{name}.msg").is_file():
             return path.read_text(encoding="utf-8")
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS2_JAZZY)
-    full = f"{package}/msg/{name}"
-    if full in store.fielddefs:
-        text: str = store.generate_msgdef(full, ros_version=2)[0]
-        return text.split(_SEPARATOR)[0]
     raise RecordingError(
         f"no definition of message {type_name}: neither a source tree nor a share folder of a "
         "built workspace holds it; run 'make setup' or source the workspace"
     )
 
 
-def used_types(type_name: str) -> list[str]:
-    """Return the message types that the fields of a type have, as ``package/msg/Type``."""
-    from rosbags.interfaces import Nodetype
-    from rosbags.typesys import get_types_from_msg
+@functools.cache
+def typestore() -> "Typestore":
+    """Return a rosbags type store that knows our types and the standard ones."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    found = []
-    for _, (kind, inner) in get_types_from_msg(message_text(type_name), type_name)[type_name][1]:
-        while kind not in (Nodetype.BASE, Nodetype.NAME):  # of arrays, that of an element
-            (kind, inner), _ = inner
-        found += [str(inner)] if kind == Nodetype.NAME else []
-    return found
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name in OUR_TYPES:
+        store.register(get_types_from_msg(_own_text(name), name))
+    return store
 
 
 @functools.cache
 def schema_text(type_name: str) -> str:
-    """Return the whole ``ros2msg`` schema of a type: its own text, then those it depends on."""
-    parts = [message_text(type_name)]
-    seen = {type_name}
-    waiting = used_types(type_name)
-    while waiting:
-        dependency = waiting.pop(0)
-        if dependency in seen:
-            continue
-        seen.add(dependency)
-        parts.append(f"MSG: {dependency.replace('/msg/', '/')}\n{message_text(dependency)}")
-        waiting += used_types(dependency)
-    return f"{_SEPARATOR}\n".join(part if part.endswith("\n") else part + "\n" for part in parts)
-
-
-@functools.cache
-def typestore(*type_names: str) -> "Typestore":
-    """Return a rosbags type store that knows these types (ours when none is named)."""
-    return store_of(*((schema_text(name), name) for name in type_names or OUR_TYPES))
+    """Return the whole ``ros2msg`` schema of a type: its own text, then those it depends on;
+    RecordingError where it is not known.
+    """
+    if type_name not in typestore().fielddefs:
+        return _own_text(type_name)
+    text: str = typestore().generate_msgdef(type_name, ros_version=2)[0]
+    if type_name in OUR_TYPES:  # with its comments
+        text = "".join([_own_text(type_name), *text.partition(_SEPARATOR)[1:]])
+    return text
 
 
 @functools.cache

@@ -25,9 +25,9 @@ from pmwvc_analysis.recording.mcap.mcap_records import (
     MESSAGE_INDEX,
     Malformed,
     Record,
+    Summary,
     records,
 )
-from pmwvc_analysis.recording.mcap.mcap_summary import Summary
 from pmwvc_core.errors import file_errors
 
 MOST_PROBLEMS = 50

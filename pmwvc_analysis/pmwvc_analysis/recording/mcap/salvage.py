@@ -31,6 +31,7 @@ class Salvage:
 
     schemas: dict[str, str] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    topics: dict[str, None] = field(default_factory=dict)
     messages: int = 0
     end: str | None = None  # why the file ends early; None: it is complete
 
@@ -57,6 +58,7 @@ def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
                         salvage.schemas[name] = text.decode("utf-8", "replace")
                     case mcap.Channel():
                         channels[record.id] = record
+                        salvage.topics[record.topic] = None
                     case mcap.Metadata():
                         salvage.metadata[record.name] = record.metadata
                     case mcap.Message(log_time=log_ns, publish_time=publish_ns, data=data):

@@ -1,26 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures on disk, the panels of a chart on white: PNG by matplotlib, and SVG beside it."""
+"""Figures on disk, the panels of a chart on white: PNG and SVG by matplotlib."""
 
-import textwrap
-from html import escape
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmwvc_analysis.charts import style
+from pmwvc_analysis.charts.axis import reduced
 from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Panel, Span
-from pmwvc_analysis.charts.chart_svg import (
-    WIDTH,
-    entries,
-    hatches,
-    literal,
-    panel_height,
-    panel_svg,
-    sample,
-)
-from pmwvc_analysis.charts.decimate import reduced
 from pmwvc_analysis.charts.style import LIGHT
 
 if TYPE_CHECKING:
@@ -28,22 +18,30 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMNS = 2000
+MOST_VECTORS = 2000  # dots of an SVG; more are a picture in it
 MARKERS = {"dot": (".", 2.5), "ring": ("o", 5.0), "cross": ("x", 5.0), "plus": ("+", 5.0)}
 HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
 
 
-def write(chart: Chart, folder: Path, span: Span | None = None) -> list[Path]:
+def write(
+    chart: Chart,
+    folder: Path,
+    span: Span | None = None,
+    *,
+    kinds: Sequence[str] = ("png", "svg"),
+) -> list[Path]:
     """Write a figure as ``NAME.png`` and ``NAME.svg``; return both.
 
     ``span`` is the range of the time axis [s]; that of the curves by default.
     """
     import matplotlib
 
-    png, svg = (folder / f"{chart.name}.{kind}" for kind in ("png", "svg"))
+    paths = [folder / f"{chart.name}.{kind}" for kind in kinds]
     with matplotlib.rc_context(style.SETTINGS):
-        style.save(figure(chart, span), png)
-    svg.write_text(file_svg(chart, span), encoding="utf-8")
-    return [png, svg]
+        drawn = figure(chart, span)
+        for path in paths:
+            style.save(drawn, path)
+    return paths
 
 
 def figure(chart: Chart, span: Span | None = None) -> "Figure":
@@ -52,8 +50,10 @@ def figure(chart: Chart, span: Span | None = None) -> "Figure":
     drawn, rows = style.canvas(heights, title=chart.title, note=chart.note)
     for index, (axes, panel) in enumerate(zip(rows, chart.panels, strict=True)):
         _panel(axes, panel, chart.x_span(index, span), labelled=chart.labelled(index))
-        for time_s, _ in chart.events if panel.of_time else ():
+        for time_s, number in chart.events if panel.of_time else ():
             axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
+            place = (time_s, 1.0), None, ("data", "axes fraction")
+            axes.annotate(number, *place, color=LIGHT["soft"], fontsize=8, va="top")
     return drawn
 
 
@@ -120,6 +120,7 @@ def _dots(axes: "Axes", dots: Dots) -> None:
         mfc="none" if dots.mark == "ring" else None,
         color=LIGHT[dots.tint],
         label=dots.label,
+        rasterized=len(dots.x) > MOST_VECTORS,
     )
 
 
@@ -135,65 +136,3 @@ def _layer(axes: "Axes", layer: Layer, label: str | None) -> None:
         linewidth=0.0,
         label=label,
     )
-
-
-KEY, HEAD, FOOT = 26.0, 40.0, 30.0  # heights: legend of a panel, title and note of a file
-LETTER = 6.6  # mean width of a letter of 12 px
-STYLE = (
-    "text{font:12px system-ui,'DejaVu Sans',sans-serif}"
-    ".line,.dots,.grid,.ev,.sample{fill:none}.dots{stroke-linecap:round;stroke-width:2.6}"
-    ".dots.cross,.dots.plus,.dots.ring{stroke-width:1.4}.line{stroke-linejoin:round}"
-)
-
-
-def file_svg(chart: Chart, span: Span | None = None) -> str:
-    """Return the file of a figure; ``span`` is the range of the time axis [s]."""
-    out, top = [], HEAD
-    for index, panel in enumerate(chart.panels):
-        labelled = chart.labelled(index)
-        key, rows = _key(panel)
-        inner = panel_svg(
-            panel,
-            span=chart.x_span(index, span),
-            events=chart.events,
-            labelled=labelled,
-            paint=literal,
-        )
-        body = top + KEY * rows
-        out.append(f'<g transform="translate(0 {top:g})">{key}</g>')
-        out.append(f'<g transform="translate(0 {body:g})">{inner}</g>')
-        top = body + panel_height(panel, labelled=labelled) + 6.0
-    notes = textwrap.wrap(chart.note, round(WIDTH / LETTER))
-    lines = "".join(
-        f'<text x="8" y="{top + 14 + 15 * row:g}" style="fill:{literal("soft")};font-size:11px">'
-        f"{escape(text)}</text>"
-        for row, text in enumerate(notes)
-    )
-    height = top + FOOT + 15 * max(0, len(notes) - 1)
-    size = f'viewBox="0 0 {WIDTH:g} {height:g}" width="{WIDTH:g}" height="{height:g}"'
-    heading = f'<text x="8" y="24" style="font-size:16px;font-weight:700">{escape(chart.title)}'
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size}><style>{STYLE}</style>'
-        f"<defs>{hatches(literal)}</defs>"
-        f'<rect width="100%" height="100%" style="fill:{literal("paper")}"/>'
-        f"{heading}</text>{''.join(out)}{lines}</svg>\n"
-    )
-
-
-def _key(panel: Panel) -> tuple[str, int]:
-    """Return the legend above a panel and how many rows it takes."""
-    head = " · ".join(text for text in (panel.title, panel.y_label) if text)
-    css = f"fill:{literal(panel.tint)};font-weight:700"
-    out = [f'<text x="8" y="18" style="{css}">{escape(head)}</text>']
-    across, row = 28.0 + LETTER * 1.15 * len(head), 0
-    for each in entries(panel):
-        need = 38.0 + LETTER * len(each.label)
-        if across + need > WIDTH:
-            across, row = 28.0, row + 1
-        shift = f"translate({across:g} {8 + KEY * row:g})"
-        out.append(
-            f'<g transform="{shift}">{sample(each, literal)}'
-            f'<text x="31" y="10">{escape(each.label)}</text></g>'
-        )
-        across += need
-    return "".join(out), row + 1
