@@ -9,6 +9,7 @@ empty prefix adds nothing. A group's own parameters come before those of its nes
 import dataclasses
 import difflib
 from collections.abc import Callable, Iterable, Mapping
+from operator import attrgetter
 from typing import Any, TypeVar
 
 from pmwvc_core.errors import ParameterError
@@ -32,10 +33,7 @@ def leaves(prefix: str, kind: Any) -> dict[str, Spec]:
 
 def flattened(prefix: str, owner: Any) -> dict[str, Any]:
     """Return the value of every parameter of a dataclass by dotted name."""
-    found = {joined(prefix, name): getattr(owner, name) for name in specs(owner)}
-    for name in groups(owner):
-        found |= flattened(joined(prefix, name), getattr(owner, name))
-    return found
+    return {joined(prefix, path): attrgetter(path)(owner) for path in leaves("", owner)}
 
 
 def replaced(owner: P, path: str, value: Any) -> P:

@@ -11,7 +11,8 @@ import dataclasses
 import functools
 import re
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from operator import attrgetter
+from typing import NamedTuple
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import LinkParams, Spec, specs
@@ -23,9 +24,8 @@ USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
 
 
 class Home(NamedTuple):
-    """Home of a parameter: attribute of a user or of the scenario, and its path in that group."""
+    """Home of a parameter: its path of attributes from a user or from the scenario on."""
 
-    attribute: str
     path: str
     of_user: bool
 
@@ -52,7 +52,7 @@ def shared_specs() -> Mapping[str, Spec]:
 def homes() -> Mapping[str, Home]:
     """Return where every parameter of a group is, by complete name."""
     return {
-        joined(prefix, path): Home(attribute, path, of_user)
+        joined(prefix, path): Home(f"{attribute}.{path}", of_user)
         for of_user, groups in ((False, SHARED_GROUPS), (True, USER_GROUPS))
         for prefix, (attribute, kind) in groups.items()
         for path in leaves("", kind)
@@ -125,10 +125,8 @@ def value_of(scenario: Scenario, name: str) -> float | None:
     home = homes().get(leaf)
     if home is None:
         return None
-    owner: Any = getattr(scenario.users[index] if home.of_user else scenario, home.attribute)
-    for part in home.path.split("."):
-        owner = getattr(owner, part)
-    return None if owner is None or isinstance(owner, str) else float(owner)
+    value = attrgetter(home.path)(scenario.users[index] if home.of_user else scenario)
+    return None if value is None or isinstance(value, str) else float(value)
 
 
 def doubts(scenario: Scenario) -> list[str]:
@@ -168,15 +166,9 @@ def varied(scenario: Scenario, name: str, value: object) -> Scenario:
 def _changed(scenario: Scenario, home: Home, value: object, number: int) -> Scenario:
     """Return the scenario with one parameter changed, for one user (0: all)."""
     if not home.of_user:
-        group = replaced(getattr(scenario, home.attribute), home.path, value)
-        return dataclasses.replace(scenario, **{home.attribute: group})
-    users = [
-        dataclasses.replace(
-            user,
-            **{home.attribute: replaced(getattr(user, home.attribute), home.path, value)},
-        )
-        if number in (0, index)
-        else user
+        return replaced(scenario, home.path, value)
+    users = tuple(
+        replaced(user, home.path, value) if number in (0, index) else user
         for index, user in enumerate(scenario.users, start=1)
-    ]
-    return dataclasses.replace(scenario, users=tuple(users))
+    )
+    return dataclasses.replace(scenario, users=users)

@@ -77,11 +77,7 @@ def fate_traces(link: SimulatedLink, name: str) -> FateTraces:
 
     In virtual time a packet leaves when it is due; its receiver looks at its own instants.
     """
-    records = link.fates
-
-    def of(values: list[int]) -> NDArray[np.int64]:
-        return np.array(values, dtype=np.int64)
-
+    records, of = link.fates, _integers
     due = of([fate.time_due_ns for fate in records])
     return FateTraces(
         link=name,
@@ -99,13 +95,13 @@ def fate_traces(link: SimulatedLink, name: str) -> FateTraces:
 
 def taken_traces(link: SimulatedLink, looks_ns: Sequence[int]) -> TakenTraces:
     """Return what a receiver was given, by the times at which it looked [ns]."""
-    taken = link.arrived[: link.taken]
-
-    def of(values: list[int]) -> NDArray[np.int64]:
-        return np.array(values, dtype=np.int64)
-
+    taken, of = link.arrived[: link.taken], _integers
     return TakenTraces(
         row=np.searchsorted(np.array(looks_ns), of([now_ns for _, now_ns in taken])),
         seq=of([packet.seq for packet, _ in taken]),
         epoch=of([packet.epoch for packet, _ in taken]) & 0xFFFFFFFF,
     )
+
+
+def _integers(values: list[int]) -> NDArray[np.int64]:
+    return np.array(values, dtype=np.int64)
