@@ -2,22 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session that goes on, live or simulated: its feed, the verdict on it, and notices."""
 
+import asyncio
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.energy import declared_storage_j
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
+from pmwvc_view.controls import Control, Setting
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.notices import Notices
 from pmwvc_view.feed.traces import NS
 from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.session import Session
+from pmwvc_view.session import BEGIN_ANEW, Answer, Session
 
 TEXT_EVERY = 8  # snapshots between two verdicts
+RATE = 0.5  # s of delay per s, where it changes in a running session
 
 
 class State(NamedTuple):
@@ -38,6 +44,7 @@ class RunningSession(Session):
         self._live, self._snapshot_s = live, snapshot_s
         self._duration_s: float | None = None
         self._values = controls.Values()
+        self._changing = asyncio.Lock()
 
     def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
         """Begin to show a session in which the devices of these users count their true motion."""
@@ -58,6 +65,25 @@ class RunningSession(Session):
     @abstractmethod
     def _remote(self) -> list[str]:
         """Return the users whose handle a page can take."""
+
+    @abstractmethod
+    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
+        """Change a parameter, to what is wanted then; return why not, or ""."""
+
+    async def set(self, path: str, value: Setting) -> Answer:
+        """Change a parameter; one change at a time."""
+        try:
+            control = controls.control_of(path)
+            if control.path in controls.AT_RESTART:
+                return Answer(False, f"{path}: {BEGIN_ANEW}")
+            controls.require_changeable(self.scenario(), control)
+            async with self._changing:
+                wanted = controls.changed(self.scenario(), {path: value})
+                self._notices.changed(self.scenario(), wanted)
+                why = await self._change(control, wanted, value)
+        except PmwvcError as error:
+            return Answer(False, str(error))
+        return Answer(not why, why or f"{path} = {value}")
 
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""
@@ -92,3 +118,32 @@ class RunningSession(Session):
             "values": {"values": self._values(self.scenario(), state.preset)},
             "play": {"paused": state.paused, "time_s": None, "ratio": 1.0},
         }
+
+
+def ramped(present: Scenario, wanted: Scenario, *, over_s: float) -> Scenario:
+    """Return the scenario wanted, with delays as far from the present ones as may be after so
+    long [s]. Other settings of a link change once its delay is there.
+
+    A delay that grows at once leaves a gap as long as its growth; beyond the watchdog's patience
+    both hands would be dropped.
+    """
+    users = tuple(
+        replace(
+            new,
+            link_up=towards(old.link_up, new.link_up, over_s=over_s),
+            link_down=towards(old.link_down, new.link_down, over_s=over_s),
+        )
+        for old, new in zip(present.users, wanted.users, strict=True)
+    )
+    return replace(wanted, users=users)
+
+
+def towards(present: LinkParams, wanted: LinkParams, *, over_s: float) -> LinkParams:
+    """Return the settings of one link after so long [s]."""
+    if present == wanted:
+        return present
+    most = RATE * over_s
+    step = wanted.delay_s - present.delay_s
+    if abs(step) <= most:
+        return wanted
+    return replace(present, delay_s=present.delay_s + (most if step > 0.0 else -most))

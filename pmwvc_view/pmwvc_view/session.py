@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.controls import Setting, Settings
 from pmwvc_view.prediction import Predictor
-from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.protocol.snapshots import Snapshot
+from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 
 class Answer(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import F_APPLIED, Block
-from pmwvc_view.protocol.snapshots import Snapshot
+from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.simulated.session import SimulatedSession
 from pmwvc_view.web.server import PageServer

@@ -13,8 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from pmwvc_bringup import scenarios
-from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.protocol.snapshots import Snapshot
+from pmwvc_view.protocol.snapshot import Layout, Snapshot
 from pmwvc_view.session import Answer, Session
 from pmwvc_view.web.server import PageServer
 

@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from pmwvc_view import controls
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ, SILENCE_S
-from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
+from pmwvc_view.protocol.requests import ProtocolError, Request, read
 from pmwvc_view.session import Answer
 from pmwvc_view.simulated.session import SimulatedSession
 from pmwvc_view.web.access import Access, why_refused
@@ -215,7 +215,7 @@ def test_any_text_is_a_request_or_refused_with_a_reason(text):
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=6))
 def test_target_arrives_as_it_was_sent(position):
     text = json.dumps({"kind": "target", "user": "user1", "position": position})
-    assert read(text) == Target("user1", tuple(position))
+    assert read(text) == Request("target", {"user": "user1", "position": tuple(position)})
 
 
 def test_page_that_does_not_look_is_sent_no_more_than_its_credit_then_the_present(server):

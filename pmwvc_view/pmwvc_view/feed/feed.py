@@ -21,8 +21,7 @@ from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
 from pmwvc_view.feed.user import FeedUser, brake_of, why_apart
 from pmwvc_view.feed.waits import Waits
-from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout
-from pmwvc_view.protocol.snapshots import Snapshot
+from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout, Snapshot
 
 PATIENCE_NS = 60_000_000
 LONGEST_GAP_NS = NS  # where no trace came for longer, the grid begins anew

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.protocol.snapshots import Snapshot
+from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 STALL_S = 0.025  # of a loop: it then skips ticks, and a watchdog of 30 ms may let go
 MOST = 4

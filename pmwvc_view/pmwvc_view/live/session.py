@@ -15,16 +15,14 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
-from pmwvc_view.controls import Setting, Settings
-from pmwvc_view.live.differences import differences, links_of, server_of
+from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
 from pmwvc_view.live.parameters import Parameters
-from pmwvc_view.protocol.snapshots import Snapshot
-from pmwvc_view.running import RunningSession, State
-from pmwvc_view.session import BEGIN_ANEW, Answer
-from pmwvc_view.simulated.ramp import ramped
+from pmwvc_view.protocol.snapshot import Snapshot
+from pmwvc_view.running import RunningSession, State, ramped
+from pmwvc_view.session import Answer
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
@@ -64,7 +62,6 @@ class LiveSession(RunningSession):
             if user.operator.from_outside
         }
         self._restarts = node.create_publisher(String, f"{graph.prefix}/{RESTART}", HELD_QOS)
-        self._changing = asyncio.Lock()
 
     def _remote(self) -> list[str]:
         return list(self._hands)
@@ -112,23 +109,13 @@ class LiveSession(RunningSession):
             hand.give(description.within_workspace(position, self._scenario, user))
         return Answer(hand is not None)
 
-    async def set(self, path: str, value: Setting) -> Answer:
-        """Change a parameter of the nodes; one change at a time."""
-        try:
-            control = controls.control_of(path)
-            if control.path in controls.AT_RESTART:
-                return Answer(False, f"{path}: {BEGIN_ANEW}")
-            controls.require_changeable(self._scenario, control)
-            async with self._changing:
-                wanted = controls.changed(self._scenario, {path: value})
-                self._notices.changed(self._scenario, wanted)
-                change = self._set_links if control.node == "netem" else self._set_ends
-                why = await change(wanted)
-                if not why and control.path == controls.PRESET:
-                    why = await self._parameters.set(self._graph.netem, {"preset": value})
-        except PmwvcError as error:
-            return Answer(False, str(error))
-        return Answer(not why, why or f"{path} = {value}")
+    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
+        """Change a parameter of the nodes."""
+        change = self._set_links if control.node == "netem" else self._set_ends
+        why = await change(wanted)
+        if not why and control.path == controls.PRESET:
+            why = await self._parameters.set(self._graph.netem, {"preset": value})
+        return why
 
     async def _set_links(self, wanted: Scenario) -> str:
         """Change the links, their delay a little at a time; return why not, or ""."""
@@ -138,7 +125,7 @@ class LiveSession(RunningSession):
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
             why = await self._parameters.set(
-                self._graph.netem, differences(present, step, links_of)
+                self._graph.netem, _different(_links_of(present), _links_of(step))
             )
             if why:
                 return why
@@ -150,11 +137,10 @@ class LiveSession(RunningSession):
     async def _set_ends(self, wanted: Scenario) -> str:
         """Change the server and the masters; return why not, or ""."""
         present = self._scenario
-        changes = {self._graph.server: differences(present, wanted, server_of)}
+        changes = {self._graph.server: _different(_server_of(present), _server_of(wanted))}
         for old, new in zip(present.users, wanted.users, strict=True):
             before, after = values_of("master", old.master), values_of("master", new.master)
-            different = {name: value for name, value in after.items() if value != before[name]}
-            changes[self._graph.master(new.name)] = different
+            changes[self._graph.master(new.name)] = _different(before, after)
         calls = [self._parameters.set(node, each) for node, each in changes.items() if each]
         return "; ".join(filter(None, await asyncio.gather(*calls)))
 
@@ -181,3 +167,25 @@ class LiveSession(RunningSession):
         for hand in self._hands.values():
             hand.give(None)
         super().close()
+
+
+def _different(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of a node that differ."""
+    return {name: value for name, value in after.items() if value != before[name]}
+
+
+def _links_of(scenario: Scenario) -> dict[str, Any]:
+    """Return the parameters of the emulator's links."""
+    found: dict[str, Any] = {}
+    for user in scenario.users:
+        found |= values_of(f"{user.name}.link.up", user.link_up)
+        found |= values_of(f"{user.name}.link.down", user.link_down)
+    return found
+
+
+def _server_of(scenario: Scenario) -> dict[str, Any]:
+    """Return the parameters of the server."""
+    found = values_of("server", scenario.server)
+    for user in scenario.users:
+        found |= values_of(f"{user.name}.server", user.contact)
+    return found

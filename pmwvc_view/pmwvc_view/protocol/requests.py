@@ -5,8 +5,7 @@
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar
+from typing import Any, NamedTuple
 
 from pmwvc_core.errors import PmwvcError
 
@@ -18,100 +17,15 @@ class ProtocolError(PmwvcError):
     """A message of a page that does not follow the protocol; the text names what is wrong."""
 
 
-@dataclass(frozen=True)
-class Request:
-    """A message of a page."""
+class Request(NamedTuple):
+    """A message of a page: its kind, and the values of its fields, which were checked.
 
-    kind: ClassVar[str] = ""
+    It is answered with its ``id``; None where no answer is wanted.
+    """
 
-
-@dataclass(frozen=True)
-class Answered(Request):
-    """A request that is answered with its ``id``; None where no answer is wanted."""
-
-    id: int | None = field(default=None, kw_only=True)
-
-
-@dataclass(frozen=True)
-class Take(Answered):
-    """Take hold of a user's handle."""
-
-    kind: ClassVar[str] = "take"
-    user: str
-
-
-@dataclass(frozen=True)
-class LetGo(Answered):
-    """Let go of a user's handle, and free it for others."""
-
-    kind: ClassVar[str] = "let_go"
-    user: str
-
-
-@dataclass(frozen=True)
-class Target(Request):
-    """The newest target of a hand [m], one value per axis; None: held no longer, place kept."""
-
-    kind: ClassVar[str] = "target"
-    user: str
-    position: tuple[float, ...] | None = None
-
-
-@dataclass(frozen=True)
-class Set(Answered):
-    """Change a parameter of the running session."""
-
-    kind: ClassVar[str] = "set"
-    path: str
-    value: Setting
-
-
-@dataclass(frozen=True)
-class Ask(Answered):
-    """Ask what the exact model says of these settings."""
-
-    kind: ClassVar[str] = "ask"
-    values: Mapping[str, Setting]
-
-
-@dataclass(frozen=True)
-class Pause(Answered):
-    """Let time stand still, or go on."""
-
-    kind: ClassVar[str] = "pause"
-    paused: bool
-
-
-@dataclass(frozen=True)
-class Restart(Answered):
-    """Begin again from the start, with these settings changed."""
-
-    kind: ClassVar[str] = "restart"
-    values: Mapping[str, Setting]
-
-
-@dataclass(frozen=True)
-class Seek(Answered):
-    """Go to a time of a recorded session [s]."""
-
-    kind: ClassVar[str] = "seek"
-    time_s: float
-
-
-@dataclass(frozen=True)
-class Speed(Answered):
-    """Play a recorded session at this ratio of its speed."""
-
-    kind: ClassVar[str] = "speed"
-    ratio: float
-
-
-@dataclass(frozen=True)
-class Seen(Request):
-    """Acknowledge all snapshots up to this number."""
-
-    kind: ClassVar[str] = "seen"
-    seq: int
+    kind: str
+    values: Mapping[str, Any]
+    id: int | None = None
 
 
 def _number(value: Any) -> float:
@@ -158,9 +72,18 @@ def _position(value: Any) -> tuple[float, ...] | None:
     return tuple(_number(each) for each in value)
 
 
-_KINDS = (Take, LetGo, Target, Set, Ask, Pause, Restart, Seek, Speed, Seen)
-_REQUESTS: dict[str, type[Request]] = {each.kind: each for each in _KINDS}
-_FIELDS = {each.kind: tuple(field.name for field in fields(each)) for each in _KINDS}
+_FIELDS: Mapping[str, tuple[str, ...]] = {  # of each kind of request
+    "take": ("id", "user"),  # take hold of a user's handle
+    "let_go": ("id", "user"),  # let go of it, and free it for others
+    "target": ("user", "position"),  # newest of a hand [m], per axis; None: held no longer, kept
+    "set": ("id", "path", "value"),  # change a parameter of the running session
+    "ask": ("id", "values"),  # what the exact model says of these settings
+    "pause": ("id", "paused"),  # let time stand still, or go on
+    "restart": ("id", "values"),  # begin again from the start, with these settings changed
+    "seek": ("id", "time_s"),  # go to a time of a recorded session [s]
+    "speed": ("id", "ratio"),  # play a recorded session at this ratio of its speed
+    "seen": ("seq",),  # acknowledge all snapshots up to this number
+}
 _CHECKS: Mapping[str, Callable[[Any], Any]] = {  # by the name of a field
     "id": _count,
     "user": _name,
@@ -183,19 +106,19 @@ def read(text: str) -> Request:
         raise ProtocolError("a message must be JSON") from None
     if not isinstance(found, dict) or not isinstance(found.get("kind"), str):
         raise ProtocolError("a message must be an object with a string named kind")
-    request = _REQUESTS.get(found.pop("kind"))
-    if request is None:
-        raise ProtocolError(f"kind: must be one of {', '.join(_REQUESTS)}")
+    kind = found.pop("kind")
+    if kind not in _FIELDS:
+        raise ProtocolError(f"kind: must be one of {', '.join(_FIELDS)}")
     values: dict[str, Any] = {}
-    for name in _FIELDS[request.kind]:
+    for name in _FIELDS[kind]:
         if name not in found:
             if name != "id":
-                raise ProtocolError(f"{request.kind}.{name} is missing")
+                raise ProtocolError(f"{kind}.{name} is missing")
             continue
         try:
             values[name] = _CHECKS[name](found.pop(name))
         except ProtocolError as error:
-            raise ProtocolError(f"{request.kind}.{name}: {error}") from None
+            raise ProtocolError(f"{kind}.{name}: {error}") from None
     if found:
-        raise ProtocolError(f"{request.kind}: unknown field {sorted(found)[0][:LONGEST_NAME]!r}")
-    return request(**values)
+        raise ProtocolError(f"{kind}: unknown field {sorted(found)[0][:LONGEST_NAME]!r}")
+    return Request(kind, values, values.pop("id", None))

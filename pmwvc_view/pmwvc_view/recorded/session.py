@@ -19,8 +19,7 @@ from pmwvc_core.traces import SessionTraces
 from pmwvc_view import controls, description
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
 from pmwvc_view.prediction import Predictor
-from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.protocol.snapshots import Snapshot
+from pmwvc_view.protocol.snapshot import Layout, Snapshot
 from pmwvc_view.recorded.rows import packets_of, rows_of
 from pmwvc_view.session import Answer, Session
 

@@ -9,11 +9,10 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import signal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
-from pmwvc_view.controls import Setting, Settings
-from pmwvc_view.protocol.snapshots import Snapshot
-from pmwvc_view.running import RunningSession, State
-from pmwvc_view.session import BEGIN_ANEW, Answer
-from pmwvc_view.simulated.ramp import ramped
+from pmwvc_view.controls import Control, Setting, Settings
+from pmwvc_view.protocol.snapshot import Snapshot
+from pmwvc_view.running import RunningSession, State, ramped
+from pmwvc_view.session import Answer
 from pmwvc_view.simulated.stepping import Simulation
 
 LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
@@ -85,21 +84,11 @@ class SimulatedSession(RunningSession):
             source.give(None if target is None else signal(target, self._scenario.dof))
         return Answer(source is not None)
 
-    async def set(self, path: str, value: Setting) -> Answer:
-        """Change a parameter."""
-        try:
-            control = controls.control_of(path)
-            controls.require_changeable(self._wanted, control)
-            wanted = controls.changed(self._wanted, {path: value})
-        except PmwvcError as error:
-            return Answer(False, str(error))
-        if control.path in controls.AT_RESTART:
-            return Answer(False, f"{path}: {BEGIN_ANEW}")
-        self._notices.changed(self._wanted, wanted)
+    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self._wanted = wanted
         if control.node == "netem":
             self._preset = str(value) if control.path == controls.PRESET else None
-        return Answer(True, f"{path} = {value}")
+        return ""
 
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""

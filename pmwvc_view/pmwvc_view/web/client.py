@@ -15,8 +15,7 @@ from websockets.frames import CloseCode
 
 from pmwvc_view.protocol import MESSAGES_HZ
 from pmwvc_view.protocol.requests import ProtocolError, Request, read
-from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.protocol.snapshots import Outgoing, Snapshot
+from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
 
 LONGEST_REASON = 100  # bytes; a close frame holds 123
 MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is closed

@@ -6,7 +6,9 @@ import asyncio
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
-from pmwvc_view.protocol import SILENCE_S, requests
+from pmwvc_view.controls import Settings
+from pmwvc_view.protocol import SILENCE_S
+from pmwvc_view.protocol.requests import Request
 from pmwvc_view.session import Answer, Session
 from pmwvc_view.web.client import Client
 
@@ -111,29 +113,29 @@ class Handling:
         self._handles.opened(user)
         self._session.target(user, None)
 
-    def handle(self, client: Client, request: requests.Request) -> None:
+    def handle(self, client: Client, request: Request) -> None:
         """Do what a page asks for; answers that take their time come later."""
-        session = self._session
-        if isinstance(request, requests.Seen):
-            client.seen(request.seq)
+        session, kind, values = self._session, request.kind, request.values
+        if kind == "seen":
+            client.seen(values["seq"])
             self._shown += 1
             if self._shown == SETTLED:
                 session.expect_questions()
-        elif isinstance(request, requests.Target):
-            self._target(client, request)
-        elif request.kind not in session.can:
-            self._answer(client, request, Answer(False, f"{request.kind}: not in this session"))
-        elif isinstance(request, requests.Take):
-            why = self._handles.take(request.user, client)
+        elif kind == "target":
+            self._target(client, **values)
+        elif kind not in session.can:
+            self._answer(client, request, Answer(False, f"{kind}: not in this session"))
+        elif kind == "take":
+            why = self._handles.take(values["user"], client)
             self._answer(client, request, Answer(why is None, why or ""))
             self._tell_users()
-        elif isinstance(request, requests.LetGo):
-            mine = self._handles.owner(request.user) is client
+        elif kind == "let_go":
+            mine = self._handles.owner(values["user"]) is client
             if mine:
-                self._free(request.user)
+                self._free(values["user"])
             self._answer(client, request, Answer(mine, "" if mine else "not held by this page"))
-        elif isinstance(request, requests.Set | requests.Ask | requests.Pause):
-            changes = not isinstance(request, requests.Ask)  # of questions the newest counts
+        elif kind in ("set", "ask", "pause"):
+            changes = kind != "ask"  # of questions the newest counts
             if changes and list(self._tasks.values()).count(client) >= MOST_AT_ONCE:
                 text = f"{MOST_AT_ONCE} changes of this page are under way"
                 self._answer(client, request, Answer(False, text))
@@ -141,47 +143,40 @@ class Handling:
             task = asyncio.create_task(self._later(client, request))
             self._tasks[task] = client
             task.add_done_callback(self._tasks.pop)
+        elif kind == "restart":
+            self._answer(client, request, self._restart(values["values"]))
         else:
-            self._answer(client, request, self._at_once(request))
+            go = session.seek if kind == "seek" else session.speed
+            self._answer(client, request, go(**values))
 
-    def _target(self, client: Client, request: requests.Target) -> None:
-        if self._handles.owner(request.user) is not client:
+    def _target(self, client: Client, user: str, position: tuple[float, ...] | None) -> None:
+        if self._handles.owner(user) is not client:
             return
-        if request.position is None:
-            self._open(request.user)
+        if position is None:
+            self._open(user)
         else:
-            self._handles.held(request.user, self._listened_s)
-            self._session.target(request.user, request.position)
+            self._handles.held(user, self._listened_s)
+            self._session.target(user, position)
 
-    def _at_once(self, request: requests.Request) -> Answer:
-        session = self._session
-        if isinstance(request, requests.Restart):
-            now_s = asyncio.get_running_loop().time()
-            if now_s - self._began_s < AGAIN_S:
-                return Answer(False, f"it began less than {AGAIN_S:g} s ago")
-            self._began_s = now_s
-            return session.restart(request.values)
-        if isinstance(request, requests.Seek):
-            return session.seek(request.time_s)
-        if isinstance(request, requests.Speed):
-            return session.speed(request.ratio)
-        raise TypeError(request.kind)
+    def _restart(self, values: Settings) -> Answer:
+        now_s = asyncio.get_running_loop().time()
+        if now_s - self._began_s < AGAIN_S:
+            return Answer(False, f"it began less than {AGAIN_S:g} s ago")
+        self._began_s = now_s
+        return self._session.restart(values)
 
-    async def _later(
-        self, client: Client, request: requests.Set | requests.Ask | requests.Pause
-    ) -> None:
-        if isinstance(request, requests.Pause):
-            self._answer(client, request, await self._session.pause(request.paused))
-        elif isinstance(request, requests.Set):
-            self._answer(client, request, await self._session.set(request.path, request.value))
+    async def _later(self, client: Client, request: Request) -> None:
+        if request.kind != "ask":
+            do = self._session.set if request.kind == "set" else self._session.pause
+            self._answer(client, request, await do(**request.values))
+            return
+        found = await self._session.ask(**request.values)
+        if found is None:
+            self._answer(client, request, Answer(False, "a newer question came"))
         else:
-            found = await self._session.ask(request.values)
-            if found is None:
-                self._answer(client, request, Answer(False, "a newer question came"))
-            else:
-                client.send({"kind": "prediction", "id": request.id, **found})
+            client.send({"kind": "prediction", "id": request.id, **found})
 
-    def _answer(self, client: Client, request: Any, answer: Answer) -> None:
+    def _answer(self, client: Client, request: Request, answer: Answer) -> None:
         if request.id is not None:
             client.send({"kind": "answer", "id": request.id, **answer._asdict()})
 

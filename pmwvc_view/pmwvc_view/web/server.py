@@ -8,19 +8,22 @@ they come. A page can do what a hand can do; whatever it sends is checked and co
 
 import asyncio
 import contextlib
+import http
 import socket
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
 
 from pmwvc_view import description, protocol
-from pmwvc_view.protocol.snapshots import Snapshot
+from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.web import access
 from pmwvc_view.web.client import Client
 from pmwvc_view.web.handling import Handling
-from pmwvc_view.web.opening import answered
 
 
 class Stop(Protocol):
@@ -31,6 +34,7 @@ class Stop(Protocol):
         ...
 
 
+MOST_PAGES = 32
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
 UNSEEN_S = 0.128  # between two polls while there is no page: a node's traces wait as long
 LISTEN_S = 0.004  # between two polls at least: what pages sent must not wait for a busy session
@@ -84,7 +88,7 @@ class PageServer:
             self._serve_page,
             self._host,
             self.port,
-            process_request=lambda _, request: answered(
+            process_request=lambda _, request: _answered(
                 request, self._access, port=self.port, pages=self.pages
             ),
             compression=None,
@@ -185,3 +189,33 @@ class PageServer:
             self._handling.gone(client)
         if why:
             await client.refuse(why)
+
+
+def _answered(request: Request, rules: access.Access, *, port: int, pages: int) -> Response | None:
+    """Return the answer to a request; None for a socket that may connect."""
+    hosts = request.headers.get_all("Host")
+    if why := rules.host_refused(hosts, port):
+        return _answer(http.HTTPStatus.FORBIDDEN, why)
+    path = urlsplit(request.path).path
+    if path != access.SOCKET:
+        file = access.page_file(path)
+        if file is None:
+            return _answer(http.HTTPStatus.NOT_FOUND, "there is no such file")
+        return _answer(http.HTTPStatus.OK, file.content, file.kind)
+    origins = request.headers.get_all("Origin")
+    if why := rules.socket_refused(request.path, origins, hosts[0]):
+        return _answer(http.HTTPStatus.FORBIDDEN, why)
+    if pages >= MOST_PAGES:
+        text = f"{MOST_PAGES} pages are connected already"
+        return _answer(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
+    return None
+
+
+def _answer(
+    status: http.HTTPStatus, content: bytes | str, kind: str = "text/plain; charset=utf-8"
+) -> Response:
+    body = content if isinstance(content, bytes) else f"{content}\n".encode()
+    headers = Headers({**access.HEADERS, "Content-Type": kind})
+    headers["Content-Length"] = str(len(body))
+    headers["Connection"] = "close"
+    return Response(status.value, status.phrase, headers, body)
