@@ -30,7 +30,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(7_411, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        5_757,
+        5_417,
         2_500,
         inside(
             "pmwvc_core",
@@ -47,7 +47,7 @@ ROOMS = {
     ),
     "links and packets": Room(3_324, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        6_624,
+        6_601,
         4_700,
         (
             *inside(
@@ -58,7 +58,7 @@ ROOMS = {
     ),
     "border to ROS": Room(2_044, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        6_762,
+        6_533,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -67,12 +67,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        6_052,
+        5_498,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        5_085,
+        4_846,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "export", "*.py"),
@@ -80,11 +80,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        3_749, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        3_645, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_942, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(4_940, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_678, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(4_712, 3_000, ("pmwvc_view",)),
+    "page": Room(4_584, 3_000, ("pmwvc_view",)),
 }
 
 
