@@ -119,7 +119,7 @@ def begin(s: User, tick: int, p: UserParams) -> User:
     return s._replace(frames=frames, frame_s=(ends - of_frame) * p.frames.tick_s)
 
 
-def heard(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
+def receive(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
     """Take packets in, in the order of their arrival."""
     arrivals, newest, servers, limit = s.arrivals, s.newest, s.servers, s.limits
     for packet in packets:
@@ -135,7 +135,7 @@ def user_tick(
 ) -> tuple[User, Tick]:
     """Run one tick of a frame that has begun; ``packets`` are None where none came."""
     if packets is not None:
-        s = heard(s, packets, now_ns, p)
+        s = receive(s, packets, now_ns, p)
     frames, arrivals, servers = s.frames, s.arrivals, s.servers
     port, limit, coupled = s.port, s.limits, s.coupled
     if tick >= frames.next_answer:

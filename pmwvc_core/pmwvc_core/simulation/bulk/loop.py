@@ -16,7 +16,7 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
 from pmwvc_core.law.port.sensing import Sample
 from pmwvc_core.law.server_step import Answer, Guest, GuestParams, Server, server_step
-from pmwvc_core.law.user_tick import User, begin, heard, send, user_tick
+from pmwvc_core.law.user_tick import User, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
@@ -154,7 +154,7 @@ def _ran(
         now_ns, last = tick * clock.tick_ns, tick + 1 == clock.ticks
         taken_down = at[0].taken
         if taken_down < len(down) and down[taken_down, 0] <= tick:
-            if not _heard(at, p, number, tick, now_ns, empty, down, packets, clock):
+            if not _receive(at, p, number, tick, now_ns, empty, down, packets, clock):
                 return False
         s = at[0]
         device, acts = s.device, s.acts or s.user.limits.fading.ready
@@ -181,7 +181,7 @@ def _ran(
     return True
 
 
-def _heard(
+def _receive(
     at: list[End], p: EndParams, number: int, tick: int, now_ns: int, empty: list[Packet],
     down: Integers, packets: Array, clock: Clock,
 ) -> bool:  # fmt: skip
@@ -190,7 +190,7 @@ def _heard(
     until = after(down, s.taken, tick)
     came, fit = taken(number, p.user.arrivals.longest, 1, down, s.taken, until, packets, empty,
                       clock.axes)  # fmt: skip
-    at[0] = s._replace(user=heard(s.user, came, now_ns, p.user), taken=until)
+    at[0] = s._replace(user=receive(s.user, came, now_ns, p.user), taken=until)
     return fit
 
 
