@@ -155,7 +155,7 @@ def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tm
     """The test is the pointer: it drags user1's handle, and makes the contact stiffer."""
     folder, settings = tmp_path / "session", ("user1.operator.kind=remote", "task.kind=hold")
     words = [word for setting in settings for word in ("--set", setting)]
-    with Running(folder, "carry_16ms", "--duration", 12, *words) as session:
+    with Running(folder, "carry_16ms", "--duration", 20, *words) as session:
         with ros(domain=domain_of(session)) as peer:
             target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
             peer.until(lambda: target.get_subscription_count() >= 2)  # master and recorder
@@ -188,6 +188,6 @@ def drag(peer, target, process):
         message = PointStamped()
         message.point.x = -0.03 + 0.008 * min(1.0, count / 120)
         target.publish(message)
-        if count == 150:
+        if count == 75:
             stiff = {"server.contact_stiffness": 1500.0}
             assert peer.set_parameters("/server", stiff) == [""]

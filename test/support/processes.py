@@ -13,6 +13,7 @@
 import contextlib
 import ctypes
 import functools
+import math
 import os
 import re
 import signal
@@ -32,6 +33,7 @@ from pmwvc_bringup.session.surroundings import node_environment
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 
 LONGEST_S = 60.0  # no process of a test lives longer
+ANSWER_S = 3.0  # for an answer, until it is asked for again
 PATIENCE_S = 30.0  # for an event that has to come
 _PR_SET_PDEATHSIG = 1
 _RESERVING_PORT = 21_000  # + domain id: bound by whoever uses that domain on this machine
@@ -256,13 +258,23 @@ class Peer:
         return self.node.create_publisher(kind, topic, _qos(reliable))
 
     def call(self, kind: Any, service: str, request: Any) -> Any:
-        """Call a service and return its answer."""
+        """Call a service and return its answer; call again where none comes: one is lost where the
+        server has not found this client yet.
+        """
         client = self.node.create_client(kind, service)
         self.until(client.service_is_ready)
-        future = client.call_async(request)
-        self.until(future.done)
+        asked_s, calls = -math.inf, list[Any]()
+
+        def answered() -> Any:
+            nonlocal asked_s
+            if time.monotonic() > asked_s + ANSWER_S:
+                asked_s = time.monotonic()
+                calls.append(client.call_async(request))
+            return next((call for call in calls if call.done()), None)
+
+        found = self.until(answered)
         self.node.destroy_client(client)
-        return future.result()
+        return found.result()
 
     def set_parameters(self, node: str, values: Mapping[str, Any]) -> list[str]:
         """Set parameters of another node one by one; return why each was refused, or ""."""

@@ -56,7 +56,7 @@ def _summed(clock: Clock, user: UserTraces, per_tick: Array, said: str) -> Array
 
 def _unresolved(clock: Clock, user: UserTraces, params: DeviceParams, *, known: bool) -> Sums:
     """Return what is known of a device whose true motion is not."""
-    rendered = hand_work(user, params).at(user, clock.time_s).sums
+    rendered = hand_work(user, params).at(user, clock.time_s)[0]
     kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
     in_motion = kinetic[clock.ticks_before(user)] - kinetic[0]
     hand = rendered + in_motion
