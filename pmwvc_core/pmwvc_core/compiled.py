@@ -34,13 +34,12 @@ from pmwvc_core.law.family import Family
 
 # As quick as 3 here, compiled in two thirds of the time.
 numba.config.OPT = type(numba.config.OPT)(1)
+# A loop over laws is called instead: once for all users of a kind, and quicker to compile.
 INLINED = ("pmwvc_core.law", "pmwvc_core.plant")
 LAWS = (*INLINED, "pmwvc_core.simulation")
 
 BUILDING = (vectors.each, vectors.chain, vectors.columns, vectors.plus, vectors.minus,
             vectors.times, vectors.scaled)  # fmt: skip
-
-
 # Of what only compiled laws call: no form that takes Python's objects.
 BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 

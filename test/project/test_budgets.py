@@ -58,7 +58,7 @@ ROOMS = {
     ),
     "border to ROS": Room(2_044, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        6_533,
+        6_526,
         3_500,
         inside(
             "pmwvc_analysis",

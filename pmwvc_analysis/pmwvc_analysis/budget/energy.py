@@ -91,9 +91,7 @@ class UserEnergy:
     storage_j: float = 0.0  # that the controller was declared to hold at the start
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
     counts_j: float = 0.0  # that counts of an encoder are bounded to make of the hand's work
-    given_j: Array = field(
-        default_factory=lambda: np.zeros(0)
-    )  # of v_s, at the times of ``joint``
+    given_j: Array = field(default_factory=lambda: np.zeros(0))  # of v_s, at the times of joint
     hand: Work | None = None  # the hand's work tick by tick; None where it is known by blocks only
 
     @property
@@ -173,13 +171,11 @@ def _of_user(
     given_j = begun(v_s)
     joint = Balance(times[rows], begun(worked - gone), taken - given_j)
     return UserEnergy(
-        *(user.name, up, down, joint, resolution[rows]),
-        declared_storage_j(scenario, known) if scenario and known else 0.0,
-        stays,
-        counts_j(traces, scenario, user.name),
-        given_j,
-        work if len(work.sums) == len(user.time_s) else None,
-    )
+        user.name, up, down, joint, resolution[rows],
+        storage_j=declared_storage_j(scenario, known) if scenario and known else 0.0,
+        stretches=stays, counts_j=counts_j(traces, scenario, user.name), given_j=given_j,
+        hand=work if len(work.sums) == len(user.time_s) else None,
+    )  # fmt: skip
 
 
 def declared(scenario: Scenario, user: User) -> Declared:

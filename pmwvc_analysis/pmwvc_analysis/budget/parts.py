@@ -39,12 +39,14 @@ PARTS: Mapping[str, Part] = {
     ),
     "device_kinetic": Part("motion of the device", "devices"),
     "device_damping": Part(
-        *("damping of the device", "devices"),
-        "damping and friction of the device, and errors of its sensors",
+        "damping of the device",
+        "devices",
+        hides="damping and friction of the device, and errors of its sensors",
     ),
     SKIPPED: Part(
-        *("while the loop skipped ticks", "devices"),
-        "what hand and damping of the device did while the loop skipped ticks",
+        "while the loop skipped ticks",
+        "devices",
+        hides="what hand and damping of the device did while the loop skipped ticks",
     ),
     "sample_hold": Part("sampling and holding at the device", "sampling and safety"),
     "safety": Part("safety limits", "sampling and safety"),
@@ -52,8 +54,9 @@ PARTS: Mapping[str, Part] = {
     "rate_drop": Part("rate drop", "filters and holds"),
     "hold": Part("hold", "filters and holds"),
     "filter_and_hold": Part(
-        *("anti-aliasing filter and hold", "filters and holds"),
-        "what velocity filter, bank and position feedback accounted for",
+        "anti-aliasing filter and hold",
+        "filters and holds",
+        hides="what velocity filter, bank and position feedback accounted for",
     ),
     "node": Part("", "filters and holds"),
     "node_and_link_down": Part("", "filters and holds"),
@@ -62,8 +65,9 @@ PARTS: Mapping[str, Part] = {
     "link": Part("link in both directions", "links", "what the controller accounted for itself"),
     "late_decoding": Part("", "server's computation"),
     "integration": Part(
-        *("integration of the server", "server's computation"),
-        "the energy of the contacts' springs and the heat of their dampers",
+        "integration of the server",
+        "server's computation",
+        hides="the energy of the contacts' springs and the heat of their dampers",
     ),
     "withheld": Part("", "server's computation"),
     "contained": Part("", "server's computation"),
@@ -72,8 +76,9 @@ PARTS: Mapping[str, Part] = {
     "contact_stored": Part("springs of the contacts", "contacts"),
     "environment_stored": Part("stored by the environment", "contacts"),
     "environment_heat": Part(
-        *("dissipated in the environment", "contacts"),
-        "how what the environment took divides into stored and heat",
+        "dissipated in the environment",
+        "contacts",
+        hides="how what the environment took divides into stored and heat",
     ),
     "object_kinetic": Part("motion of the object", "object"),
     "object_damping": Part("damping of the object", "object"),
@@ -100,9 +105,8 @@ def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
 
 def words_of(part: str) -> str:
     """Return a part in words, or several that are judged together."""
-    known = PARTS.get(part)
-    if known is not None and known.words:
-        return known.words
+    if words := PARTS.get(part, Part("")).words:
+        return words
     if "_and_" in part:
         return ", ".join(words_of(each) for each in part.split("_and_"))
     entry = entries().get(part)

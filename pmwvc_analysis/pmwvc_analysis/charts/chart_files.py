@@ -52,8 +52,8 @@ def figure(chart: Chart, span: Span | None = None) -> "Figure":
         _panel(axes, panel, chart.x_span(index, span), labelled=chart.labelled(index))
         for time_s, number in chart.events if panel.of_time else ():
             axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
-            place = (time_s, 1.0), None, ("data", "axes fraction")
-            axes.annotate(number, *place, color=LIGHT["soft"], fontsize=8, va="top")
+            axes.annotate(number, (time_s, 1.0), xycoords=("data", "axes fraction"),
+                          color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
     return drawn
 
 

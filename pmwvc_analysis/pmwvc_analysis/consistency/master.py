@@ -35,14 +35,14 @@ def master(
     for name, wave in (("u_m", user.u_m), ("v_m", user.v_m)):
         sums = _blocks(user, power(wave) * user.tick_s / 2.0, user.energy[name])
         yield from off(f"{user.name}: the energy of {name} is not its sum", "J", *sums)
-    filtered = "force_velocity_filter" in user.accounts  # the velocity in the force, for itself
+    if "force_velocity_filter" in user.accounts:  # the velocity in the force, for itself
+        return
     if strict and known is not None:
-        if not filtered and not measured(known.device):
+        if not measured(known.device):
             yield from _strict(user, known)
         return
-    if not filtered:
-        yield from _port(user)
-    if known is not None and not filtered:
+    yield from _port(user)
+    if known is not None:
         yield from _force(user, known)
         yield from _filter(user, known)
         if not ANSWERS & user.accounts.keys() and complete(user):

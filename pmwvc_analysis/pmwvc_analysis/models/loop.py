@@ -36,7 +36,7 @@ SEND, BEGIN, TICK = lifted(send), lifted(begin), lifted(user_tick)
 STEP, DEVICE = lifted(server_step), lifted(device_step)
 SETTLED_S = 30.0  # many times as long as the lag takes to follow
 STORE_S = 0.1  # more than a settled playout has in store
-AT_REST = send, begin, user_tick, server_step, device_step  # of numbers
+AT_REST = send, begin, user_tick, server_step, device_step  # on plain numbers, quicker
 
 
 class Loop:

@@ -66,11 +66,11 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         together = _coupled(server, user)
     worst, lasted_s = int(np.argmax(steps)), _lasted_s(user)
     found = Felt(
-        *(float(steps[worst]), float(user.time_s[worst]), int(begins(steps > BLOW_N).sum())),
-        *(None, None, None),
-        float(lasted_s[together].sum() / lasted_s.sum()),
-        None,
-    )
+        force_step_max_n=float(steps[worst]), force_step_max_s=float(user.time_s[worst]),
+        blows=int(begins(steps > BLOW_N).sum()), force_undisturbed_n=None, force_least_n=None,
+        dropout_s=None, coupled_ratio=float(lasted_s[together].sum() / lasted_s.sum()),
+        disturbed_s=None,
+    )  # fmt: skip
     if scenario is None or known is None:
         return found
     away = _taken_away(traces, user, scenario, known)

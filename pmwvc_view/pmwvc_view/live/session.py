@@ -26,7 +26,7 @@ from pmwvc_view.session import Answer
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
-SILENT_S = 10.0  # without a trace: the session is over, and not a machine that stands still
+SILENT_S = 10.0  # without a trace: the session is over; a busy machine may stall for seconds
 
 
 class LiveSession(RunningSession):

@@ -135,7 +135,7 @@ def count(found: Sequence[Family | Motion]) -> int:
 
 
 def _free_positions(linear: "Linear", axis: int) -> list[Motion]:
-    loop = linear.loop
+    loop, body = linear.loop, linear.loop.places.body
     if not has_waves(loop.scenario.controller):
         return _translations_without_waves(linear, axis)
     one, always = np.eye(loop.dof)[axis : axis + 1], np.array([True])
@@ -147,10 +147,8 @@ def _free_positions(linear: "Linear", axis: int) -> list[Motion]:
         if not bound.all()
     ]
     together = {device: bound * one for device, bound in zip(devices, tied, strict=True)}
-    if loop.places.body in linear.placed:
-        found.append(
-            Motion(loop.places.body, axis, always, {loop.places.body: one} | together, {})
-        )
+    if body in linear.placed:
+        found.append(Motion(body, axis, always, {body: one} | together, {}))
     for index, line in enumerate(loop.lines):
         loose = freedom.stiffness(line)[:, 0] == 0.0
         if loose.any():
@@ -169,18 +167,16 @@ def _free_positions(linear: "Linear", axis: int) -> list[Motion]:
 
 def _translations_without_waves(linear: "Linear", axis: int) -> list[Motion]:
     """Return the common translation, and those of users whose position acts on nothing."""
-    loop, found = linear.loop, []
+    loop, body, found = linear.loop, linear.loop.places.body, []
     one = np.eye(loop.dof)[axis : axis + 1]
     for index, line in enumerate(loop.lines):
         loose, device = freedom.stiffness(line)[:, 0] == 0.0, f"{line.name}.device.x"
         if loose.any():
             moved = {device: one, loop.places.deflection(index): one}
             found.append(Motion(device, axis, loose, moved, {}))
-    if loop.places.body in linear.placed:
-        all_of_them = {f"{line.name}.device.x": one for line in loop.lines} | {
-            loop.places.body: one
-        }
-        found.append(Motion(loop.places.body, axis, np.array([True]), all_of_them, {}))
+    if body in linear.placed:
+        all_of_them = {f"{line.name}.device.x": one for line in loop.lines} | {body: one}
+        found.append(Motion(body, axis, np.array([True]), all_of_them, {}))
     return found
 
 
@@ -190,7 +186,7 @@ def _drifting(linear: "Linear", axis: int) -> list[Motion]:
     A virtual coupling pulls back what moves on: it receives the other end late. So does a contact
     with damping behind a playout whose lag follows uneven packets.
     """
-    loop = linear.loop
+    loop, body = linear.loop, linear.loop.places.body
     if not record_of(loop.scenario.controller).drifts:
         return []
     one, found = np.eye(loop.dof)[axis : axis + 1], []
@@ -202,7 +198,7 @@ def _drifting(linear: "Linear", axis: int) -> list[Motion]:
             avatar = freedom.moves_avatar(line, one)
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
     steady = all(abs(pace.shift_s) < ROUNDING_S for pair in loop.paces for pace in pair)
-    if loop.places.body in linear.placed and steady and all(map(freedom.steady_age, loop.lines)):
+    if body in linear.placed and steady and all(map(freedom.steady_age, loop.lines)):
         found += _common_drift(linear, axis)
     return found
 
@@ -213,15 +209,12 @@ def _common_drift(linear: "Linear", axis: int) -> list[Motion]:
     The two ends of a wave link move as sqrt(b of the server / b of the master). A position
     feedback receives the avatar in steps: only with a packet at every tick is there no force.
     """
-    loop = linear.loop
+    loop, body = linear.loop, linear.loop.places.body
     waves, serve = has_waves(loop.scenario.controller), loop.serve
     one = np.eye(loop.dof)[axis : axis + 1]
     mask = ~(per_run(loop.scenario.server.object_damping) > 0.0)
-    now = {
-        loop.places.body: one * ((serve.phase - serve.period) * loop.tick_s),
-        f"{loop.places.body}d": one,
-    }
-    rates = {loop.places.body: one}
+    now = {body: one * ((serve.phase - serve.period) * loop.tick_s), f"{body}d": one}
+    rates = {body: one}
     for index, line in enumerate(loop.lines):
         off, tied = freedom.alone(line), freedom.tied(line)
         rates[loop.places.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
@@ -235,4 +228,4 @@ def _common_drift(linear: "Linear", axis: int) -> list[Motion]:
         rates[x] = rate
     if not mask.any():
         return []
-    return [Motion(f"{loop.places.body}d", axis, mask[:, 0], now, rates)]
+    return [Motion(f"{body}d", axis, mask[:, 0], now, rates)]

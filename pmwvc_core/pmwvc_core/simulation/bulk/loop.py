@@ -6,7 +6,8 @@ plan of the network says of their packets (:mod:`.plan`).
 The server steps; then loop and device of every user, one after the other, run up to the next step:
 they meet in packets alone. Where a frame is over, its packet leaves. What is to be known of the
 session is written into arrays (:mod:`.book`), each handed on by itself, never within a tuple: to
-take one out of a tuple costs more than a law.
+take one out of a tuple costs more than a law. The state of each end stands in a list of one: as a
+variable all of it would be copied wherever branches meet.
 """
 
 from typing import Any, NamedTuple
