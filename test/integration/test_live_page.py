@@ -72,7 +72,7 @@ def visited(tmp_path_factory):
                 until(lambda: first.value("user1.state") == first.value("user2.state") == 1, *both)
                 found["before"] = abs(first.value("user1.f_applied"))
                 found["second tab"] = second.page.ask("take", user="user1")
-                first.target, second.target = -0.022, 0.022
+                first.target, second.target = -0.016, 0.016
                 until(lambda: abs(first.value("user1.f_applied")) > 1.0, *both)
                 found["squeezed"] = abs(first.value("user1.f_applied"))
                 second.target = None  # its hand lets go by silence; asking takes its time
@@ -84,7 +84,7 @@ def visited(tmp_path_factory):
                     ("master.impedance", 30.0),
                 ):
                     found[name] = first.page.ask("set", path=name, value=value)
-                second.target = 0.022
+                second.target = 0.016
                 until(lambda: abs(first.value("user1.f_applied")) > 1.0, *both)
             until(lambda: second.value("user1.held") == 0.0, second)
             left_s = second.value("time_s")

@@ -17,7 +17,7 @@ from pmwvc_view.protocol.snapshot import Layout, Snapshot
 from pmwvc_view.session import Answer, Session
 from pmwvc_view.web.server import PageServer
 
-PATIENCE_S = 30.0  # for an event that has to come
+PATIENCE_S = 100.0  # for an event that has to come
 TOKEN = "token-of-a-test"
 
 

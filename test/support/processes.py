@@ -34,7 +34,7 @@ from pmwvc_core.runtime.parameter_values import to_ros_yaml
 
 LONGEST_S = 60.0  # no process of a test lives longer
 ANSWER_S = 3.0  # for an answer, until it is asked for again
-PATIENCE_S = 30.0  # for an event that has to come
+PATIENCE_S = 100.0  # for an event that has to come
 _PR_SET_PDEATHSIG = 1
 _RESERVING_PORT = 21_000  # + domain id: bound by whoever uses that domain on this machine
 _libc = ctypes.CDLL(None)
