@@ -20,8 +20,7 @@ from pmwvc_core.law.port.strict_master import KEPT_J
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.simulation.conditions import Conditions, Steps
-from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession, simulate_one
 
 SPARED = ("channel__arrivals__spared", "port__strict_master__spared")
 BEGIN_S, LEAST_J = 6.0, -1e-9

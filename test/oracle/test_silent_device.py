@@ -12,7 +12,7 @@ from support.least_balance import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 
 LEAST_J = -1e-9
 SILENT_S = 0.3

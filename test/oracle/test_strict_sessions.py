@@ -19,7 +19,7 @@ from pmwvc_analysis.figures.recorded import conditions
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 
 B = 25.0
 LEAST_J = -1e-9

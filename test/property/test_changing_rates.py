@@ -18,7 +18,7 @@ from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.law.channel.playout import waiting
 from pmwvc_core.law.server_step import ABSENT
 from pmwvc_core.numeric import squared
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.transport.packet import Packer
 
 LEAST_J = -1e-12
@@ -118,7 +118,7 @@ def test_frames_and_steps_lie_on_the_grid_of_their_rate(found):
         )
         for user in traces.users
     }
-    starts["server.period_s"] = np.array(batch.server_buffer.ticks)
+    starts["server.period_s"] = np.array(batch.server_notes.ticks)
     for name, ticks in starts.items():
         since = np.searchsorted(
             ticks, 1e3 * max([0.0, *(t for t, n, _ in found if n == name)]) - 0.5

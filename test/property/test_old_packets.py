@@ -23,7 +23,7 @@ from support.simulated import simulated
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.inbox import Inbox
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer
 from pmwvc_core.transport.verdict import Verdict
 

@@ -12,7 +12,7 @@ from pmwvc_bringup import scenarios
 from pmwvc_core.law.channel import playout as law
 from pmwvc_core.law.channel.playout import FEW, MOST_J
 from pmwvc_core.numeric import squared
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 
 STEP_S, PERIOD_S, ROUNDING = 0.004, 0.008, 1e-12
 schedules = st.fixed_dictionaries(

@@ -15,7 +15,7 @@ from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.account import continued
 from pmwvc_core.ends.assembly import server_end_of
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 
 STEP_NS = 8_000_000
 ENERGIES = ("energy_u_s", "energy_v_s")
@@ -54,7 +54,7 @@ def restarted(dead_step, away_steps, *, channel="strict", unrecorded=0):
     batch.run(lambda _: None)
     traces = batch.traces()
     server = traces.server
-    server.time_s = np.array(batch.server_buffer.ticks) * batch.tick_s
+    server.time_s = np.array(batch.server_notes.ticks) * batch.tick_s
     server.step = np.concatenate(
         [1 + np.arange(dead_step), 1 + np.arange(len(server.time_s) - dead_step)]
     )

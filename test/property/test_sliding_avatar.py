@@ -21,7 +21,7 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.assembly import server_end_of
 from pmwvc_core.law.server import server_port
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.transport.packet import WavePacket
 
 B, H, SIZE_M = 25.0, 0.008, 0.06

@@ -18,7 +18,7 @@ from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 
 SETTLED = 200  # ticks after which every user has joined, whatever the delay here
 

@@ -9,7 +9,7 @@ import pytest
 from support import plain as scenarios
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 
 CHANGE_NS, TICK_S = 3_000_000_000, 0.001
 

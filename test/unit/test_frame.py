@@ -10,8 +10,7 @@ from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession, simulate_one
 
 TICK_NS = 1_000_000
 

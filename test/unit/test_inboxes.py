@@ -6,7 +6,7 @@ import pytest
 from support import plain as scenarios
 
 from pmwvc_bringup.session import plan
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.wave.impedance import largest_wave
 
 TIMES = ("user1.safety.timeout_s=0.05", "user2.safety.timeout_s=0.2", "user2.safety.release_s=7")

@@ -11,7 +11,7 @@ import numpy as np
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.traces import SessionTraces
 
 LONGEST_S = 0.6  # that the fit looks for, one way

@@ -3,7 +3,7 @@
 """The rows that both ends report: signals of a tick, sums of a frame, state after a step."""
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pmwvc_core.numeric import Flag, Value
@@ -11,6 +11,25 @@ from pmwvc_core.numeric import Flag, Value
 # Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].
 Row = tuple[Value, Value, Value, Value, Value, Value, Value, Value]
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+
+
+class Frame(NamedTuple):
+    """Ticks of a frame that ran, all or a part.
+
+    Attributes
+    ----------
+    ticks, times_ns
+        Of the session, and when they ran [ns].
+    values
+        Signals tick by tick, in the order of ``SIGNALS``.
+    ends
+        Tick with which the next frame starts; None while more of this one is to run.
+    """
+
+    ticks: Sequence[int]
+    times_ns: Sequence[int]
+    values: list[Value]
+    ends: int | None
 
 
 class FrameReport(NamedTuple):

@@ -4,18 +4,73 @@
 the fate of every packet, the force of a hand, the times at which loops ran.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from pmwvc_core.ends.simulated_device import SimulatedDevice
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
+from pmwvc_core.network.link import stream_of
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.hands import Made, Place, make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.ticks import Ticks
+from pmwvc_core.simulation.links import SimulatedLink
+from pmwvc_core.transport.receiver import Receiver
+
+
+class Ticks:
+    """The ticks of a loop, counted by the session.
+
+    Parameters
+    ----------
+    first
+        Tick of the session at which the loop counts 0.
+    begin
+        First tick that runs.
+    at_ns
+        Time of every tick of the session up to the last that runs.
+    missed
+        Ticks in between that do not run: they pass when the loop runs again.
+
+    Attributes
+    ----------
+    next
+        The next tick that runs or passes.
+    """
+
+    def __init__(
+        self, first: int, begin: int, at_ns: Sequence[int], missed: frozenset[int] = frozenset()
+    ) -> None:
+        self.first, self.next, self.at_ns = first, begin, at_ns
+        self._missed, self._ran = missed, begin - 1  # the last tick that ran
+
+    def are_due(self, until_ns: int) -> bool:
+        """Tell whether a tick is due by an instant [ns]."""
+        return self.next < len(self.at_ns) and self.at_ns[self.next] <= until_ns
+
+    def passing(self, most: int) -> Iterator[int]:
+        """Pass what was missed; yield the ticks before ``most`` after the last one that ran."""
+        while self.next in self._missed:
+            if self.next < self._ran + most:
+                yield self.next
+            self.next += 1
+
+    def take(self, before_ns: int, ends: int) -> tuple[range, bool]:
+        """Take the ticks before an instant [ns] of a frame that ends with tick ``ends``; return
+        them, and whether they are the last of it.
+        """
+        begin, ends = self.next, min(ends, len(self.at_ns))
+        after = bisect_left(self.at_ns, before_ns, begin, ends)
+        if self._missed:
+            after = next((k for k in range(begin, after) if k in self._missed), after)
+        self._ran, following = after - 1, after
+        while following in self._missed:
+            following += 1
+        self.next = after
+        return range(begin, after), following >= ends
 
 
 @dataclass(frozen=True)
@@ -77,6 +132,20 @@ class Conditions:
         times = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
         missed = np.setdiff1d(every[ran[0] :], ran)
         return Ticks(first, int(ran[0]), times, frozenset(missed.tolist()))
+
+    def link_of(
+        self, scenario: Scenario, index: int, direction: int, inbox: Receiver
+    ) -> SimulatedLink:
+        """Return a link of the user with a number (from 0): 0 up, 1 down, to a receiver."""
+        user = scenario.users[index]
+        recorded = self.links.get(f"{user.name}/{('up', 'down')[direction]}")
+        return SimulatedLink(
+            recorded() if recorded else (user.link_up, user.link_down)[direction],
+            seed=stream_of(scenario.seed, index, direction),
+            inbox=inbox,
+            dof=scenario.dof,
+            direction=direction,
+        )
 
     def device_of(self, scenario: Scenario, index: int) -> SimulatedDevice:
         """Return device and hand of the user with a number (from 0), where a session begins."""

@@ -3,23 +3,21 @@
 """One user in virtual time: device, hand, force loop, and the links both ways."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 from pmwvc_core.ends.assembly import user_end_of
 from pmwvc_core.ends.simulated_device import CATCH_UP_S
+from pmwvc_core.frame.rows import Frame
 from pmwvc_core.numeric import Value
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.links import links_of
-from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
 
 class SimulatedUser:
-    """The user with a number (from 0), in a session of so many ticks; ``inbox`` is its receiver at
-    the server.
-    """
+    """The user with a number (from 0), in a session of so many ticks, with its server's inbox."""
 
     def __init__(
         self,
@@ -32,7 +30,8 @@ class SimulatedUser:
     ) -> None:
         self.settings = user = scenario.users[index]
         self.loop: Any = user_end_of(scenario, index, schedule=conditions.schedule)
-        self.up, self.down = links_of(scenario, index, (inbox, self.loop.inbox), conditions.links)
+        self.up = conditions.link_of(scenario, index, 0, inbox)
+        self.down = conditions.link_of(scenario, index, 1, self.loop.inbox)
         self.device = conditions.device_of(scenario, index)
         tick_ns = round(scenario.tick_s * 1e9)
         self.ticks = conditions.ticks_of(user.name, ticks=ticks, tick_ns=tick_ns)
@@ -41,6 +40,17 @@ class SimulatedUser:
         self._live = conditions.schedule.answer_s > 0.0
         self._acts = False
         self._f: Value = 0.0  # of the last tick [N]
+
+    def change(self, old: User, new: User) -> None:
+        """Hand over the groups of parameters that differ to the loop and the links."""
+        if new.master is not old.master:
+            self.loop.hand_over(partial(self.loop.configure, new.master))
+        if new.safety is not old.safety:
+            self.loop.hand_over(partial(self.loop.configure_safety, new.safety))
+        if new.link_up is not old.link_up:
+            self.up.configure(new.link_up)
+        if new.link_down is not old.link_down:
+            self.down.configure(new.link_down)
 
     def send(self, until_ns: int) -> bool:
         """Send the packet of a frame that starts by an instant [ns]; tell whether a tick is due by

@@ -12,11 +12,10 @@ from functools import partial
 from typing import Any
 
 from pmwvc_core.ends.assembly import server_end_of
-from pmwvc_core.frame.rows import ServerRow
+from pmwvc_core.frame.rows import Frame, ServerRow
+from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.changes import hand_over
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
-from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.simulation.user import SimulatedUser
 
 ENDLESS = 1 << 40  # ticks
@@ -26,15 +25,9 @@ NO_STEP: Step = (0, NEVER_NS, None)
 
 
 class VirtualTime:
-    """The ends of a scenario, stepped as far as wanted.
-
-    Parameters
-    ----------
-    scenario, ticks
-        The session and its length.
-    on_frame, on_step
-        Called with number of a user and ticks that it ran, a frame or a part of one; and with a
-        step of the server: tick and time [ns] at which it began, and its row.
+    """The ends of a scenario, stepped as far as wanted: ``on_frame`` is called with the number of
+    a user and ticks that it ran, a frame or a part of it; ``on_step`` with tick, time [ns] and row
+    of a step of the server.
     """
 
     def __init__(
@@ -88,12 +81,19 @@ class VirtualTime:
             yield tick, tick * self.tick_ns, None
 
     def change(self, new: Scenario) -> None:
-        """Hand over what another scenario has."""
-        hand_over(self.users, self.server, self._present, new, self._lasts)
+        """Hand over what another scenario has: what has not changed is the same object."""
+        old = self._present
+        if new.server is not old.server:
+            self.server.hand_over(partial(self._configure, new.server))
+        for index, (one, other) in enumerate(zip(old.users, new.users, strict=True)):
+            self.users[index].change(one, other)
+            if other.contact is not one.contact:
+                port = index, other.contact, other.server_impedance
+                self.server.hand_over(partial(self.server.configure_user, *port))
         self._present = new
 
-    def _lasts(self, period_s: float) -> float:
-        """Return how long the present step lasts with another period: to where the next begins."""
-        if self._lasts_s is not None:
-            return self._lasts_s
-        return (self._next_step(self._tick, period_s=period_s) - self._tick) * self._present.tick_s
+    def _configure(self, params: ServerParams) -> None:
+        """Have the server take parameters over; this step lasts to where the next one begins."""
+        ticks = self._next_step(self._tick, period_s=params.period_s) - self._tick
+        lasts_s = ticks * self._present.tick_s if self._lasts_s is None else self._lasts_s
+        self.server.configure(params, first_s=lasts_s)

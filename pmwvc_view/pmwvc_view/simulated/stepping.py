@@ -12,11 +12,10 @@ import numpy as np
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.simulated_device import Target
-from pmwvc_core.frame.rows import SIGNALS, ServerRow
+from pmwvc_core.frame.rows import SIGNALS, Frame, ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.simulation.virtual_time import VirtualTime
 from pmwvc_view.feed import traces
 from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways

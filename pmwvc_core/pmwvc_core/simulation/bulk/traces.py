@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The traces of a session that ran in bulk."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,12 +13,10 @@ from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.simulation.buffers import add_learned
 from pmwvc_core.simulation.bulk.book import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.simulation.network_traces import fate_traces, taken_traces
 from pmwvc_core.traces import (
     ENERGIES,
     OF_AVATARS,
@@ -29,7 +28,6 @@ from pmwvc_core.traces import (
     TakenTraces,
     UserTraces,
 )
-from pmwvc_core.transport.reception import counts, passage
 
 
 def traces_of(run: Run) -> SessionTraces:
@@ -45,7 +43,6 @@ def traces_of(run: Run) -> SessionTraces:
     links = _links(plan)
     for user in users:
         name = scenario.users[user].name
-        add_learned(traces, name, run.book.energies[-1, 6 + 4 * user])
         ends = (("up", f"/{name}", f"/server/{name}"), ("down", f"/server/{name}", f"/{name}"))
         for way, (which, *sides) in enumerate(ends):
             link, known = links[2 * user + way], f"{name}/{which}"
@@ -57,7 +54,17 @@ def traces_of(run: Run) -> SessionTraces:
                 traces.packets[packets.topic] = packets
                 traces.counts[packets.topic] = {"messages": len(seen[0]), "missing": 0}
             traces.taken[known] = link.taken
+    learned = [float(run.book.energies[-1, 6 + 4 * user]) for user in users]
+    traces.events += learned_events([user.name for user in scenario.users], learned)
     return traces
+
+
+def learned_events(users: Sequence[str], ratios: Sequence[float]) -> list[dict[str, Any]]:
+    """Return what servers' ports learned of their contacts, (K T + 2B)/b, where it is above 1."""
+    of = {"time_s": None, "kind": "environment"}
+    text = "its server port learned K T + 2B = {:.3g} b"
+    pairs = zip(users, ratios, strict=True)
+    return [{**of, "who": user, "what": text.format(k)} for user, k in pairs if k > 1.0]
 
 
 def _user(run: Run, number: int) -> UserTraces:
@@ -141,17 +148,15 @@ def _links(plan: Plan) -> list[_Link]:
 
 
 def _link(link: SimulatedLink, looks_ns: range) -> _Link:
-    receiver, epoch = link.receiver, link.sent[0].epoch if link.sent else 0
-    passed = passage(receiver.path.estimate())
     sent = [(packet.seq - 1, packet.sent_ns) for packet in link.sent]
     arrived = [(packet.seq - 1, now_ns) for packet, now_ns in link.arrived]
     seen = [np.array(each, dtype=np.int64).reshape(-1, 2).T for each in (sent, arrived)]
     return _Link(
-        fate_traces(link, ""),
-        ReceptionTraces("", receivers=1, counts=counts(receiver), passage=passed),
-        taken_traces(link, looks_ns),
+        link.fate_traces(""),
+        link.reception(""),
+        link.taken_traces(looks_ns),
         tuple((rows, at_ns.astype(float) * 1e-9) for rows, at_ns in seen),
-        epoch,
+        link.sent[0].epoch if link.sent else 0,
     )
 
 
