@@ -16,6 +16,7 @@ RECORDED_DATA = Path(__file__).parent / "data"
 # Quick ones first.
 ORDER = ("project", "law", "unit", "property", "oracle", "browser", "integration")
 LIVE = ("browser", "integration")  # with real nodes or a browser
+NICENESS = 10  # of tests that only compute, beside live nodes
 if "PYTEST_XDIST_WORKER" in os.environ:
     # On several workers they come first: they wait more than they compute, and last they would
     # keep the other workers waiting.
@@ -58,6 +59,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> ByFile:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the tests in order."""
     items.sort(key=lambda item: ORDER.index(_folder(item)))
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let what only computes give way to the live nodes of another worker."""
+    if "PYTEST_XDIST_WORKER" in os.environ and _folder(item) not in LIVE:
+        os.nice(max(0, NICENESS - os.nice(0)))
 
 
 def _folder(item: pytest.Item) -> str:
