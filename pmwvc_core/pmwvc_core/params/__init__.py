@@ -4,7 +4,7 @@
 
 from pmwvc_core.params.baselines import BaselineParams
 from pmwvc_core.params.deadband import DeadbandParams
-from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
+from pmwvc_core.params.fields import Spec, Validated, groups, specs
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
 from pmwvc_core.params.port_filters import (
@@ -50,5 +50,4 @@ __all__ = [
     "VelocityFilterParams",
     "groups",
     "specs",
-    "whole_ratio",
 ]

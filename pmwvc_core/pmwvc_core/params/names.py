@@ -23,7 +23,7 @@ def joined(prefix: str, name: str) -> str:
     return f"{prefix}.{name}" if prefix else name
 
 
-def leaves(prefix: str, kind: Any) -> dict[str, Spec]:
+def leaves(prefix: str, kind: type) -> dict[str, Spec]:
     """Return the declaration of every parameter of a dataclass by dotted name."""
     found = {joined(prefix, name): spec for name, spec in specs(kind).items()}
     for name, nested_kind in groups(kind).items():
@@ -33,7 +33,7 @@ def leaves(prefix: str, kind: Any) -> dict[str, Spec]:
 
 def flattened(prefix: str, owner: Any) -> dict[str, Any]:
     """Return the value of every parameter of a dataclass by dotted name."""
-    return {joined(prefix, path): attrgetter(path)(owner) for path in leaves("", owner)}
+    return {joined(prefix, path): attrgetter(path)(owner) for path in leaves("", type(owner))}
 
 
 def replaced(owner: P, path: str, value: Any) -> P:
@@ -43,7 +43,7 @@ def replaced(owner: P, path: str, value: Any) -> P:
     head, _, rest = path.partition(".")
     if rest:
         value = replaced(getattr(owner, head), rest, value)
-    elif specs(owner)[head].kind is int and isinstance(value, float) and value.is_integer():
+    elif specs(type(owner))[head].kind is int and isinstance(value, float) and value.is_integer():
         value = int(value)
     return dataclasses.replace(owner, **{head: value})  # type: ignore[type-var]
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
-from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
@@ -33,7 +32,8 @@ def conflicts(scenario: "Scenario") -> list[str]:
     if len(ticks) > 1:
         found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")
     period, tick = scenario.server.period_s, scenario.tick_s
-    if whole_ratio(period, tick) is None:
+    ticks_each = round(period / tick)
+    if ticks_each < 1 or not math.isclose(period / tick, ticks_each, rel_tol=1e-9):
         found.append(
             f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s "
             f"(it is {period / tick:.6g} ticks)"
