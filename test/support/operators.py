@@ -10,7 +10,8 @@ from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import hand_force, hand_hold
-from pmwvc_core.plant.hands import Place, make_hand
+from pmwvc_core.plant.hand import Place
+from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.plant.remote_hand import remote_params, resting_remote
 from pmwvc_core.plant.targets import TableHand, TableParams
 
