@@ -42,10 +42,9 @@ class Hand:
         return value(f_h)
 
     remote = property(lambda self: getattr(self.s, "hand", self.s))
-    arm = property(lambda self: getattr(self.remote, "arm", self.remote))
-    y = property(lambda self: value(self.arm.y))
-    yd = property(lambda self: value(self.arm.yd))
-    target = property(lambda self: value(self.arm.target))
+    y = property(lambda self: value(self.remote.y))
+    yd = property(lambda self: value(self.remote.yd))
+    target = property(lambda self: value(self.remote.target))
     effort_j = property(lambda self: self.remote.effort_j)
     holding = property(lambda self: self.remote.holding)
 
