@@ -25,7 +25,7 @@ from pmwvc_core.params import (
     TaskParams,
     specs,
 )
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.runtime.parameter_values import OF_SERVER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node

@@ -30,7 +30,7 @@ from pmwvc_core.params import (
     specs,
 )
 from pmwvc_core.params.fields import parameter
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.params.user import ServerTimes, server_times
 from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SAFETY
 from pmwvc_core.runtime.parameters import (

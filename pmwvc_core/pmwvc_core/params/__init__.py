@@ -3,7 +3,6 @@
 """Parameters as frozen dataclasses: one source for defaults, units, ranges and descriptions."""
 
 from pmwvc_core.params.baselines import BaselineParams
-from pmwvc_core.params.deadband import DeadbandParams
 from pmwvc_core.params.fields import Spec, Validated, groups, specs
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
@@ -13,6 +12,7 @@ from pmwvc_core.params.port_filters import (
     PositionParams,
     VelocityFilterParams,
 )
+from pmwvc_core.params.ports import DeadbandParams
 from pmwvc_core.params.server import (
     ActiveWallParams,
     ContactParams,

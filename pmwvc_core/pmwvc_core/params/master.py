@@ -6,15 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.params.deadband import DeadbandParams
 from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
-from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.params.port_filters import (
     BankParams,
     LocalModelParams,
     PositionParams,
     VelocityFilterParams,
 )
+from pmwvc_core.params.ports import DeadbandParams, matrix_conflicts
 
 FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
 

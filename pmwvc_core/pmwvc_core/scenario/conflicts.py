@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
 from pmwvc_core.server.compensations import COMPENSATIONS

@@ -17,7 +17,7 @@ from pmwvc_core.network.presets import PRESETS, link_settings
 from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import assembled, flat_mapping, hint
-from pmwvc_core.scenario import changes
+from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.names import complete, split_user, unknown
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
@@ -162,7 +162,10 @@ class _Reader:
         except ScenarioError as error:
             self.problems += error.problems
             return None
-        self.problems += changes.problems(scenario)
+        try:
+            over_time(scenario)
+        except ScenarioError as error:
+            self.problems += [f"changes: {problem}" for problem in error.problems]
         return scenario
 
     def _user(self, number: int) -> User:
