@@ -61,20 +61,6 @@ def anywhere(condition: Flag) -> bool:
     return condition if isinstance(condition, bool) else bool(condition.any())
 
 
-def signal(values: list[float] | tuple[float, ...] | Array | float, dof: int) -> Value:
-    """Return the form a law works on: a float for one axis, an array ``(dof,)`` for several.
-
-    Raises
-    ------
-    ValueError
-        If the number of values is not ``dof``.
-    """
-    array = np.atleast_1d(np.asarray(values, dtype=float))
-    if array.shape != (dof,):
-        raise ValueError(f"{array.size} values where {dof} are wanted")
-    return float(array[0]) if dof == 1 else array
-
-
 def flatten(value: Value) -> Array:
     """Return the elements as a one-dimensional array (the form messages and traces hold)."""
     return np.atleast_1d(np.asarray(value, dtype=float)).ravel()

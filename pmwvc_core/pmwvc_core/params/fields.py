@@ -10,7 +10,7 @@ import dataclasses
 import functools
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -51,7 +51,7 @@ class Spec:
     optional: bool = False
     read_only: bool = False
     description: str = ""
-    plugins: Callable[[], tuple[str, ...]] = tuple
+    plugins: Callable[[], Collection[str]] = tuple
     usual: float | None = None
     default: Any = None  # NO_DEFAULT where a value has to be given
 

@@ -16,12 +16,13 @@ from typing import Any
 from pmwvc_core.controllers.library import RECORDS
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params.fields import group
+from pmwvc_core.plugins import installed
 from pmwvc_core.server.environments import PLUGINS
 
 
-def _gathered(name: str, installed: Iterable[str], load: Callable[[str], Any]) -> type:
+def _gathered(name: str, plugins: Iterable[str], load: Callable[[str], Any]) -> type:
     fields = []
-    for one in installed:
+    for one in plugins:
         with contextlib.suppress(PmwvcError):  # whoever asks for that plug-in is told why
             kind = getattr(load(one), "params", None)
             if kind is not None:
@@ -31,4 +32,4 @@ def _gathered(name: str, installed: Iterable[str], load: Callable[[str], Any]) -
 
 
 ControllerOwn = _gathered("ControllerOwn", RECORDS.installed(), RECORDS.of)
-EnvironmentOwn = _gathered("EnvironmentOwn", PLUGINS.installed(), PLUGINS.load)
+EnvironmentOwn = _gathered("EnvironmentOwn", installed(PLUGINS.group), PLUGINS.load)

@@ -14,9 +14,10 @@ no finite pose has come for ``STALE_NS`` the loop renders no force.
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 
+from pmwvc_core.ends.forms import value
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
-from pmwvc_core.numeric import Value, finite, flatten, signal
+from pmwvc_core.numeric import Value, finite, flatten
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_master.devices import cdr
 from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
@@ -42,8 +43,8 @@ class RosTopicDevice:
         )
         self._node = setup.node
         self._dof = setup.dof
-        self._zero = signal([0.0] * setup.dof, setup.dof)
-        start = signal([setup.start_m, *[0.0] * (setup.dof - 1)], setup.dof)
+        self._zero = value((0.0,) * setup.dof)
+        start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)
         self._pose_ns: int | None = None
         self._stamp_ns = 0
@@ -88,7 +89,7 @@ class RosTopicDevice:
         sample.valid = sample.fresh = True
 
     def _signal(self, vector: tuple[float, float, float]) -> Value:
-        return vector[0] if self._dof == 1 else signal(vector[: self._dof], self._dof)
+        return value(vector[: self._dof])
 
     def write(self, f_m: Value) -> None:
         """Publish the force on the hand."""
