@@ -8,7 +8,9 @@ Its parameters by dotted name: :mod:`pmwvc_core.scenario.names`.
 Equations: docs/theory.md 1.8.
 """
 
-from collections.abc import Mapping
+import contextlib
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -21,7 +23,7 @@ from pmwvc_core.controllers.library import (
     is_zeroing,
     record_of,
 )
-from pmwvc_core.errors import ScenarioError
+from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -38,11 +40,32 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.fields import NO_DEFAULT, group, parameter
 from pmwvc_core.params.names import joined, leaves, nested
+from pmwvc_core.plugins import installed
 from pmwvc_core.scenario.conflicts import conflicts
-from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
-from pmwvc_core.server.environments import Environment, environment_of
+from pmwvc_core.server.environments import PLUGINS, Environment, environment_of
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
+
+
+def _gathered(name: str, plugins: Iterable[str], load: Callable[[str], Any]) -> type:
+    """Return the parameters that installed plug-ins declare: one group each, by its name.
+
+    A controller names a dataclass as ``params`` of its record: every user has its own values,
+    ``lab.gain`` and ``user2.lab.gain``. An environment's factory names one as its attribute
+    ``params``: the values are the session's.
+    """
+    fields = []
+    for one in plugins:
+        with contextlib.suppress(PmwvcError):  # whoever asks for that plug-in is told why
+            kind = getattr(load(one), "params", None)
+            if kind is not None:
+                fields.append((one, kind, group(kind)))
+    here = {"__module__": __name__}  # where another process finds it
+    return dataclasses.make_dataclass(name, fields, frozen=True, namespace=here)
+
+
+ControllerOwn = _gathered("ControllerOwn", RECORDS.installed(), RECORDS.of)
+EnvironmentOwn = _gathered("EnvironmentOwn", installed(PLUGINS.group), PLUGINS.load)
 
 
 @dataclass(frozen=True)
