@@ -12,8 +12,7 @@ from pmwvc_core.plant.device import device_step, resting_device, simulated_param
 from pmwvc_core.plant.forces import hand_force, hand_hold
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
-from pmwvc_core.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.plant.targets import TableHand, TableParams
+from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
 
 TICK_S = 0.001
 HALF = 0.03

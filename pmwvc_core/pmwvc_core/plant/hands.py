@@ -17,8 +17,15 @@ from pmwvc_core.plant.forces import (
 )
 from pmwvc_core.plant.hand import Place, RecordedHand, hand_params, recorded_motion, resting_hand
 from pmwvc_core.plant.playback import load_recording, read_columns
-from pmwvc_core.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.plant.targets import POINTER_S, PointerParams, TableHand, TableParams, TaskHand
+from pmwvc_core.plant.remote_hand import (
+    POINTER_S,
+    PointerParams,
+    TableHand,
+    TableParams,
+    TaskHand,
+    remote_params,
+    resting_remote,
+)
 from pmwvc_core.plant.task import task_of
 
 Made = tuple[Any, Any]  # state and parameters
