@@ -55,12 +55,6 @@ class Spec:
     usual: float | None = None
     default: Any = None  # NO_DEFAULT where a value has to be given
 
-    def doubt(self, value: Any) -> str:
-        """Return what is unusual about a value that is allowed; "" where nothing is."""
-        if self.usual is None or value <= self.usual:
-            return ""
-        return f"{value:g} s: longer than on any network on Earth; {value:g} ms is {value / 1e3:g}"
-
     def range_text(self) -> str:
         """Return the allowed values in words: ``> 0 N s/m``, ``1..64``, ``one of a, b``."""
         if self.choices:

@@ -131,8 +131,8 @@ class HandParams(NamedTuple):
     arm: Arm
 
 
-def hand_params(params: OperatorParams, task: TaskParams, at: Place) -> HandParams:
-    """Return the parameters of a hand; ParameterError where it would not be stable."""
+def task_hand(params: OperatorParams, task: TaskParams, at: Place) -> tuple[Hand, HandParams]:
+    """Return a hand at the beginning of its time; ParameterError where it would not be stable."""
     grip = grip_of(params, params.mass, at.tick_s)
     face = at.side * at.half_width_m
     # The arm's spring takes k/K of it back when the grip gives way: press that much harder.
@@ -143,16 +143,13 @@ def hand_params(params: OperatorParams, task: TaskParams, at: Place) -> HandPara
         2.0 * params.mass + at.tick_s * params.damping + 0.5 * at.tick_s**2 * params.stiffness
     )
     arm = Arm(params.stiffness, params.damping / at.tick_s, 2.0 * params.mass, inertia, at.tick_s)
-    return HandParams(
+    start, rest = at.along(at.start_m), at.along(0.0)
+    p = HandParams(
         task_of(task, at.axes), grip, at.along(face), at.along(at.start_m - face),
         at.along(half_squeeze), arm,
     )  # fmt: skip
-
-
-def resting_hand(p: HandParams) -> Hand:
-    """Return a hand at the beginning of its time."""
-    start, closed = plus(p.face, p.gap), closing(0.0, p.task)
-    return Hand(start, zero(start), _aim(0, closed, p), closed, 0, 0.0)
+    closed = closing(0.0, p.task)
+    return Hand(start, rest, _aim(0, closed, p), closed, 0, 0.0), p
 
 
 def _aim(tick: int, closed: float, p: HandParams) -> Vector:

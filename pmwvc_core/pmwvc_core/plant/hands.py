@@ -15,7 +15,7 @@ from pmwvc_core.plant.forces import (
     recorded_params,
     rows_of,
 )
-from pmwvc_core.plant.hand import Place, RecordedHand, hand_params, recorded_motion, resting_hand
+from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion, task_hand
 from pmwvc_core.plant.playback import load_recording, read_columns
 from pmwvc_core.plant.remote_hand import (
     POINTER_S,
@@ -36,8 +36,7 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
     not be stable at this tick, RecordingError where a recording cannot be used.
     """
     if params.is_hand:
-        p = hand_params(params, task, at)
-        return resting_hand(p), p
+        return task_hand(params, task, at)
     if params.is_remote:
         return _remote(params, task, at)
     if params.is_recorded:

@@ -27,7 +27,13 @@ def conflicts(scenario: "Scenario") -> list[str]:
     )
     found = [text for text in named if text]
     strict, zeroing = (False, False) if found else (scenario.strict, scenario.zeroing)
-    found += _disturbed(scenario)
+    known = (*SHARED, *(user.name for user in scenario.users))
+    try:
+        disturbed = disturbances_of(scenario.disturbances)
+        unknown = [one for one in disturbed if one.node not in known]
+        found += [f"disturbances: {one}: there is no {one.node}" for one in unknown]
+    except ParameterError as error:
+        found.append(str(error))
     ticks = {user.master.tick_s for user in scenario.users}
     if len(ticks) > 1:
         found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")
@@ -69,14 +75,3 @@ def conflicts(scenario: "Scenario") -> list[str]:
         for way, link in (("up", user.link_up), ("down", user.link_down)):
             found += [f"{user.name}.link.{way}.{text}" for text in effects.conflicts(link)]
     return found
-
-
-def _disturbed(scenario: "Scenario") -> list[str]:
-    try:
-        wanted = disturbances_of(scenario.disturbances)
-    except ParameterError as error:
-        return [str(error)]
-    known = (*SHARED, *(user.name for user in scenario.users))
-    return [
-        f"disturbances: {one}: there is no {one.node}" for one in wanted if one.node not in known
-    ]

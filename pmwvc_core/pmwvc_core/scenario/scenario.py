@@ -35,10 +35,9 @@ from pmwvc_core.params import (
     ServerParams,
     Spec,
     TaskParams,
-    groups,
     specs,
 )
-from pmwvc_core.params.fields import NO_DEFAULT, group, parameter
+from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
 from pmwvc_core.params.names import joined, leaves, nested
 from pmwvc_core.plugins import installed
 from pmwvc_core.scenario.conflicts import conflicts
