@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plug-ins by name: factories and records that other packages offer as entry points of a group.
 
-A laboratory adds one by installing a package of its own; nothing here changes. A *factory* makes
-an object (a device, an environment); a *record* describes something with its properties (a
-controller, a coupling, a link effect), of which there is a library besides. Not here: which groups
-there are.
+A laboratory adds one by installing a package of its own. A *factory* makes an object (a device, an
+environment); a *record* describes something with its properties (a controller, a coupling, a link
+effect), of which there is a library besides.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -31,9 +30,7 @@ class PluginGroup:
     error: type[PmwvcError] = ParameterError  # what is raised
 
     def required(self, name: str) -> EntryPoint:
-        """Return an installed plug-in, without importing it; a PmwvcError of the type ``error``,
-        which names those there are, where there is none of this name.
-        """
+        """Return an installed plug-in, not imported; ``error``, with those there are, without."""
         points = installed(self.group)
         if name not in points:
             raise self.error(

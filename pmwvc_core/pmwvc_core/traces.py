@@ -165,7 +165,7 @@ class FateTraces:
 
 @dataclass
 class TakenTraces:
-    """The packets that a receiver was given, in their order; without those refused before it."""
+    """The packets that a receiver was given, in their order, without those refused."""
 
     row: Integers  # tick of the master, step of the server: row of its traces
     seq: Integers
@@ -200,11 +200,10 @@ class SessionTraces:
     """Everything recorded of one session.
 
     ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a
-    node that died, a gap, a file that ends in the middle: ``{"time_s": float | None, "what": str,
-    "who": str}``. ``counts`` holds per topic ``{"messages": int, "missing": int}``,
-    and ``not_relayed`` where packets never reached the emulated link. ``settings`` are parameters
-    that changed in a live session: time [s], and values by their names in a scenario. ``taken`` is
-    by link; empty where a recording does not say it.
+    node that died, a gap: ``{"time_s": float | None, "what": str, "who": str}``. ``counts`` holds
+    per topic ``{"messages": int, "missing": int}``, and ``not_relayed`` where packets never came
+    to the emulated link. ``settings`` are parameters that changed in a live session: time [s], and
+    values by their names in a scenario. ``taken`` is by link; empty where it is not recorded.
     """
 
     source: str

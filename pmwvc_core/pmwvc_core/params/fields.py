@@ -118,18 +118,11 @@ def parameter(
     read_only: bool = False,
     usual: float | None = None,
 ) -> Any:
-    """Declare a dataclass field that is a parameter.
+    """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
 
-    Parameters
-    ----------
-    allowed
-        Range and unit, as messages show them: ``0..1 s``, ``> 0 and <= 20 N``, ``>= 1``; ``-``
-        without either. Or the names allowed.
-    kind
-        Type of a value; needed only where the default is ``NO_DEFAULT``. ``None`` is that of an
-        optional number.
-    group
-        Group of entry points whose plug-ins are allowed besides the names.
+    ``allowed`` is range and unit, as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``>= 1``,
+    ``-`` without either), or the names allowed; plug-ins of a ``group`` of entry points are
+    besides. ``kind`` is needed only where the default is ``NO_DEFAULT``.
     """
     kind = kind or (float if default is None else type(default))
     spec = Spec(
@@ -184,6 +177,15 @@ def group(kind: type) -> Any:
     return dataclasses.field(default_factory=kind, metadata={"group": kind})
 
 
+def disordered(owner: Any, *pairs: tuple[str, str]) -> list[str]:
+    """Return for which pairs of parameters the first is not below the second."""
+    return [
+        f"{low} = {getattr(owner, low)}: must be < {high} = {getattr(owner, high)}"
+        for low, high in pairs
+        if np.any(getattr(owner, low) >= getattr(owner, high))
+    ]
+
+
 class Is:
     """An attribute of a dataclass: whether a parameter of it has one of these values."""
 
@@ -202,12 +204,11 @@ class IsNot(Is):
 
 
 class Validated:
-    """Base of every parameter dataclass: checks all fields once, when built; ParameterError naming
-    the field, its value and the allowed range.
+    """Base of every parameter dataclass: checks all fields once, when built, then what holds
+    between them; ParameterError naming the field, its value and the allowed range.
     """
 
     def __post_init__(self) -> None:
-        """Check every declared field, then what holds between fields."""
         problems = [
             f"{name} = {problem}"
             for name, spec in specs(type(self)).items()

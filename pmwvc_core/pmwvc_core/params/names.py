@@ -55,10 +55,9 @@ def assembled(
     *,
     named: Callable[[str, str, type], str] = lambda text, prefix, _: joined(prefix, text),
 ) -> P:
-    """Build a dataclass from values by dotted name; what is not given takes its default.
-
-    ParameterError where a group refuses its values: with what ``named`` makes of the text of the
-    refusal, and of prefix and class of the group.
+    """Build a dataclass from values by dotted name; what is not given takes its default. Where a
+    group refuses its values, ParameterError with what ``named`` makes of the text of the refusal,
+    and of prefix and class of the group.
     """
     fields = {
         name: given[joined(prefix, name)] for name in specs(kind) if joined(prefix, name) in given
@@ -93,9 +92,8 @@ def flat_mapping(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]
 
 
 def hint(name: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
-    """Return ``; did you mean ...?`` with the nearest known name, capital letters aside; empty
-    where none is near. A name whose last part is the one given is near; of equals the first known
-    one counts.
+    """Return ``; did you mean ...?`` with the nearest known name, capital letters aside, or the
+    first whose last part is the one given; empty where none is near.
     """
     plain = name.lower()
 

@@ -10,11 +10,10 @@ A time [s] from the start of the session, then what is set together. A server ta
 with its next step, a master with its next frame, a link with its next packet. What may change is
 what may change in a running node (a safety limit may be widened, too: nobody is on the device).
 
-Rates: on the strict channel a packet carries the time that it stands for, so that the rate of
-packets and the server's period may change with the next frame or step. On the plain channel it
+Rates: on the strict channel a packet carries the time that it stands for. On the plain channel it
 stands for a fixed time, which filter, hold and the receiver's energy rest on. A coupling that
 moves avatars by the velocity of the step before would lose or make displacement where that step
-was shorter or longer than this one.
+had another length than this one.
 """
 
 import re
@@ -52,9 +51,7 @@ class Change:
 
 
 def read_changes(text: str) -> list[Change]:
-    """Return the changes that a text names, in the order of time; ScenarioError naming what is
-    wrong.
-    """
+    """Return the changes that a text names, by time; ScenarioError naming what is wrong."""
     found = []
     for each in filter(str.strip, text.split(";")):
         words = each.split()
