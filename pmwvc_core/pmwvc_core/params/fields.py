@@ -120,9 +120,9 @@ def parameter(
 ) -> Any:
     """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
 
-    ``allowed`` is range and unit, as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``>= 1``,
+    ``allowed`` is range and unit, as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
     ``-`` without either), or the names allowed; plug-ins of a ``group`` of entry points are
-    besides. ``kind`` is needed only where the default is ``NO_DEFAULT``.
+    allowed besides. ``kind`` is needed only where the default is ``NO_DEFAULT``.
     """
     kind = kind or (float if default is None else type(default))
     spec = Spec(
