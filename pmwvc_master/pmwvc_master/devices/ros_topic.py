@@ -64,12 +64,12 @@ class RosTopicDevice:
         sample.fresh = False
         while (message := self._twist.take()) is not None:
             twist = cdr.first_vector(message)
-            if twist is not None and finite(velocity := self._signal(twist[1])):
+            if twist is not None and finite(velocity := value(twist[1][: self._dof])):
                 sample.xd, self._twist_ns = velocity, due_ns
         while (message := self._pose.take()) is not None:
             pose = cdr.first_vector(message)
             if pose is not None:
-                self._move(self._signal(pose[1]), pose[0], due_ns)
+                self._move(value(pose[1][: self._dof]), pose[0], due_ns)
         return sample
 
     def _move(self, x: Value, stamp_ns: int, now_ns: int) -> None:
@@ -87,9 +87,6 @@ class RosTopicDevice:
                 sample.xd = self._zero
         sample.x, self._pose_ns, self._stamp_ns = x, now_ns, stamp_ns
         sample.valid = sample.fresh = True
-
-    def _signal(self, vector: tuple[float, float, float]) -> Value:
-        return value(vector[: self._dof])
 
     def write(self, f_m: Value) -> None:
         """Publish the force on the hand."""
