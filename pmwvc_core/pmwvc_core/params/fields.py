@@ -88,7 +88,7 @@ class Spec:
             return wrong + self._number_text()
         for side, within in _BOUNDS.values():
             limit = getattr(self, side)
-            if limit is not None and not np.all(within(numbers, limit)):
+            if limit is not None and not within(numbers, limit).all():
                 ratio = self.kind is float and (self.low, self.high) == (0.0, 1.0)
                 percent = ratio and numbers.size == 1 and 1 < value <= 100
                 way_out = f"; {value:g} % is {value / 100:g}" if percent else ""
