@@ -11,9 +11,10 @@ from typing import Any
 
 from pmwvc_core.network.effects import amounts
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.params import LinkParams, Spec
-from pmwvc_core.params.names import flattened, leaves
-from pmwvc_core.scenario.scenario import DEFAULTS, SHARED_GROUPS, TOP, USER_GROUPS
+from pmwvc_core.params import LinkParams, Spec, specs
+from pmwvc_core.params.fields import NO_DEFAULT
+from pmwvc_core.params.names import leaves
+from pmwvc_core.scenario.scenario import Scenario, User, prefixed
 
 ROOT = Path(__file__).resolve().parents[1]
 _HEAD = "| name | type | unit | default | range | description |\n|---|---|---|---|---|---|\n"
@@ -108,11 +109,11 @@ recorder. A best-effort publisher and a reliable subscriber do not connect, sile
 
 def parameters_page() -> str:
     """Return the text of the parameter page."""
-    shared = {prefix: kind for prefix, (_, kind) in SHARED_GROUPS.items()}
-    each = {prefix: kind for prefix, (_, kind) in USER_GROUPS.items()}
+    shared = {prefix: kind for prefix, (_, kind) in prefixed(Scenario).items()}
+    each = {prefix: kind for prefix, (_, kind) in prefixed(User).items()}
     return _joined(
         PARAMETERS_HEAD,
-        docs_table(TOP, DEFAULTS),
+        docs_table(specs(Scenario)),
         reference_page(shared),
         EACH_USER,
         reference_page(each),
@@ -156,7 +157,7 @@ def _joined(*parts: str) -> str:
     return "\n".join(part.strip("\n") + "\n" for part in parts)
 
 
-def docs_table(declarations: Mapping[str, Spec], defaults: Mapping[str, Any]) -> str:
+def docs_table(declarations: Mapping[str, Spec]) -> str:
     """Return a Markdown table, one row a parameter; one that has no default is required."""
     rows = [
         "| "
@@ -165,7 +166,7 @@ def docs_table(declarations: Mapping[str, Spec], defaults: Mapping[str, Any]) ->
                 f"`{name}`",
                 _TYPE_NAMES[spec.kind],
                 _cell(spec.unit or "-"),
-                _default_text(defaults[name]) if name in defaults else "(required)",
+                "(required)" if spec.default is NO_DEFAULT else _default_text(spec.default),
                 _cell(spec.range_text()),
                 _cell(spec.description) + ("; fixed once running" if spec.read_only else ""),
             )
@@ -178,7 +179,7 @@ def docs_table(declarations: Mapping[str, Spec], defaults: Mapping[str, Any]) ->
 
 def group_table(prefix: str, kind: type) -> str:
     """Return the table of a parameter dataclass, nested groups included, by dotted name."""
-    return docs_table(leaves(prefix, kind), flattened(prefix, kind()))
+    return docs_table(leaves(prefix, kind))
 
 
 def reference_page(sections: Mapping[str, type]) -> str:

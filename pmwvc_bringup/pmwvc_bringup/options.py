@@ -22,11 +22,11 @@ def parameter_names(**_: object) -> list[str]:
     """Return every parameter of a scenario, ready for its value."""
     from pmwvc_core.network.presets import PRESETS
     from pmwvc_core.params import LinkParams, specs
-    from pmwvc_core.scenario.names import shared_specs, user_specs
+    from pmwvc_core.scenario.scenario import PARAMETERS
 
     links = [f"link.{name}" for name in specs(LinkParams)]
     networks = [f"link.preset={name}" for name in PRESETS]
-    names = [*shared_specs(), *user_specs(), *links]
+    names = [*PARAMETERS, *links]
     return [f"{name}=" for name in names] + networks
 
 

@@ -23,32 +23,17 @@ from pmwvc_core.numeric import Array, Integers, Value, squared
 
 
 class Account(NamedTuple):
-    """Energy of a block over a step, or since the start.
+    """Energy of a block over a step, or since the start [J]."""
 
-    Attributes
-    ----------
-    taken, given
-        What came in at one end and went out at the other [J].
-    stored
-        By how much what the block holds has grown [J].
-    dissipated
-        Turned into heat, or dropped [J].
-    """
-
-    taken: Value
-    given: Value = 0.0
-    stored: Value = 0.0
-    dissipated: Value = 0.0
-
-    @property
-    def kept(self) -> Value:
-        """Energy taken and not given on [J]; below zero where the block gave out more."""
-        return self.taken - self.given
+    taken: Value  # came in at one end
+    given: Value = 0.0  # went out at the other
+    stored: Value = 0.0  # by how much what the block holds has grown
+    dissipated: Value = 0.0  # turned into heat, or dropped
 
     @property
     def residual(self) -> Value:
         """Energy that storage and dissipation, computed independently, do not explain [J]."""
-        return self.kept - self.stored - self.dissipated
+        return self.taken - self.given - self.stored - self.dissipated
 
 
 class Passage(NamedTuple):
@@ -80,20 +65,12 @@ class Role(enum.Enum):
 
 
 class Entry(NamedTuple):
-    """An account that a block keeps while it runs, as its ``accounts`` name it.
-
-    Attributes
-    ----------
-    words
-        The account in a figure's legend.
-    part
-        Its block in an energy budget; the same words by default.
-    """
+    """An account that a block keeps while it runs, as its ``accounts`` name it."""
 
     name: str
-    words: str
+    words: str  # the account in a figure's legend
     role: Role
-    part: str = ""
+    part: str = ""  # its block in an energy budget; the same words by default
 
     @property
     def sign(self) -> int:

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plug-ins by name: factories and records that other packages offer as entry points of a group.
 
-A laboratory adds one by installing a package of its own; nothing here changes. A *factory* makes
-an object (a device, an environment); a *record* describes something with its properties (a
-controller, a coupling, a link effect), of which there is a library besides. Not here: which groups
-there are.
+A laboratory adds one by installing a package of its own. A *factory* makes an object (a device, an
+environment); a *record* describes something with its properties (a controller, a coupling, a link
+effect), of which there is a library besides.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -30,15 +29,9 @@ class PluginGroup:
     own: tuple[str, ...] = ()  # names that need no plug-in
     error: type[PmwvcError] = ParameterError  # what is raised
 
-    def installed(self) -> dict[str, EntryPoint]:
-        """Return the installed plug-ins by name, without importing any."""
-        return {point.name: point for point in sorted(entry_points(group=self.group))}
-
     def required(self, name: str) -> EntryPoint:
-        """Return an installed plug-in, without importing it; a PmwvcError of the type ``error``,
-        which names those there are, where there is none of this name.
-        """
-        points = self.installed()
+        """Return an installed plug-in, not imported; ``error``, with those there are, without."""
+        points = installed(self.group)
         if name not in points:
             raise self.error(
                 f"{self.parameter} = {name!r}: not installed; there are: "
@@ -62,13 +55,9 @@ class PluginGroup:
             raise self.error(f"{self.where(name)} cannot be imported: {reason(error)}") from error
 
     def make(self, name: str, setup: Any) -> Any:
-        """Return what the factory of a plug-in makes of ``setup``.
-
-        Raises
-        ------
-        PmwvcError
-            Of the type ``error``, if there is no such plug-in (naming those there are), if it
-            cannot be imported or made (with the reason), or if it lacks what it must have.
+        """Return what the factory of a plug-in makes of ``setup``; a PmwvcError of the type
+        ``error`` where there is no such plug-in (naming those there are), where it cannot be
+        imported or made (with the reason), or lacks what it must have.
         """
         factory, where = self.load(name), self.where(name)
         with refused(where, self.error):
@@ -93,9 +82,9 @@ def refused(where: str, error_type: type[PmwvcError] = ParameterError) -> Iterat
         raise error_type(f"{where} cannot be made: {reason(error)}") from error
 
 
-def installed(group: str) -> tuple[str, ...]:
-    """Return the names of the plug-ins of a group, sorted, without importing any."""
-    return tuple(sorted(point.name for point in entry_points(group=group)))
+def installed(group: str) -> dict[str, EntryPoint]:
+    """Return the plug-ins of a group by name, sorted, without importing any."""
+    return {point.name: point for point in sorted(entry_points(group=group))}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,12 +103,7 @@ R = TypeVar("R", bound=Record)
 
 class Records(Generic[R]):
     """The records of one kind by name: those of the library, then those of other packages.
-
-    Parameters
-    ----------
-    group, parameter, what
-        Group of entry points; parameter that names a record; the kind with its article, for
-        messages.
+    Arguments by name: those of :class:`PluginGroup`.
     """
 
     def __init__(
@@ -132,27 +116,20 @@ class Records(Generic[R]):
 
     def installed(self) -> tuple[str, ...]:
         """Return the names of records from other packages, without importing any."""
-        names = installed(self.plugins.group)
-        return tuple(name for name in names if name not in self.library)
+        return tuple(name for name in installed(self.plugins.group) if name not in self.library)
 
     def names(self) -> tuple[str, ...]:
         """Return every name that a scenario may give, those of the library first."""
         return (*self.library, *self.installed())
 
     def of(self, name: str) -> R:
-        """Return a record by name.
-
-        Raises
-        ------
-        ParameterError
-            If there is none of this name (naming those there are), if a plug-in cannot be imported
-            (with the reason), or if its entry point names no such record.
+        """Return a record by name; ParameterError where there is none of this name (naming those
+        there are), a plug-in cannot be imported (with the reason), or its entry point names no
+        such record.
         """
-        if name in self.library:
-            return self.library[name]
-        record: R = imported(self, name)
-        self.met[name] = record
-        return record
+        if name not in self.library:
+            self.met[name] = imported(self, name)
+        return self.met[name]
 
 
 @cache
@@ -164,8 +141,7 @@ def imported(records: Records[R], name: str) -> R:
             f"{plugins.parameter} = {name!r}: must be one of {', '.join(records.names())}. "
             f"A plug-in is a package with an entry point in the group {plugins.group!r}"
         )
-    record = plugins.load(name)
-    where = plugins.where(name)
+    record, where = plugins.load(name), plugins.where(name)
     if not isinstance(record, kind):
         raise ParameterError(
             f"{where} is not {plugins.what}: it is a {type(record).__name__}, must be a record "

@@ -19,6 +19,11 @@ ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
 
 
+def _unknown() -> Integers:
+    """Return a column that a recording does not say."""
+    return np.zeros(0, dtype=np.int64)
+
+
 @dataclass
 class UserTraces:
     """One master: a row per executed tick of the force loop, energies at the end of each block of
@@ -49,15 +54,14 @@ class UserTraces:
     missed: int = 0
     safety_events: Any = 0
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., block) [J]
-    # (block,) number of each block, consecutive where none is missing; empty where not known
-    block_number: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    # (block,) of each block: which start of the master published it; empty where not known
+    # (block,) consecutive where none is missing
+    block_number: Integers = field(default_factory=_unknown)
+    # (block,) which start of the master published it
     epoch: NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, dtype=np.uint64))
-    # (block,) frames up to this one that took changes of parameters over; empty where not known
-    changes: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    # (tick,) [ns] from the deadline to the instant at which packets were taken in; empty where not
-    # known
-    looked_ns: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    # (block,) frames up to it that took changes of parameters over
+    changes: Integers = field(default_factory=_unknown)
+    # (tick,) [ns] from the deadline until packets were taken in
+    looked_ns: Integers = field(default_factory=_unknown)
     grid: int = 0  # ticks of the loop's clock before tick 0: frames begin at its multiples of M
 
     @property
@@ -107,18 +111,17 @@ class ServerTraces:
     potential: Array
     dissipated: Array
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
-    # (step,) steps up to this one that took changes of parameters over; empty where not known
-    changes: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    # (step,) [ns] from the deadline to the instant at which packets were taken in; empty where not
-    # known
-    looked_ns: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    # (step,) steps up to it that took changes of parameters over
+    changes: Integers = field(default_factory=_unknown)
+    # (step,) [ns] from the deadline until packets were taken in
+    looked_ns: Integers = field(default_factory=_unknown)
 
     @property
     def nearest_look_ns(self) -> Integers:
         """When packets were taken in, as looked_ns, or the deadline where that is not known."""
-        return (
-            self.looked_ns if len(self.looked_ns) else np.zeros(len(self.time_s), dtype=np.int64)
-        )
+        if len(self.looked_ns):
+            return self.looked_ns
+        return np.zeros(len(self.time_s), dtype=np.int64)
 
     @property
     def period_s(self) -> float:
@@ -162,7 +165,7 @@ class FateTraces:
 
 @dataclass
 class TakenTraces:
-    """The packets that a receiver was given, in their order; without those refused before it."""
+    """The packets that a receiver was given, in their order, without those refused."""
 
     row: Integers  # tick of the master, step of the server: row of its traces
     seq: Integers
@@ -197,11 +200,10 @@ class SessionTraces:
     """Everything recorded of one session.
 
     ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a
-    node that died, a gap, a file that ends in the middle: ``{"time_s": float | None, "what": str,
-    "who": str}``. ``counts`` holds per topic ``{"messages": int, "missing": int}``,
-    and ``not_relayed`` where packets never reached the emulated link. ``settings`` are parameters
-    that changed in a live session: time [s], and values by their names in a scenario. ``taken`` is
-    by link; empty where a recording does not say it.
+    node that died, a gap: ``{"time_s": float | None, "what": str, "who": str}``. ``counts`` holds
+    per topic ``{"messages": int, "missing": int}``, and ``not_relayed`` where packets never came
+    to the emulated link. ``settings`` are parameters that changed in a live session: time [s], and
+    values by their names in a scenario. ``taken`` is by link; empty where it is not recorded.
     """
 
     source: str
@@ -216,6 +218,8 @@ class SessionTraces:
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
     events: list[dict[str, Any]] = field(default_factory=list)
     metadata: dict[str, Any] = field(default_factory=dict)
+    settings: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    targets: dict[str, HandTargets] = field(default_factory=dict)  # by user
 
     @property
     def live(self) -> bool:
@@ -226,6 +230,3 @@ class SessionTraces:
     def simulated(self) -> bool:
         """Whether the session ran in virtual time only."""
         return self.source == "simulated"
-
-    settings: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
-    targets: dict[str, HandTargets] = field(default_factory=dict)  # by user

@@ -23,14 +23,14 @@ from pmwvc_core.params import (
     SafetyParams,
     ServerParams,
     TaskParams,
+    specs,
 )
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.runtime.parameter_values import OF_SERVER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import NEEDS_STRICT
-from pmwvc_core.scenario.own import ControllerOwn
-from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
+from pmwvc_core.scenario.scenario import ControllerOwn, Scenario, User
 from pmwvc_core.transport.token import Token
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
@@ -98,7 +98,7 @@ def declare_settings(
     on_safety: Callable[[SafetyParams], None],
 ) -> MasterSettings:
     """Declare all parameters of the node and return the values; ParameterError if one is wrong."""
-    value = partial(declare_value, node)
+    value, known = partial(declare_value, node), specs(Scenario)
 
     def designed(master: MasterParams) -> None:
         """Refuse what cannot be made; the plain channel has no playout."""
@@ -114,11 +114,11 @@ def declare_settings(
     name = node.get_namespace().rpartition("/")[2]
     settings = MasterSettings(
         name=name,
-        controller=value("controller", TOP["controller"], "pmwvc"),
-        channel=value("channel", TOP["channel"], DEFAULTS["channel"]),
-        dof=value("dof", TOP["dof"], DEFAULTS["dof"]),
-        seed=value("seed", TOP["seed"], DEFAULTS["seed"]),
-        side=value("side", SIDE, -1),
+        controller=value("controller", known["controller"], "pmwvc"),
+        channel=value("channel", known["channel"], known["channel"].default),
+        dof=value("dof", known["dof"], known["dof"].default),
+        seed=value("seed", known["seed"], known["seed"].default),
+        side=value("side", specs(User)["side"], -1),
         server=declare(node, "server", ServerParams, only=OF_SERVER),
         master=binding.declare(
             "master", MasterParams, on_master, check=designed, check_change=allowed

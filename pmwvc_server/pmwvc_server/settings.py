@@ -27,9 +27,10 @@ from pmwvc_core.params import (
     ServerParams,
     TaskParams,
     Validated,
+    specs,
 )
 from pmwvc_core.params.fields import parameter
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.params.user import ServerTimes, server_times
 from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SAFETY
 from pmwvc_core.runtime.parameters import (
@@ -41,8 +42,7 @@ from pmwvc_core.runtime.parameters import (
 )
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
-from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
-from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
+from pmwvc_core.scenario.scenario import ControllerOwn, EnvironmentOwn, Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.token import Token
 from pmwvc_server.asking import caller
@@ -116,14 +116,15 @@ def declare_settings(
     contact = for_all.contact = binding.declare("server", ContactParams, for_all.pass_on)
     baseline = declare(node, "baseline", BaselineParams)
     own: Any = declare(node, "", ControllerOwn)
+    known, side = specs(Scenario), specs(User)["side"]
     settings = ServerSettings(
-        controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
-        channel=declare_value(node, "channel", TOP["channel"], DEFAULTS["channel"]),
-        dof=declare_value(node, "dof", TOP["dof"], DEFAULTS["dof"]),
+        controller=declare_value(node, "controller", known["controller"], "pmwvc"),
+        channel=declare_value(node, "channel", known["channel"], known["channel"].default),
+        dof=declare_value(node, "dof", known["dof"], known["dof"].default),
         users=tuple(
             User(
                 name=name,
-                side=declare_value(node, f"{name}.side", SIDE, -1 if number % 2 == 0 else 1),
+                side=declare_value(node, f"{name}.side", side, -1 if number % 2 == 0 else 1),
                 master=declare(
                     node, f"{name}.master", MasterParams, defaults=port, only=OF_MASTER
                 ),

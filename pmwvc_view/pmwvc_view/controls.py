@@ -12,7 +12,7 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.scenario.changes import PERIOD, RATE_DROP, why_fixed
 from pmwvc_core.scenario.names import resolved, spec_of, split_user
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.scenario.scenario import TOP, Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 
 Owner = TypeVar("Owner", Scenario, User)
 Setting = float | str | bool
@@ -148,9 +148,7 @@ def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the controls, with these values, as the session message declares them."""
     found = []
     for control in CONTROLS:
-        spec = TOP.get(control.path)
-        if spec is None and control.path != PRESET:
-            spec = spec_of(control.path)
+        spec = None if control.path == PRESET else spec_of(control.path)
         names = tuple(PRESETS) if spec is None else spec.choices
         if control.path == CONTROLLER:
             names = RECORDS.names()

@@ -19,8 +19,8 @@ from rich.table import Table
 
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.ends.assembly import server_end_of, user_end_of
+from pmwvc_core.ends.forms import value
 from pmwvc_core.frame.device_sample import DeviceSample
-from pmwvc_core.numeric import signal
 from pmwvc_core.scenario.scenario import Scenario
 
 FRAMES, REPEATS = 125, 5  # a second each
@@ -128,7 +128,7 @@ class Session:
         x = [WAY_M * (1.0 - math.cos(w * time_s)) * -user.side for w in rates]
         xd = [WAY_M * w * math.sin(w * time_s) * -user.side for w in rates]
         x[0] += start
-        return DeviceSample(signal(x, dof), signal(xd, dof))
+        return DeviceSample(value(tuple(x)), value(tuple(xd)))
 
 
 def scenario_of(settings: list[str]) -> Scenario:

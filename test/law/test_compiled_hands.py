@@ -9,10 +9,9 @@ from pmwvc_core.compiled import compiled
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import RecordedForce, hand_force, hand_hold, recorded_params
-from pmwvc_core.plant.hand import RecordedHand, recorded_motion
-from pmwvc_core.plant.hands import Place, make_hand
-from pmwvc_core.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.plant.targets import TableHand, TableParams
+from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion
+from pmwvc_core.plant.hands import make_hand
+from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
 
 H = 0.001
 TICKS = 2000

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pmwvc_bringup.scenarios import known
-from pmwvc_core.scenario.names import shared_specs, user_specs
+from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_core.traces import ServerTraces, UserTraces
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -48,4 +48,4 @@ def test_the_notation_names_signals_and_parameters_that_exist():
     named = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
     assert named - traced == {"u_tx", "v_rx"}  # in packets, not in traces
     parameters = re.findall(r"`([a-z]+\.[\w.]+)`", rest.partition("## Glossary")[0])
-    assert set(parameters) <= {*shared_specs(), *user_specs()}
+    assert set(parameters) <= set(PARAMETERS)

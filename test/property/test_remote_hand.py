@@ -113,7 +113,7 @@ def holds(s, p):
     """Whether the hand will hold the handle in the tick that starts."""
     due = s.next < len(p.ticks) and p.ticks[s.next] <= s.tick
     wanted = p.rows[s.next, 0] if due else 0.0
-    usable = math.isfinite(wanted) if due else s.hand.newest.usable
+    usable = math.isfinite(wanted) if due else s.hand.usable
     return usable and (s.hand.holding or s.hand.grip == s.hand.pull == 0.0)
 
 
@@ -123,18 +123,18 @@ def stiffening(s, x, p):
     if not holds(s, p) or ratio == 0.0:
         return s
     share = 1.0 - math.sqrt(ratio / min(1.0, ratio + p.hand.rise))  # what the law will take away
-    (y,), (target,) = hand.arm.y, hand.arm.target
+    (y,), (target,) = hand.y, hand.target
     longer = (y - share * x[0]) / (1.0 - share)
-    arm = hand.arm._replace(y=(longer,), target=(target - share * (x[0] - longer),))
-    return s._replace(hand=hand._replace(arm=arm))
+    target = target - share * (x[0] - longer)
+    return s._replace(hand=hand._replace(y=(longer,), target=(target,)))
 
 
 def naive(s, x, p):
     """The control: the arm stays at the origin while nobody holds, and the grip closes at once."""
     if not holds(s, p) or s.hand.grip > 0.0:
         return s
-    arm = s.hand.arm._replace(y=(0.0,), target=(0.0,))
-    return s._replace(hand=s.hand._replace(arm=arm, holding=True, grip=1.0, pull=1.0))
+    arm = s.hand._replace(y=(0.0,), target=(0.0,), holding=True, grip=1.0, pull=1.0)
+    return s._replace(hand=arm)
 
 
 def test_a_grip_that_closes_at_once_or_stiffens_as_it_is_makes_energy():

@@ -12,7 +12,7 @@ from support.simulated import simulated
 
 from pmwvc_bringup import scenarios
 from pmwvc_core.scenario.changes import CHANGEABLE
-from pmwvc_core.scenario.names import shared_specs, user_specs
+from pmwvc_core.scenario.scenario import PARAMETERS
 
 CHANGE_S = 0.6  # all are coupled, and nothing has moved
 EXACT_N, CLOCK_N = 1e-9, 2e-3  # where the clock of a playout has to settle: 0.8 s
@@ -135,7 +135,10 @@ def test_a_time_of_silence_that_changes_reaches_both_ends(case):
 
 
 def test_no_parameter_is_left_out():
-    known = {**user_specs(), **shared_specs()}
     groups = [group for group in CHANGEABLE if group != "link"]
-    names = {n for n, spec in known.items() if n.split(".")[0] in groups and not spec.read_only}
+    names = {
+        name
+        for name, (spec, *_) in PARAMETERS.items()
+        if name.split(".")[0] in groups and not spec.read_only
+    }
     assert {case.name for case in (*CASES, *TIMES)} >= names

@@ -10,9 +10,9 @@ from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import hand_force, hand_hold
-from pmwvc_core.plant.hands import Place, make_hand
-from pmwvc_core.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.plant.targets import TableHand, TableParams
+from pmwvc_core.plant.hand import Place
+from pmwvc_core.plant.hands import make_hand
+from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
 
 TICK_S = 0.001
 HALF = 0.03
@@ -41,10 +41,9 @@ class Hand:
         return value(f_h)
 
     remote = property(lambda self: getattr(self.s, "hand", self.s))
-    arm = property(lambda self: getattr(self.remote, "arm", self.remote))
-    y = property(lambda self: value(self.arm.y))
-    yd = property(lambda self: value(self.arm.yd))
-    target = property(lambda self: value(self.arm.target))
+    y = property(lambda self: value(self.remote.y))
+    yd = property(lambda self: value(self.remote.yd))
+    target = property(lambda self: value(self.remote.target))
     effort_j = property(lambda self: self.remote.effort_j)
     holding = property(lambda self: self.remote.holding)
 

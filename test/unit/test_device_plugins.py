@@ -11,6 +11,7 @@ from support.lab import offer
 
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_core.plugins import installed
 from pmwvc_master import plugins
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 
@@ -55,13 +56,13 @@ def lab(monkeypatch):
         raise ParameterError("device.mass = 1.0: a stick weighs less")
 
     found = {"stick": Stick, "stone": lambda _: object(), "broken": broken, "picky": picky}
-    known = plugins.PLUGINS.installed().values()
+    known = installed(plugins.PLUGINS.group).values()
     absent = "lab_vendor_library:Device"
     offer(monkeypatch, plugins.PLUGINS.group, "lab_devices", found, kept=known, absent=absent)
 
 
 def test_the_projects_own_devices_are_installed():
-    assert {"simulated", "ros_topic"} <= set(plugins.PLUGINS.installed())
+    assert {"simulated", "ros_topic"} <= set(installed(plugins.PLUGINS.group))
 
 
 def test_a_device_of_another_package_is_made(lab):

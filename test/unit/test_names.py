@@ -8,21 +8,17 @@ from support.plain import load
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import assembled, flat_mapping, flattened, leaves, nested, replaced
-from pmwvc_core.scenario.names import (
-    homes,
-    resolved,
-    shared_specs,
-    spec_of,
-    user_specs,
-    value_of,
-    varied,
-)
+from pmwvc_core.scenario.names import resolved, spec_of, value_of, varied
+from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
 
 def test_every_parameter_of_a_group_has_one_home():
-    declared = {name for name in (*shared_specs(), *user_specs()) if "." in name}
-    assert set(homes()) == declared
-    assert not set(shared_specs()) & set(user_specs())
+    shared, own = (
+        [name for prefix, (_, kind) in prefixed(owner).items() for name in leaves(prefix, kind)]
+        for owner in (Scenario, User)
+    )
+    assert sorted(name for name in PARAMETERS if "." in name) == sorted([*shared, *own])
+    assert {name for name, each in PARAMETERS.items() if each.of_user} == {"side", *own}
 
 
 def test_a_group_is_the_same_after_its_values_went_by_name():

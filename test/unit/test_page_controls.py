@@ -15,7 +15,7 @@ from support.plain import load
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
-from pmwvc_core.scenario.names import shared_specs, user_specs
+from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_view import controls
 from pmwvc_view.feed.notices import Notices
 from pmwvc_view.running import RATE, towards
@@ -60,11 +60,10 @@ class Running:
 
 
 def test_every_control_is_a_parameter_with_its_range():
-    known = {**shared_specs(), **user_specs()}
     for each in controls.to_page(controls.values_of(LIVE)):
         if each["path"] not in (controls.PRESET, controls.CONTROLLER):
             leaf = each["path"].replace("link.", "link.up.")
-            assert each["unit"] == known[leaf].unit
+            assert each["unit"] == PARAMETERS[leaf].spec.unit
         if each["slider"]:
             low, high = each["slider"]
             for value in (low, high):
@@ -73,7 +72,7 @@ def test_every_control_is_a_parameter_with_its_range():
                 )  # a slider never asks for the refused
 
 
-@given(st.sampled_from(sorted({*shared_specs(), *user_specs()})), st.integers(0, 9))
+@given(st.sampled_from(sorted(PARAMETERS)), st.integers(0, 9))
 def test_no_other_parameter_can_be_reached_from_a_page(name, number):
     path = f"user{number}.{name}" if number else name
     allowed = {control.path for control in controls.CONTROLS}

@@ -7,7 +7,6 @@ from support.plain import load
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_core.numeric import signal
 from pmwvc_view.controls import changed
 from pmwvc_view.description import lags
 from pmwvc_view.feed.feed import Feed
@@ -39,7 +38,7 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
     for tick in range(16, 1000 * seconds, 16):
         if targets is not None:
             place = targets(tick * 1e-3)
-            simulation.targets["user1"].give(None if place is None else signal((place,), 1))
+            simulation.targets["user1"].give(place)
         if change is not None and tick >= 1e3 * change[0]:
             wanted = changed(scenario, dict([change[1:]]))
             following = ramped(scenario, wanted, over_s=PERIOD_S)

@@ -10,6 +10,7 @@ import pytest
 from write_reference import docs_table, group_table, reference_page
 
 from pmwvc_core.params import LinkParams, MasterParams, SafetyParams, Spec
+from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import leaves
 
 TOOLS = Path(__file__).resolve().parents[2] / "tools"
@@ -71,13 +72,15 @@ def test_a_section_opens_with_what_the_group_is():
 
 
 def test_a_parameter_without_default_is_required():
-    table = docs_table({"users": Spec(int, low=1, high=8), "name": Spec(str)}, {"name": ""})
+    table = docs_table(
+        {"users": Spec(int, low=1, high=8, default=NO_DEFAULT), "name": Spec(str, default="")}
+    )
     assert rows_of(table)["users"][2:4] == ["(required)", "1..8"]
     assert rows_of(table)["name"][2] == '""'
 
 
 def test_a_bar_in_a_text_does_not_end_the_cell():
-    table = docs_table({"a": Spec(str, description="x|y\nz")}, {"a": "p|q"})
+    table = docs_table({"a": Spec(str, description="x|y\nz", default="p|q")})
     assert rows_of(table)["a"][4] == "x\\|y z"
     assert rows_of(table)["a"][2] == "p\\|q"
 

@@ -21,7 +21,7 @@ def taken(hand, ticks):
     found = {}
     for tick in range(ticks):
         hand.step(0.0, 0.0)
-        newest = hand.remote.newest
+        newest = hand.remote
         if newest.age == 0:
             found[tick] = newest.wanted if newest.usable else None
     return found

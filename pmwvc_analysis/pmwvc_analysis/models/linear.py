@@ -170,7 +170,7 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
         for effect in active(link):
             if effect.linear is None:
                 parameter, off = effect.switch
-                unit = specs(link)[parameter].unit.replace("-", "")
+                unit = specs(type(link))[parameter].unit.replace("-", "")
                 value = getattr(link, parameter)
                 yield _element(f"link.{way}.{parameter}", value, off, unit=unit, **of)
     position, local = user.master.position, user.master.local_model

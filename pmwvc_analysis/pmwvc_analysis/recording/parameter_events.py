@@ -23,7 +23,8 @@ from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.messages import NS_PER_S
-from pmwvc_core.scenario.names import shared_specs, spec_of, split_user, user_specs
+from pmwvc_core.scenario.names import spec_of, split_user
+from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_core.traces import ServerTraces, UserTraces
 
 _LONGEST = 100_000  # parameters or elements; a message of a session has no more
@@ -206,8 +207,8 @@ def _text(name: str, before: Any, value: Any) -> str:
     words = path.split(".")
     if path.startswith("links."):  # of a link that is no user's
         path = f"link.up.{words[-1]}"
-    spec = shared_specs().get(path) or user_specs().get(path)
-    unit = f" {spec.unit}" if spec and spec.unit != "-" else ""
+    unit = PARAMETERS[path].spec.unit if path in PARAMETERS else "-"
+    unit = f" {unit}" if unit != "-" else ""
     return f"{name} set to {_plain(value)}{unit}" + (
         f" (was {_plain(before)}{unit})" if before is not None else ""
     )

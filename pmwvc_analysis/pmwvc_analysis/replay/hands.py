@@ -10,8 +10,7 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Flags, Integers
 from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.plant.hands import Made
-from pmwvc_core.plant.remote_hand import remote_params, resting_remote
-from pmwvc_core.plant.targets import TableHand, TableParams
+from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import SessionTraces, UserTraces
 

@@ -8,9 +8,9 @@ metadata. A number may be an array with a last axis of length 1: one value per r
 
 import dataclasses
 import functools
-import math
+import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -19,6 +19,15 @@ import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.plugins import installed
+
+NO_DEFAULT: Any = dataclasses.MISSING  # in place of a default: a value has to be given
+_BOUNDS = {
+    ">=": ("low", operator.ge),
+    ">": ("above", operator.gt),
+    "<=": ("high", operator.le),
+    "<": ("below", operator.lt),
+}
+_KINDS = {float: "a number", int: "a whole number", str: "a string"}
 
 
 @dataclass(frozen=True)
@@ -42,75 +51,54 @@ class Spec:
     optional: bool = False
     read_only: bool = False
     description: str = ""
-    plugins: Callable[[], tuple[str, ...]] | None = None
+    plugins: Callable[[], Collection[str]] = tuple
     usual: float | None = None
-
-    def doubt(self, value: Any) -> str:
-        """Return what is unusual about a value that is allowed; "" where nothing is."""
-        if self.usual is None or value <= self.usual:
-            return ""
-        return f"{value:g} s: longer than on any network on Earth; {value:g} ms is {value / 1e3:g}"
+    default: Any = None  # NO_DEFAULT where a value has to be given
 
     def range_text(self) -> str:
         """Return the allowed values in words: ``> 0 N s/m``, ``1..64``, ``one of a, b``."""
-        unit = f" {self.unit}" if self.unit and self.unit != "-" else ""
         if self.choices:
-            return "one of " + ", ".join([*self.choices, *self._added()])
+            return "one of " + ", ".join(dict.fromkeys([*self.choices, *self.plugins()]))
         if self.kind is bool:
             return "true or false"
-        bounds = []
+        limits = {sign: getattr(self, side) for sign, (side, _) in _BOUNDS.items()}
+        text = " and ".join(f"{sign} {at:g}" for sign, at in limits.items() if at is not None)
         if self.low is not None and self.high is not None:
-            bounds.append(f"{self.low:g}..{self.high:g}")
-        else:
-            bounds += [f">= {self.low:g}"] if self.low is not None else []
-            bounds += [f"> {self.above:g}"] if self.above is not None else []
-            bounds += [f"<= {self.high:g}"] if self.high is not None else []
-        bounds += [f"< {self.below:g}"] if self.below is not None else []
-        text = (
-            " and ".join(bounds)
-            or {float: "a number", int: "a whole number", str: "a string"}[self.kind]
-        )
-        return text + unit + (" or null" if self.optional else "")
-
-    def _added(self) -> tuple[str, ...]:
-        found = self.plugins() if self.plugins is not None else ()
-        return tuple(name for name in found if name not in self.choices)
-
-    def _allowed(self, name: Any) -> bool:
-        return not self.choices or name in self.choices or name in self._added()
-
-    def _number_text(self) -> str:
-        """Return the allowed values of a number, and that it is one."""
-        kind, allowed = "a whole number" if self.kind is int else "a number", self.range_text()
-        return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
+            text = f"{self.low:g}..{self.high:g}"
+        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
+        return (text or _KINDS[self.kind]) + unit + (" or null" if self.optional else "")
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value, or None."""
         if value is None:
             return None if self.optional else f"null: must be {self.range_text()}"
+        wrong = f"{value!r}: must be "
         if self.kind is str or self.kind is bool:
-            right = isinstance(value, self.kind) and self._allowed(value)
-            return None if right else f"{value!r}: must be {self.range_text()}"
+            right = isinstance(value, self.kind) and (
+                not self.choices or value in self.choices or value in self.plugins()
+            )
+            return None if right else wrong + self.range_text()
         numbers = np.asarray(value)
-        if (
-            isinstance(value, (bool, list, tuple))
-            or numbers.dtype.kind not in "iuf"
-            or numbers.size == 0
-        ):
-            return f"{value!r}: must be {self._number_text()}"
+        listed = isinstance(value, (bool, list, tuple)) or not numbers.size
+        if listed or numbers.dtype.kind not in "iuf":
+            return wrong + self._number_text()
         if not np.isfinite(numbers).all():
-            return f"{value!r}: must be finite and {self.range_text()}"
+            return f"{wrong}finite and {self.range_text()}"
         if self.kind is int and not (numbers == np.floor(numbers)).all():
-            return f"{value!r}: must be {self._number_text()}"
-        inside = (
-            (self.low is None or (numbers >= self.low).all())
-            and (self.high is None or (numbers <= self.high).all())
-            and (self.above is None or (numbers > self.above).all())
-            and (self.below is None or (numbers < self.below).all())
-        )
-        percent = (self.low, self.high) == (0.0, 1.0) and np.size(value) == 1 and 1 < value <= 100
-        way_out = f"; {value:g} % is {value / 100:g}" if percent and self.kind is float else ""
-        return None if inside else f"{value!r}: must be {self.range_text()}{way_out}"
+            return wrong + self._number_text()
+        for side, within in _BOUNDS.values():
+            limit = getattr(self, side)
+            if limit is not None and not within(numbers, limit).all():
+                ratio = self.kind is float and (self.low, self.high) == (0.0, 1.0)
+                percent = ratio and numbers.size == 1 and 1 < value <= 100
+                way_out = f"; {value:g} % is {value / 100:g}" if percent else ""
+                return wrong + self.range_text() + way_out
+        return None
+
+    def _number_text(self) -> str:
+        """Return the allowed values of a number, and that it is one."""
+        kind, allowed = _KINDS[self.kind], self.range_text()
+        return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
 
 
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
@@ -118,10 +106,6 @@ _BOUND = re.compile(
     rf"(?:(?P<low>{_NUMBER})\.\.(?P<high>{_NUMBER})|(?P<side>[<>]=?) (?P<limit>{_NUMBER}))"
     r"(?: and | |$)"
 )
-_SIDES = {">=": "low", ">": "above", "<=": "high", "<": "below"}
-
-
-NO_DEFAULT: Any = dataclasses.MISSING  # in place of a default: a value has to be given
 
 
 def parameter(
@@ -134,30 +118,24 @@ def parameter(
     read_only: bool = False,
     usual: float | None = None,
 ) -> Any:
-    """Declare a dataclass field that is a parameter.
+    """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
 
-    Parameters
-    ----------
-    allowed
-        Range and unit, as messages show them: ``0..1 s``, ``> 0 and <= 20 N``, ``>= 1``; ``-``
-        without either. Or the names allowed.
-    kind
-        Type of a value; needed only where the default is ``NO_DEFAULT``. ``None`` is that of an
-        optional number.
-    group
-        Group of entry points whose plug-ins are allowed besides the names.
+    ``allowed`` is range and unit, as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
+    ``-`` without either), or the names allowed; plug-ins of a ``group`` of entry points are
+    allowed besides. ``kind`` is needed only where the default is ``NO_DEFAULT``.
     """
     kind = kind or (float if default is None else type(default))
-    more = _read(allowed, kind) if isinstance(allowed, str) else {"unit": "-", "choices": allowed}
-    plugins = partial(installed, group) if group else None
     spec = Spec(
         kind,
         optional=default is None,
         read_only=read_only,
         description=description,
-        plugins=plugins,
+        plugins=partial(installed, group) if group else tuple,
         usual=usual,
-        **more,
+        default=default,
+        **(
+            _read(allowed, kind) if isinstance(allowed, str) else {"unit": "-", "choices": allowed}
+        ),
     )
     return dataclasses.field(default=default, metadata={"spec": spec})
 
@@ -172,32 +150,40 @@ def _read(allowed: str, kind: type) -> dict[str, Any]:
         if bound["low"]:
             found |= {"low": kind(float(bound["low"])), "high": kind(float(bound["high"]))}
         else:
-            found[_SIDES[bound["side"]]] = kind(float(bound["limit"]))
+            found[_BOUNDS[bound["side"]][0]] = kind(float(bound["limit"]))
         allowed = allowed[bound.end() :]
     if re.search(r"[<>=]|\.\.", allowed):
         raise ValueError(f"{allowed!r}: must be a range such as '0..1' or '> 0 and <= 20', a unit")
     return found | {"unit": allowed or "-"}
 
 
-def specs(owner: Any) -> Mapping[str, Spec]:
+def specs(kind: type) -> Mapping[str, Spec]:
     """Return the parameters of a dataclass by field name, nested groups left out."""
-    return _declared(owner if isinstance(owner, type) else type(owner), "spec")
+    return _declared(kind, "spec")
 
 
-def groups(owner: Any) -> Mapping[str, type]:
+def groups(kind: type) -> Mapping[str, type]:
     """Return the nested parameter groups of a dataclass by field name."""
-    return _declared(owner if isinstance(owner, type) else type(owner), "group")
+    return _declared(kind, "group")
 
 
 @functools.cache
 def _declared(kind: type, key: str) -> Mapping[str, Any]:
-    """Return the metadata of the fields of a dataclass that have a key, by field name."""
     return {f.name: f.metadata[key] for f in dataclasses.fields(kind) if key in f.metadata}
 
 
 def group(kind: type) -> Any:
     """Declare a dataclass field that is a nested group of parameters."""
     return dataclasses.field(default_factory=kind, metadata={"group": kind})
+
+
+def disordered(owner: Any, *pairs: tuple[str, str]) -> list[str]:
+    """Return for which pairs of parameters the first is not below the second."""
+    return [
+        f"{low} = {getattr(owner, low)}: must be < {high} = {getattr(owner, high)}"
+        for low, high in pairs
+        if np.any(getattr(owner, low) >= getattr(owner, high))
+    ]
 
 
 class Is:
@@ -218,15 +204,14 @@ class IsNot(Is):
 
 
 class Validated:
-    """Base of every parameter dataclass: checks all fields once, when built; ParameterError naming
-    the field, its value and the allowed range.
+    """Base of every parameter dataclass: checks all fields once, when built, then what holds
+    between them; ParameterError naming the field, its value and the allowed range.
     """
 
     def __post_init__(self) -> None:
-        """Check every declared field, then what holds between fields."""
         problems = [
             f"{name} = {problem}"
-            for name, spec in specs(self).items()
+            for name, spec in specs(type(self)).items()
             if (problem := spec.problem(getattr(self, name)))
         ]
         if problems := problems or self.conflicts():
@@ -235,10 +220,3 @@ class Validated:
     def conflicts(self) -> list[str]:
         """Return what is wrong between fields that are each right (none unless overridden)."""
         return []
-
-
-def whole_ratio(period_s: float, tick_s: float) -> int | None:
-    """Return how many ticks make a period, or None when they do not divide (within 1e-9)."""
-    ratio = period_s / tick_s
-    count = round(ratio)
-    return count if count >= 1 and math.isclose(ratio, count, rel_tol=1e-9) else None

@@ -4,17 +4,14 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from pmwvc_core.params.deadband import DeadbandParams
-from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.fields import Is, IsNot, Validated, disordered, fixed, group, parameter
 from pmwvc_core.params.port_filters import (
     BankParams,
     LocalModelParams,
     PositionParams,
     VelocityFilterParams,
 )
+from pmwvc_core.params.ports import DeadbandParams, matrix_conflicts
 
 FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
 
@@ -71,10 +68,7 @@ class FilterParams(Validated):
         if self.kind == "butterworth":
             if self.stop_hz is None:
                 return ["stop_hz = null: a Butterworth filter needs the edge of its stop band"]
-            if np.any(self.pass_hz >= self.stop_hz):
-                return [f"pass_hz = {self.pass_hz}: must be < stop_hz = {self.stop_hz}"]
-            if np.any(self.pass_db >= self.stop_db):
-                return [f"pass_db = {self.pass_db}: must be < stop_db = {self.stop_db}"]
+            return disordered(self, ("pass_hz", "stop_hz"), ("pass_db", "stop_db"))[:1]
         return []
 
 

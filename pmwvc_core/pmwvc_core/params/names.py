@@ -23,7 +23,7 @@ def joined(prefix: str, name: str) -> str:
     return f"{prefix}.{name}" if prefix else name
 
 
-def leaves(prefix: str, kind: Any) -> dict[str, Spec]:
+def leaves(prefix: str, kind: type) -> dict[str, Spec]:
     """Return the declaration of every parameter of a dataclass by dotted name."""
     found = {joined(prefix, name): spec for name, spec in specs(kind).items()}
     for name, nested_kind in groups(kind).items():
@@ -33,7 +33,7 @@ def leaves(prefix: str, kind: Any) -> dict[str, Spec]:
 
 def flattened(prefix: str, owner: Any) -> dict[str, Any]:
     """Return the value of every parameter of a dataclass by dotted name."""
-    return {joined(prefix, path): attrgetter(path)(owner) for path in leaves("", owner)}
+    return {joined(prefix, path): attrgetter(path)(owner) for path in leaves("", type(owner))}
 
 
 def replaced(owner: P, path: str, value: Any) -> P:
@@ -43,7 +43,7 @@ def replaced(owner: P, path: str, value: Any) -> P:
     head, _, rest = path.partition(".")
     if rest:
         value = replaced(getattr(owner, head), rest, value)
-    elif specs(owner)[head].kind is int and isinstance(value, float) and value.is_integer():
+    elif specs(type(owner))[head].kind is int and isinstance(value, float) and value.is_integer():
         value = int(value)
     return dataclasses.replace(owner, **{head: value})  # type: ignore[type-var]
 
@@ -55,10 +55,9 @@ def assembled(
     *,
     named: Callable[[str, str, type], str] = lambda text, prefix, _: joined(prefix, text),
 ) -> P:
-    """Build a dataclass from values by dotted name; what is not given takes its default.
-
-    ParameterError where a group refuses its values: with what ``named`` makes of the text of the
-    refusal, and of prefix and class of the group.
+    """Build a dataclass from values by dotted name; what is not given takes its default. Where a
+    group refuses its values, ParameterError with what ``named`` makes of the text of the refusal,
+    and of prefix and class of the group.
     """
     fields = {
         name: given[joined(prefix, name)] for name in specs(kind) if joined(prefix, name) in given
@@ -93,9 +92,8 @@ def flat_mapping(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]
 
 
 def hint(name: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
-    """Return ``; did you mean ...?`` with the nearest known name, capital letters aside; empty
-    where none is near. A name whose last part is the one given is near; of equals the first known
-    one counts.
+    """Return ``; did you mean ...?`` with the nearest known name, capital letters aside, or the
+    first whose last part is the one given; empty where none is near.
     """
     plain = name.lower()
 

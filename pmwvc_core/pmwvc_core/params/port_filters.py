@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, parameter
+from pmwvc_core.params.fields import Is, IsNot, Validated, disordered, fixed, parameter
 
 
 @dataclass(frozen=True)
@@ -111,17 +111,13 @@ class BankParams(Validated):
 
     def conflicts(self) -> list[str]:
         """Check that the edges are in order."""
-        pairs = (
+        return disordered(
+            self,
             ("high_stop_hz", "high_pass_hz"),
             ("low_pass_hz", "low_stop_hz"),
             ("high_pass_db", "high_stop_db"),
             ("low_pass_db", "low_stop_db"),
         )
-        return [
-            f"{lower} = {getattr(self, lower)}: must be < {upper} = {getattr(self, upper)}"
-            for lower, upper in pairs
-            if np.any(getattr(self, lower) >= getattr(self, upper))
-        ]
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,8 @@ contact.
 
 from dataclasses import dataclass
 
-from pmwvc_core.params.deadband import DeadbandParams
 from pmwvc_core.params.fields import Is, Validated, fixed, group, parameter
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.ports import DeadbandParams, matrix_conflicts
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")

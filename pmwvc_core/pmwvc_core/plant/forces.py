@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """What pushes the device, chosen by the type of its state; here given forces, whatever the device
-does: a constant one (or none), a sine, a chirp, a recorded one.
+does.
 
 A given force is an ideal source: nothing limits the energy it can deliver, so it suits experiments
 (App. B Fig. 5 uses 1 N from each side) rather than the picture of a person; for that see ``hand``.
@@ -34,31 +34,10 @@ def hand_step(s: Any, x: Vector, xd: Vector, acts: bool, p: Any) -> tuple[Any, V
     return hand_hold(s, x, p)
 
 
-class ConstantForce(NamedTuple):
-    """The same force along axis 0 all the time."""
-
-    ticks: int
-
-
-class Sine(NamedTuple):
-    """A sine along axis 0, phase zero at the start."""
-
-    ticks: int
-
-
-class Chirp(NamedTuple):
-    """A sine along axis 0 whose frequency rises linearly, sweep after sweep, in one phase:
-    phi(t) = 2 pi [n (f0 + f1) S/2 + f0 t + (f1 - f0) t^2/(2 S)], t since the start of sweep n.
-    """
-
-    ticks: int
-
-
-class RecordedForce(NamedTuple):
-    """A recorded force, one row per tick.
-
-    It does not react: where the replayed device meets another force than the recorded one did,
-    nothing brings it back to where the hand would have held it.
+class GivenForce(NamedTuple):
+    """A force along axis 0: constant, or a sine with phase zero at the start, whose frequency may
+    rise linearly, sweep after sweep, in one phase: phi(t) = 2 pi [n (f0 + f1) S/2 + f0 t +
+    (f1 - f0) t^2/(2 S)], t since the start of sweep n.
     """
 
     ticks: int
@@ -68,10 +47,30 @@ class ForceParams(NamedTuple):
     """Force along axis 0, and how it changes."""
 
     force: Vector  # [N] amplitude
+    swings: bool  # else it is constant
     tick_s: float
-    first_hz: float
-    last_hz: float
-    sweep_s: float
+    first_hz: float  # f0
+    last_hz: float  # f1
+    sweep_s: float  # S
+
+
+@hand_force.member(GivenForce)
+def _given(s: GivenForce, x: Vector, xd: Vector, p: ForceParams) -> tuple[GivenForce, Vector]:
+    if not p.swings:
+        return s, p.force
+    sweep, time_s = divmod(s.ticks * p.tick_s, p.sweep_s)
+    cycles = sweep * (p.first_hz + p.last_hz) * p.sweep_s / 2.0 + time_s * (
+        p.first_hz + (p.last_hz - p.first_hz) * time_s / (2.0 * p.sweep_s)
+    )
+    return GivenForce(s.ticks + 1), scaled(p.force, math.sin(2.0 * math.pi * cycles))
+
+
+class RecordedForce(NamedTuple):
+    """A recorded force, one row per tick. It does not react: where the replayed device meets
+    another force than the recorded one did, nothing brings it back.
+    """
+
+    ticks: int
 
 
 class RecordedParams(NamedTuple):
@@ -103,28 +102,6 @@ def row(rows: Array, number: int, axes: tuple[int, ...]) -> Vector:
 
 def _element(axis: int, rows: Array, number: int) -> float:
     return float(rows[number, axis])
-
-
-@hand_force.member(ConstantForce)
-def _constant(
-    s: ConstantForce, x: Vector, xd: Vector, p: ForceParams
-) -> tuple[ConstantForce, Vector]:
-    return s, p.force
-
-
-@hand_force.member(Sine)
-def _sine(s: Sine, x: Vector, xd: Vector, p: ForceParams) -> tuple[Sine, Vector]:
-    phase = 2.0 * math.pi * p.first_hz * p.tick_s * s.ticks
-    return Sine(s.ticks + 1), scaled(p.force, math.sin(phase))
-
-
-@hand_force.member(Chirp)
-def _chirp(s: Chirp, x: Vector, xd: Vector, p: ForceParams) -> tuple[Chirp, Vector]:
-    sweep, time_s = divmod(s.ticks * p.tick_s, p.sweep_s)
-    cycles = sweep * (p.first_hz + p.last_hz) * p.sweep_s / 2.0 + time_s * (
-        p.first_hz + (p.last_hz - p.first_hz) * time_s / (2.0 * p.sweep_s)
-    )
-    return Chirp(s.ticks + 1), scaled(p.force, math.sin(2.0 * math.pi * cycles))
 
 
 @hand_force.member(RecordedForce)

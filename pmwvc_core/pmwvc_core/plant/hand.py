@@ -27,11 +27,30 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
 from pmwvc_core.numeric import Array
-from pmwvc_core.params import OperatorParams
+from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.plant.forces import hand_force, row, rows_of
-from pmwvc_core.plant.task import Task, closing, offset
+from pmwvc_core.plant.task import Task, closing, offset, task_of
 
 LIGHTEST_DEVICE = 0.05  # [kg]
+
+
+class Place(NamedTuple):
+    """Place and side of a hand, and the rate at which it acts."""
+
+    side: int  # -1: left of the object, pushing towards +x; +1: right of it
+    half_width_m: float  # half the object's width
+    start_m: float  # where the device is at first, along axis 0
+    tick_s: float  # period of the force loop
+    axes: int  # of which axis 0 carries the task
+
+    @property
+    def start(self) -> Vector:
+        """Where the device is at first [m]."""
+        return self.along(self.start_m)
+
+    def along(self, value: float) -> Vector:
+        """Return a vector along axis 0."""
+        return (value, *(0.0,) * (self.axes - 1))
 
 
 class Grip(NamedTuple):
@@ -112,29 +131,25 @@ class HandParams(NamedTuple):
     arm: Arm
 
 
-def hand_params(
-    params: OperatorParams, task: Task, grip: Grip, side: int, half_width_m: float,
-    start_m: float, tick_s: float,
-) -> HandParams:  # fmt: skip
-    """Return the parameters of a hand on one side (-1 or 1) of the object that starts along axis 0
-    at ``start_m``.
-    """
-    rest, face = (0.0,) * (len(task.way_m) - 1), side * half_width_m
+def task_hand(params: OperatorParams, task: TaskParams, at: Place) -> tuple[Hand, HandParams]:
+    """Return a hand at the beginning of its time; ParameterError where it would not be stable."""
+    grip = grip_of(params, params.mass, at.tick_s)
+    face = at.side * at.half_width_m
     # The arm's spring takes k/K of it back when the grip gives way: press that much harder.
     firm = max(params.grip_stiffness, params.stiffness)
     give = params.stiffness / firm if firm > 0.0 else 0.0
-    half_squeeze = 0.5 * (-side * params.squeeze * (1.0 + give))
-    inertia = 2.0 * params.mass + tick_s * params.damping + 0.5 * tick_s**2 * params.stiffness
-    arm = Arm(params.stiffness, params.damping / tick_s, 2.0 * params.mass, inertia, tick_s)
-    return HandParams(
-        task, grip, (face, *rest), (start_m - face, *rest), (half_squeeze, *rest), arm
+    half_squeeze = 0.5 * (-at.side * params.squeeze * (1.0 + give))
+    inertia = (
+        2.0 * params.mass + at.tick_s * params.damping + 0.5 * at.tick_s**2 * params.stiffness
     )
-
-
-def resting_hand(p: HandParams) -> Hand:
-    """Return a hand at the beginning of its time."""
-    start, closed = plus(p.face, p.gap), closing(0.0, p.task)
-    return Hand(start, zero(start), _aim(0, closed, p), closed, 0, 0.0)
+    arm = Arm(params.stiffness, params.damping / at.tick_s, 2.0 * params.mass, inertia, at.tick_s)
+    start, rest = at.along(at.start_m), at.along(0.0)
+    p = HandParams(
+        task_of(task, at.axes), grip, at.along(face), at.along(at.start_m - face),
+        at.along(half_squeeze), arm,
+    )  # fmt: skip
+    closed = closing(0.0, p.task)
+    return Hand(start, rest, _aim(0, closed, p), closed, 0, 0.0), p
 
 
 def _aim(tick: int, closed: float, p: HandParams) -> Vector:

@@ -18,7 +18,7 @@ Monotone cubic interpolation (PCHIP: no overshoot, continuous slope) at the tick
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,94 +31,23 @@ EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way
 ORDER = 8
 
 
-class Table:
-    """Named or numbered columns of text or of a NumPy array."""
-
-    def __init__(self, file: Path, names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-        self.file, self.names, self.rows = file, list(names), rows
-
-    def data(self, names: Sequence[str], time_column: str) -> Array:
-        """Return the columns named, or the only one there is."""
-        if not names:
-            names = [name for name in self.names if name != time_column]
-            if len(names) != 1:
-                raise RecordingError(
-                    f"{self.file}: operator.columns is empty, and there is more than one column: "
-                    f"choose from {', '.join(self.names)}"
-                )
-        return np.hstack([self.column(name) for name in names])
-
-    def column(self, name: str) -> Array:
-        """Return one column ``(rows, 1)``."""
-        index = self._index(name)
-        values = np.empty((len(self.rows), 1))
-        for number, row in enumerate(self.rows):
-            try:
-                values[number] = row[index]
-            except (IndexError, ValueError) as error:
-                text = row[index] if index < len(row) else "nothing"
-                raise RecordingError(
-                    f"{self.file}: row {number} (from 0) of column {name} holds {text!r}, not a "
-                    "number; choose another column or repair the file"
-                ) from error
-        return values
-
-    def _index(self, name: str) -> int:
-        if name in self.names:
-            return self.names.index(name)
-        if name.isdecimal() and int(name) < len(self.names):
-            return int(name)
-        raise RecordingError(
-            f"{self.file}: no column {name!r}; there are {', '.join(self.names)}, "
-            f"or by number 0 to {len(self.names) - 1}"
-        )
-
-
-def read_npy(file: Path) -> Table:
-    """Read an array ``(rows,)`` or ``(rows, columns)``."""
-    try:
-        array = np.load(file, allow_pickle=False)
-    except (ValueError, EOFError) as error:
-        raise RecordingError(f"{file}: not a NumPy array of numbers ({error})") from error
-    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
-        raise RecordingError(
-            f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
-            "(rows, columns)"
-        )
-    rows = array.reshape(len(array), -1)
-    return Table(file, [str(number) for number in range(rows.shape[1])], rows)
-
-
-def read_text(file: Path) -> Table:
-    """Read text with or without a line of names."""
-    try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{file}: not text ({error}); save it as UTF-8") from error
-    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not lines:
-        raise RecordingError(f"{file}: empty")
-    separator = next((mark for mark in (";", "\t", ",") if mark in lines[0]), None)
-    rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
-    if any(_number(cell) for cell in rows[0]):
-        return Table(file, [str(number) for number in range(len(rows[0]))], rows)
-    return Table(file, [cell.strip('"') for cell in rows[0]], rows[1:])
-
-
-def _number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
     """Return the recording of an operator at the ticks of the force loop, ``(ticks, 1 or dof)``
     [N or m]; RecordingError saying which file, what it holds, and what to do.
     """
+    file = params.file
     values, times = read_columns(params, dof=dof)
-    _check(params.file, values, times, params.time_column)
+    if len(values) < 2:
+        raise RecordingError(f"{file}: {len(values)} rows; a recording needs at least 2")
+    broken = ~(np.isfinite(values).all(axis=1) & np.isfinite(times))
+    if broken.any():
+        raise RecordingError(
+            f"{file}: {int(broken.sum())} rows hold a value that is not a finite number, the "
+            f"first is row {int(broken.argmax())} (from 0); repair or cut the file"
+        )
+    if (np.diff(times) <= 0.0).any():
+        row = int((np.diff(times) <= 0.0).argmax()) + 1
+        raise RecordingError(f"{file}: {params.time_column} does not rise at row {row} (from 0)")
     signal = params.scale * resample(values, times, tick_s=tick_s) + params.offset
     return fade(signal, fade_s=params.fade_s, tick_s=tick_s)
 
@@ -133,43 +62,93 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
         raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
-    source = _open(file)
-    names = [name.strip() for name in params.columns.split(",") if name.strip()]
-    values = source.data(names, params.time_column)
-    count = values.shape[1]
-    if count not in (1, dof):
+    table = _table_of(file)
+    wanted = [name.strip() for name in params.columns.split(",") if name.strip()]
+    if not wanted:
+        wanted = [name for name in table.names if name != params.time_column]
+        if len(wanted) != 1:
+            raise RecordingError(
+                f"{file}: operator.columns is empty, and there is more than one column: "
+                f"choose from {', '.join(table.names)}"
+            )
+    values = np.stack([_column(table, name) for name in wanted], axis=-1)
+    if len(wanted) not in (1, dof):
         raise RecordingError(
-            f"{params.file}: operator.columns = {params.columns!r} are {count} columns for {dof} "
-            "axes; give one column (it acts along the first axis) or one per axis"
+            f"{params.file}: operator.columns = {params.columns!r} are {len(wanted)} columns for "
+            f"{dof} axes; give one column (it acts along the first axis) or one per axis"
         )
     if params.time_column:
-        return values, source.column(params.time_column)[:, 0]
+        return values, _column(table, params.time_column)
     return values, np.arange(len(values)) / params.rate_hz
 
 
-def _check(file: str, values: Array, times: Array, time_column: str) -> None:
-    """Refuse what cannot be played."""
-    if len(values) < 2:
-        raise RecordingError(f"{file}: {len(values)} rows; a recording needs at least 2")
-    broken = ~(np.isfinite(values).all(axis=1) & np.isfinite(times))
-    if broken.any():
-        raise RecordingError(
-            f"{file}: {int(broken.sum())} rows hold a value that is not a finite number, the "
-            f"first is row {int(broken.argmax())} (from 0); repair or cut the file"
-        )
-    if (np.diff(times) <= 0.0).any():
-        row = int((np.diff(times) <= 0.0).argmax()) + 1
-        raise RecordingError(f"{file}: {time_column} does not rise at row {row} (from 0)")
+class Table(NamedTuple):
+    """The columns of a file: names and rows, of numbers or of texts."""
+
+    file: Path
+    names: list[str]
+    rows: Sequence[Sequence[Any]]
 
 
-def _open(file: Path) -> Table:
-    """Return the file's columns; its suffix decides the kind."""
+def _table_of(file: Path) -> Table:
+    """Return the columns of a file; its suffix decides the kind."""
     suffix = file.suffix.lower()
     if suffix == ".npy":
-        return read_npy(file)
-    if suffix in (".csv", ".txt", ".tsv", ".dat"):
-        return read_text(file)
-    raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
+        try:
+            array = np.load(file, allow_pickle=False)
+        except (ValueError, EOFError) as error:
+            raise RecordingError(f"{file}: not a NumPy array of numbers ({error})") from error
+        if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
+            raise RecordingError(
+                f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
+                "(rows, columns)"
+            )
+        array = array.reshape(len(array), -1)
+        return Table(file, [str(number) for number in range(array.shape[1])], array)
+    if suffix not in (".csv", ".txt", ".tsv", ".dat"):
+        raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{file}: not text ({error}); save it as UTF-8") from error
+    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise RecordingError(f"{file}: empty")
+    separator = next((mark for mark in (";", "\t", ",") if mark in lines[0]), None)
+    rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
+    if any(_is_number(cell) for cell in rows[0]):
+        return Table(file, [str(number) for number in range(len(rows[0]))], rows)
+    return Table(file, [cell.strip('"') for cell in rows[0]], rows[1:])
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _column(table: Table, name: str) -> Array:
+    """Return one column ``(rows,)``, by its name or its number."""
+    file, names, rows = table
+    if name not in names and not (name.isdecimal() and int(name) < len(names)):
+        raise RecordingError(
+            f"{file}: no column {name!r}; there are {', '.join(names)}, "
+            f"or by number 0 to {len(names) - 1}"
+        )
+    index = names.index(name) if name in names else int(name)
+    values = np.empty(len(rows))
+    for number, row in enumerate(rows):
+        try:
+            values[number] = row[index]
+        except (IndexError, ValueError) as error:
+            text = row[index] if index < len(row) else "nothing"
+            raise RecordingError(
+                f"{file}: row {number} (from 0) of column {name} holds {text!r}, not a "
+                "number; choose another column or repair the file"
+            ) from error
+    return values
 
 
 def resample(values: Array, times: Array, *, tick_s: float) -> Array:

@@ -12,6 +12,11 @@ A target that is not finite, or none for ``SILENT_S``, lets go: g and a fall to 
 ``FADE_S`` while x_t rests. The next target takes hold: the arm begins at the handle and g rises
 within ``TAKE_S``, with K g (y - x)^2/2 constant. The sum S of :mod:`.hand` has the terms - g (B +
 K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here; their change with g is part of ``effort_j``.
+
+In simulation targets come from a table, between the rows of which nothing comes (a gap of more
+than ``SILENT_S`` lets go), or from somebody who does the task with a pointer, one every
+``POINTER_S``: on the user's face of the object, and ``squeeze / stiffness`` inside it once the
+hands have closed.
 """
 
 import math
@@ -30,37 +35,28 @@ from pmwvc_core.law.vectors import (
     within,
     zero,
 )
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.forces import hand_force, hand_hold
+from pmwvc_core.plant.forces import hand_force, hand_hold, row
 from pmwvc_core.plant.hand import Arm, Grip, arm_step, grip_force, grip_of
+from pmwvc_core.plant.task import Task, closing, offset
 
 SILENT_S = 0.15
 FADE_S = 0.1
 TAKE_S = 0.03
 FARTHEST_M = 10.0  # targets beyond are taken to be there
-
-
-class NewestTarget(NamedTuple):
-    """The newest target."""
-
-    wanted: Vector  # [m]
-    usable: bool  # finite, and not too old
-    age: int  # ticks since it came
-
-
-class Reach(NamedTuple):
-    """The arm; while the handle is free, it is where that is."""
-
-    y: Vector  # [m]
-    yd: Vector  # [m/s]
-    target: Vector  # [m] that it follows
+POINTER_S = 0.016
 
 
 class RemoteHand(NamedTuple):
-    """A hand and who drives it."""
+    """A hand and who drives it. While the handle is free, the arm is where that is."""
 
-    arm: Reach
-    newest: NewestTarget
+    y: Vector  # [m] of the arm
+    yd: Vector  # [m/s]
+    target: Vector  # [m] that it follows
+    wanted: Vector  # [m] the newest target
+    usable: bool  # it is finite, and not too old
+    age: int  # ticks since it came
     holding: bool  # whether somebody holds the handle
     grip: float  # g
     pull: float  # a
@@ -97,28 +93,20 @@ def remote_params(params: OperatorParams, tick_s: float) -> RemoteParams:
 def resting_remote(start: Vector) -> RemoteHand:
     """Return a hand that nobody drives, with its handle there [m]."""
     rest = zero(start)
-    return RemoteHand(
-        Reach(start, rest, start), NewestTarget(rest, False, 0), False, 0.0, 0.0, 0.0
-    )
+    return RemoteHand(start, rest, start, rest, False, 0, False, 0.0, 0.0, 0.0)
 
 
 def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
     """Take a target of this tick [m], before the hand moves; one that is not finite lets go."""
     usable = within(target, math.inf)
-    holding = s.holding and usable
-    return s._replace(newest=NewestTarget(target, usable, -1), holding=holding)
+    return s._replace(wanted=target, usable=usable, age=-1, holding=s.holding and usable)
 
 
 @hand_hold.member(RemoteHand)
 def remote_hold(s: RemoteHand, x: Vector, p: RemoteParams) -> tuple[RemoteHand, Vector]:
     """Return no force while the user is not coupled; targets grow old."""
-    newest = _aged(s.newest, p)
-    return s._replace(newest=newest), zero(x)
-
-
-def _aged(s: NewestTarget, p: RemoteParams) -> NewestTarget:
     age = s.age + 1
-    return NewestTarget(s.wanted, s.usable and age <= p.silent_ticks, age)
+    return s._replace(usable=s.usable and age <= p.silent_ticks, age=age), zero(x)
 
 
 @hand_force.member(RemoteHand)
@@ -126,55 +114,123 @@ def remote_force(
     s: RemoteHand, x: Vector, xd: Vector, p: RemoteParams
 ) -> tuple[RemoteHand, Vector]:
     """Move the arm; return the force on the handle [N]."""
-    newest = _aged(s.newest, p)
-    s = _changed_grip(s, newest, x, xd, p)
-    arm = s.arm
+    age = s.age + 1
+    s = s._replace(usable=s.usable and age <= p.silent_ticks, age=age)
+    s = _changed_grip(s, x, xd, p)
     if s.grip == 0.0 and s.pull == 0.0:
-        arm = Reach(x, zero(x), x)
-        s = s._replace(arm=arm, newest=newest)
-        return s, scaled(xd, -p.brake)
-    pull = scaled(grip_force(minus(arm.y, x), minus(arm.yd, xd), p.grip), s.grip)
-    arm, work_j = _moved_arm(s, pull, p)
+        return s._replace(y=x, yd=zero(x), target=x), scaled(xd, -p.brake)
+    pull = scaled(grip_force(minus(s.y, x), minus(s.yd, xd), p.grip), s.grip)
     f_h = minus(pull, scaled(xd, (1.0 - s.grip) * p.brake))
-    return s._replace(arm=arm, newest=newest, effort_j=s.effort_j + work_j), f_h
+    return _moved_arm(s, pull, p), f_h
 
 
-def _changed_grip(
-    s: RemoteHand, newest: NewestTarget, x: Vector, xd: Vector, p: RemoteParams
-) -> RemoteHand:
+def _changed_grip(s: RemoteHand, x: Vector, xd: Vector, p: RemoteParams) -> RemoteHand:
     """Close or open the hand by a tick's part."""
-    holding, grip, pull, arm = s.holding and newest.usable, s.grip, s.pull, s.arm
-    if newest.usable and grip == 0.0 and pull == 0.0:
+    holding, grip, pull, y, target = s.holding and s.usable, s.grip, s.pull, s.y, s.target
+    if s.usable and grip == 0.0 and pull == 0.0:
         holding, pull = True, 1.0
     if holding:
         grip = min(1.0, grip + p.rise)
-        closer = scaled(minus(x, arm.y), 1.0 - math.sqrt(s.grip / grip))
-        arm = Reach(plus(arm.y, closer), arm.yd, plus(arm.target, closer))
+        closer = scaled(minus(x, y), 1.0 - math.sqrt(s.grip / grip))
+        y, target = plus(y, closer), plus(target, closer)
     else:
         grip, pull = max(0.0, grip - p.fall), max(0.0, pull - p.fall)
     effort_j = s.effort_j
     if grip != s.grip:
-        power = p.grip.rate * squared(minus(arm.yd, xd)) - p.brake * squared(xd)
+        power = p.grip.rate * squared(minus(s.yd, xd)) - p.brake * squared(xd)
         effort_j += 0.25 * p.tick_s * (s.grip - grip) * power
-    return RemoteHand(arm, newest, holding, grip, pull, effort_j)
+    return s._replace(y=y, target=target, holding=holding, grip=grip, pull=pull, effort_j=effort_j)
 
 
-def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> tuple[Reach, float]:
-    """Advance the arm by the implicit midpoint rule, the grip's pull held; return the work of its
-    target [J], too.
-    """
-    arm, target = s.arm, s.arm.target
+def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> RemoteHand:
+    """Advance the arm by the implicit midpoint rule, the grip's pull held."""
+    target = s.target
     if s.holding:
-        wanted = each(_near, (s.newest.wanted,))
+        wanted = each(_near, (s.wanted,))
         ahead = plus(target, shortened(minus(wanted, target), p.step_m))
-        target = plus(arm.y, shortened(minus(ahead, arm.y), p.reach_m))
+        target = plus(s.y, shortened(minus(ahead, s.y), p.reach_m))
     stiffness = s.pull * p.stiffness
     inertia = p.resistance + 0.5 * p.tick_s**2 * stiffness
     spring = Arm(stiffness, 0.0, p.twice_mass, inertia, p.tick_s)
-    rows = each(arm_step, (arm.y, arm.yd, arm.target, target, scaled(pull, -1.0)), spring)
+    rows = each(arm_step, (s.y, s.yd, s.target, target, scaled(pull, -1.0)), spring)
     moved, yd, drawn = columns(rows)
-    return Reach(plus(arm.y, moved), yd, target), dot(drawn, minus(target, arm.target))
+    effort_j = s.effort_j + dot(drawn, minus(target, s.target))
+    return s._replace(y=plus(s.y, moved), yd=yd, target=target, effort_j=effort_j)
 
 
 def _near(wanted: float) -> float:
     return min(max(wanted, -FARTHEST_M), FARTHEST_M)
+
+
+class TableHand(NamedTuple):
+    """A remote hand and its place in a table of targets."""
+
+    hand: RemoteHand
+    tick: int
+    next: int  # row
+
+
+class TableParams(NamedTuple):
+    """A table of targets in the order of time.
+
+    Ticks count from the moment of coupling; where it is early, from the start of the force loop.
+    """
+
+    hand: RemoteParams
+    ticks: Integers  # at which the rows come
+    rows: Array  # (rows, axes) [m]
+    axes: tuple[int, ...]  # numbers of the axes: 0, 1 ...
+    early: bool
+
+
+class TaskHand(NamedTuple):
+    """A remote hand that does the task."""
+
+    hand: RemoteHand
+    tick: int
+
+
+class PointerParams(NamedTuple):
+    """The task as somebody does it with a pointer."""
+
+    hand: RemoteParams
+    task: Task
+    start: Vector  # [m]
+    pressed: Vector  # [m] where the hand goes as it closes
+    every: int  # ticks
+
+
+def _read(s: TableHand, p: TableParams) -> TableHand:
+    """Take the targets of this tick."""
+    hand, number = s.hand, s.next
+    while number < len(p.ticks) and p.ticks[number] <= s.tick:
+        hand = remote_target(hand, row(p.rows, number, p.axes))
+        number += 1
+    return TableHand(hand, s.tick + 1, number)
+
+
+@hand_force.member(TableHand)
+def _table(s: TableHand, x: Vector, xd: Vector, p: TableParams) -> tuple[TableHand, Vector]:
+    s = _read(s, p)
+    hand, f_h = remote_force(s.hand, x, xd, p.hand)
+    return s._replace(hand=hand), f_h
+
+
+@hand_hold.member(TableHand)
+def _table_before(s: TableHand, x: Vector, p: TableParams) -> tuple[TableHand, Vector]:
+    if not p.early:
+        return s, zero(x)
+    s = _read(s, p)
+    hand, f_h = remote_hold(s.hand, x, p.hand)
+    return s._replace(hand=hand), f_h
+
+
+@hand_force.member(TaskHand)
+def _task(s: TaskHand, x: Vector, xd: Vector, p: PointerParams) -> tuple[TaskHand, Vector]:
+    hand, time_s = s.hand, s.tick * p.hand.tick_s
+    closed = closing(time_s, p.task) if s.tick % p.every == 0 else 0.0
+    if closed > 0.0:
+        aim = plus(p.start, scaled(minus(p.pressed, p.start), closed))
+        hand = remote_target(hand, plus(aim, offset(time_s, p.task)))
+    hand, f_h = remote_force(hand, x, xd, p.hand)
+    return TaskHand(hand, s.tick + 1), f_h

@@ -26,7 +26,7 @@ OF_SERVER = ("period_s", "object_size_m")  # at the masters
 
 def values_of(prefix: str, owner: Any) -> dict[str, Any]:
     """Return the values of a parameter dataclass by dotted name, as ROS holds them."""
-    known = leaves(prefix, owner)
+    known = leaves(prefix, type(owner))
     return {name: to_ros(known[name], value) for name, value in flattened(prefix, owner).items()}
 
 

@@ -10,11 +10,10 @@ A time [s] from the start of the session, then what is set together. A server ta
 with its next step, a master with its next frame, a link with its next packet. What may change is
 what may change in a running node (a safety limit may be widened, too: nobody is on the device).
 
-Rates: on the strict channel a packet carries the time that it stands for, so that the rate of
-packets and the server's period may change with the next frame or step. On the plain channel it
+Rates: on the strict channel a packet carries the time that it stands for. On the plain channel it
 stands for a fixed time, which filter, hold and the receiver's energy rest on. A coupling that
 moves avatars by the velocity of the step before would lose or make displacement where that step
-was shorter or longer than this one.
+had another length than this one.
 """
 
 import re
@@ -52,9 +51,7 @@ class Change:
 
 
 def read_changes(text: str) -> list[Change]:
-    """Return the changes that a text names, in the order of time; ScenarioError naming what is
-    wrong.
-    """
+    """Return the changes that a text names, by time; ScenarioError naming what is wrong."""
     found = []
     for each in filter(str.strip, text.split(";")):
         words = each.split()
@@ -91,8 +88,17 @@ def changed(scenario: Scenario, change: Change) -> Scenario:
     ScenarioError where a parameter may not change, or not to that value.
     """
     result = scenario
+    strict, server, coupling = scenario.strict, scenario.server, scenario.coupling
     for name, value in change.values.items():
-        _require_changeable(name, scenario)
+        leaf = resolved(name)[1][0]
+        if leaf.split(".")[0] not in CHANGEABLE or spec_of(name).read_only:
+            fixed = "is fixed once a session runs"
+        elif leaf.startswith("server.") and coupling.black_box:
+            fixed = FIXED
+        else:
+            fixed = why_fixed(leaf, strict=strict, server=server, coupling=coupling)
+        if fixed:
+            raise ScenarioError("changes", [f"{name}: {fixed}"])
         result = varied(result, name, value)
     if "server.coupling" in change.values and result.coupling.black_box:
         raise ScenarioError("changes", [f"server.coupling = {result.server.coupling}: {FIXED}"])
@@ -111,19 +117,6 @@ def _pinned(old: User, new: User) -> User:
     if own is not old.contact or isinstance(old.server_impedance, MatrixImpedance):
         return new
     return replace(new, contact=replace(own, impedance=old.server_impedance))  # type: ignore[arg-type]
-
-
-def _require_changeable(name: str, scenario: Scenario) -> None:
-    leaf = resolved(name)[1][0]
-    if leaf.split(".")[0] not in CHANGEABLE or spec_of(name).read_only:
-        raise ScenarioError("changes", [f"{name}: is fixed once a session runs"])
-    if leaf.startswith("server.") and scenario.coupling.black_box:
-        raise ScenarioError("changes", [f"{name}: {FIXED}"])
-    fixed = why_fixed(
-        leaf, strict=scenario.strict, server=scenario.server, coupling=scenario.coupling
-    )
-    if fixed:
-        raise ScenarioError("changes", [f"{name}: {fixed}"])
 
 
 def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupling) -> str:
@@ -151,12 +144,3 @@ def _value(name: str, text: str) -> Any:
         return text if kind is str else kind(text)
     except ValueError:
         return text  # refused with its text
-
-
-def problems(scenario: Scenario) -> list[str]:
-    """Return what is wrong with the changes of a scenario, in words."""
-    try:
-        over_time(scenario)
-    except ScenarioError as error:
-        return [f"changes: {problem}" for problem in error.problems]
-    return []

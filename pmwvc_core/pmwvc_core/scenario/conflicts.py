@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
-from pmwvc_core.params import whole_ratio
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -28,12 +27,19 @@ def conflicts(scenario: "Scenario") -> list[str]:
     )
     found = [text for text in named if text]
     strict, zeroing = (False, False) if found else (scenario.strict, scenario.zeroing)
-    found += _disturbed(scenario)
+    known = (*SHARED, *(user.name for user in scenario.users))
+    try:
+        disturbed = disturbances_of(scenario.disturbances)
+        unknown = [one for one in disturbed if one.node not in known]
+        found += [f"disturbances: {one}: there is no {one.node}" for one in unknown]
+    except ParameterError as error:
+        found.append(str(error))
     ticks = {user.master.tick_s for user in scenario.users}
     if len(ticks) > 1:
         found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")
     period, tick = scenario.server.period_s, scenario.tick_s
-    if whole_ratio(period, tick) is None:
+    ticks_each = round(period / tick)
+    if ticks_each < 1 or not math.isclose(period / tick, ticks_each, rel_tol=1e-9):
         found.append(
             f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s "
             f"(it is {period / tick:.6g} ticks)"
@@ -69,14 +75,3 @@ def conflicts(scenario: "Scenario") -> list[str]:
         for way, link in (("up", user.link_up), ("down", user.link_down)):
             found += [f"{user.name}.link.{way}.{text}" for text in effects.conflicts(link)]
     return found
-
-
-def _disturbed(scenario: "Scenario") -> list[str]:
-    try:
-        wanted = disturbances_of(scenario.disturbances)
-    except ParameterError as error:
-        return [str(error)]
-    known = (*SHARED, *(user.name for user in scenario.users))
-    return [
-        f"disturbances: {one}: there is no {one.node}" for one in wanted if one.node not in known
-    ]

@@ -8,55 +8,16 @@
 """
 
 import dataclasses
-import functools
 import re
-from collections.abc import Mapping
 from operator import attrgetter
-from typing import NamedTuple
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import LinkParams, Spec, specs
-from pmwvc_core.params.names import hint, joined, leaves, replaced
-from pmwvc_core.scenario.scenario import SHARED_GROUPS, SIDE, TOP, USER_GROUPS, Scenario
+from pmwvc_core.params.names import hint, replaced
+from pmwvc_core.scenario.scenario import PARAMETERS, Scenario
 
 SYMBOL = 2  # letters of a symbol of the equations, at most
 USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
-
-
-class Home(NamedTuple):
-    """Home of a parameter: its path of attributes from a user or from the scenario on."""
-
-    path: str
-    of_user: bool
-
-
-@functools.cache
-def user_specs() -> Mapping[str, Spec]:
-    """Return the declarations of all that a user has for itself, by name without the user."""
-    found = {"side": SIDE}
-    for prefix, (_, kind) in USER_GROUPS.items():
-        found |= leaves(prefix, kind)
-    return found
-
-
-@functools.cache
-def shared_specs() -> Mapping[str, Spec]:
-    """Return the declarations of all that users share, by name."""
-    found = dict(TOP)
-    for prefix, (_, kind) in SHARED_GROUPS.items():
-        found |= leaves(prefix, kind)
-    return found
-
-
-@functools.cache
-def homes() -> Mapping[str, Home]:
-    """Return where every parameter of a group is, by complete name."""
-    return {
-        joined(prefix, path): Home(f"{attribute}.{path}", of_user)
-        for of_user, groups in ((False, SHARED_GROUPS), (True, USER_GROUPS))
-        for prefix, (attribute, kind) in groups.items()
-        for path in leaves("", kind)
-    }
 
 
 def split_user(name: str) -> tuple[int, str]:
@@ -70,7 +31,7 @@ def complete(name: str) -> list[str]:
     short = name.removeprefix("link.").removeprefix("*.")
     if name.startswith("link.") and short in specs(LinkParams):
         return [f"link.up.{short}", f"link.down.{short}"]
-    return [name] if name in user_specs() or name in shared_specs() else []
+    return [name] if name in PARAMETERS else []
 
 
 def unknown(name: str) -> str:
@@ -78,22 +39,20 @@ def unknown(name: str) -> str:
     description has that symbol.
     """
     number, rest = split_user(name)
-    known = {**user_specs(), **({} if number else shared_specs())}
+    of_user = [path for path, each in PARAMETERS.items() if each.of_user]
+    known = of_user if number else sorted(PARAMETERS, key=lambda path: path not in of_user)
     symbols = [
         path
-        for path, spec in known.items()
-        if len(rest) <= SYMBOL and rest in spec.description.split()
+        for path in known
+        if len(rest) <= SYMBOL and rest in PARAMETERS[path].spec.description.split()
     ]
-    links = [f"link.{field}" for field in (*specs(LinkParams), "preset")]
-    near = f"; did you mean {min(symbols, key=_depth)}?" if symbols else ""
-    near = near or hint(rest, [*known, *links])
+    if symbols:
+        near = f"; did you mean {min(symbols, key=lambda path: path.count('.'))}?"
+    else:
+        near = hint(rest, [*known, *(f"link.{field}" for field in (*specs(LinkParams), "preset"))])
     if number:
         near = near.replace("; did you mean ", f"; did you mean user{number}.")
     return f"there is no such parameter{near}"
-
-
-def _depth(path: str) -> int:
-    return path.count(".")
 
 
 def resolved(name: str) -> tuple[int, list[str]]:
@@ -102,15 +61,14 @@ def resolved(name: str) -> tuple[int, list[str]]:
     """
     number, rest = split_user(name)
     found = complete(rest)
-    if not found or (number and found[0] not in user_specs()):
+    if not found or (number and not PARAMETERS[found[0]].of_user):
         raise ScenarioError(name, [unknown(name)])
     return number, found
 
 
 def spec_of(name: str) -> Spec:
     """Return the declaration of a parameter; ScenarioError where there is no such parameter."""
-    leaf = resolved(name)[1][0]
-    return user_specs().get(leaf) or shared_specs()[leaf]
+    return PARAMETERS[resolved(name)[1][0]].spec
 
 
 def value_of(scenario: Scenario, name: str) -> float | None:
@@ -122,22 +80,23 @@ def value_of(scenario: Scenario, name: str) -> float | None:
     index = max(number - 1, 0)
     if index >= len(scenario.users):
         raise ScenarioError(scenario.name, [f"{name}: there is no user{index + 1}"])
-    home = homes().get(leaf)
-    if home is None:
-        return None
-    value = attrgetter(home.path)(scenario.users[index] if home.of_user else scenario)
-    return None if value is None or isinstance(value, str) else float(value)
+    _, path, of_user = PARAMETERS[leaf]
+    value = attrgetter(path)(scenario.users[index] if of_user else scenario)
+    return None if "." not in path or value is None or isinstance(value, str) else float(value)
 
 
 def doubts(scenario: Scenario) -> list[str]:
     """Return in words the values that are allowed but unusual, each once, with its first name."""
-    found: dict[str, str] = {}
-    for user in range(1, len(scenario.users) + 1):
-        for name, spec in user_specs().items():
-            if spec.usual is not None:
-                text = spec.doubt(value_of(scenario, f"user{user}.{name}"))
-                found.setdefault(text, f"user{user}.{name} = {text}")
-    return [line for text, line in found.items() if text]
+    found: dict[float, str] = {}
+    for user in scenario.users:
+        for name, (spec, path, of_user) in PARAMETERS.items():
+            if not of_user or spec.usual is None:
+                continue
+            value = attrgetter(path)(user)
+            text = f"{value:g} s: longer than on any network on Earth; {value:g} ms is"
+            if value > spec.usual:
+                found.setdefault(value, f"{user.name}.{name} = {text} {value / 1e3:g}")
+    return list(found.values())
 
 
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:
@@ -145,30 +104,26 @@ def varied(scenario: Scenario, name: str, value: object) -> Scenario:
     column ``(runs, 1)``; ScenarioError where there is no such parameter, or it may not have that
     value.
     """
-    number, complete_names = resolved(name)
-    for leaf in complete_names:
-        home = homes().get(leaf)
-        if home is None:
+    number, leaves = resolved(name)
+    for leaf in leaves:
+        _, path, of_user = PARAMETERS[leaf]
+        if "." not in path:
             text = f"{leaf}: decides what a scenario is; make two scenarios"
             raise ScenarioError(scenario.name, [text])
         if number > len(scenario.users):
             raise ScenarioError(scenario.name, [f"{leaf}: there is no user{number}"])
         try:
-            scenario = _changed(scenario, home, value, number)
+            if of_user:
+                users = tuple(
+                    replaced(user, path, value) if number in (0, index) else user
+                    for index, user in enumerate(scenario.users, start=1)
+                )
+                scenario = dataclasses.replace(scenario, users=users)
+            else:
+                scenario = replaced(scenario, path, value)
         except ScenarioError:
             raise
         except ParameterError as error:
             group = leaf.rpartition(".")[0]
             raise ScenarioError(scenario.name, [f"{group}.{error}"]) from None
     return scenario
-
-
-def _changed(scenario: Scenario, home: Home, value: object, number: int) -> Scenario:
-    """Return the scenario with one parameter changed, for one user (0: all)."""
-    if not home.of_user:
-        return replaced(scenario, home.path, value)
-    users = tuple(
-        replaced(user, home.path, value) if number in (0, index) else user
-        for index, user in enumerate(scenario.users, start=1)
-    )
-    return dataclasses.replace(scenario, users=users)

@@ -15,18 +15,11 @@ from typing import Any
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS, link_settings
 from pmwvc_core.params import Spec, specs
+from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import assembled, flat_mapping, hint
-from pmwvc_core.scenario import changes
-from pmwvc_core.scenario.names import complete, shared_specs, split_user, unknown, user_specs
-from pmwvc_core.scenario.scenario import (
-    DEFAULTS,
-    REQUIRED,
-    SHARED_GROUPS,
-    TOP,
-    USER_GROUPS,
-    Scenario,
-    User,
-)
+from pmwvc_core.scenario.changes import over_time
+from pmwvc_core.scenario.names import complete, split_user, unknown
+from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
 # Stand in for a required value that is wrong, so that the rest can still be checked.
 PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
@@ -58,10 +51,8 @@ def parse_scenario(
     reader = _Reader()
     reader.take(flat_mapping(mapping))
     reader.take(dict(overrides or {}), strict_user=True)
-    if users is not None:
-        reader.take({"users": users})
-    if duration_s is not None:
-        reader.take({"duration_s": duration_s})
+    asked = {"users": users, "duration_s": duration_s}
+    reader.take({name: value for name, value in asked.items() if value is not None})
     scenario = reader.build()
     if reader.problems or scenario is None:
         raise ScenarioError(source, reader.problems)
@@ -93,35 +84,31 @@ class _Reader:
 
     def __init__(self) -> None:
         self.problems: list[str] = []
-        self.user_specs = user_specs()
-        self.shared_specs = shared_specs()
         self.shared: dict[str, Any] = {}
-        self.common: dict[str, Any] = {}  # for every user
-        self.single: dict[int, dict[str, Any]] = {}  # for one user, by number
+        self.users: dict[int, dict[str, Any]] = {0: {}}  # by number, 0: for every user
 
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
-        """Sort values into shared, common and single; a common override replaces what single users
-        had.
+        """Sort values into those shared, of every and of single users; a common override replaces
+        what single users had.
         """
         for name, value in self._without_presets(values).items():
             number, rest = split_user(name)
             leaves = complete(rest)
-            if number and leaves and all(leaf in self.user_specs for leaf in leaves):
-                own = self.single.setdefault(number, {})
-                for leaf in leaves:
-                    given = name if len(leaves) > 1 else f"user{number}.{leaf}"
-                    self._store(own, leaf, self.user_specs[leaf], value, given)
-            elif not number and len(leaves) == 1 and leaves[0] in self.shared_specs:
-                self._store(self.shared, rest, self.shared_specs[rest], value, rest)
-            elif not number and leaves and leaves[0] in self.user_specs and leaves[0] != "side":
-                for leaf in leaves:
-                    given = name if len(leaves) > 1 else leaf
-                    self._store(self.common, leaf, self.user_specs[leaf], value, given)
-                    if strict_user:
-                        for own in self.single.values():
-                            own.pop(leaf, None)
-            elif not (GONE.fullmatch(rest) and value == "exact"):
-                self._refuse(name, value, number, rest)
+            of_user = bool(leaves) and PARAMETERS[leaves[0]].of_user
+            if GONE.fullmatch(rest) and value == "exact":
+                continue
+            if not leaves or (number and not of_user) or (not number and rest == "side"):
+                text = unknown(name)
+                if number and rest in PARAMETERS:
+                    text = f"{rest} is shared by all users; set it without user{number}"
+                self.problems.append(f"{name} = {value!r}: {text}")
+                continue
+            place = self.users.setdefault(number, {}) if of_user else self.shared
+            for leaf in leaves:
+                self._store(place, leaf, value, name)
+                if strict_user and of_user and not number:
+                    for user in set(self.users) - {0}:
+                        self.users[user].pop(leaf, None)
 
     def _without_presets(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values with every preset replaced by its settings, before all others."""
@@ -139,68 +126,63 @@ class _Reader:
                 found |= {f"{user}{path}": setting for path, setting in settings.items()}
         return found | others
 
-    def _store(
-        self, place: dict[str, Any], path: str, spec: Spec, value: object, given: str
-    ) -> None:
+    def _store(self, place: dict[str, Any], path: str, value: object, given: str) -> None:
         """Keep a right value; note a wrong one, under the name that was given, once, and go on
         with the default to find what else is wrong.
         """
+        spec = PARAMETERS[path].spec
         value = _converted(spec, value)
-        problem = spec.problem(value)
-        if problem:
+        if problem := spec.problem(value):
             text = f"{given} = {problem}"
             self.problems += [text] if text not in self.problems else []
             value = PLACEHOLDERS.get(path)
         if not problem or value is not None:
             place[path] = value
 
-    def _refuse(self, name: str, value: Any, number: int, rest: str) -> None:
-        text = unknown(name)
-        if number and rest in self.shared_specs:
-            text = f"{rest} is shared by all users; set it without user{number}"
-        self.problems.append(f"{name} = {value!r}: {text}")
-
     def build(self) -> Scenario | None:
         """Build the scenario; on any mistake add to ``problems`` and return None."""
-        for name in REQUIRED:
-            if name not in self.shared:
-                self.problems.append(f"{name} is missing: must be {TOP[name].range_text()}")
-        top = {**DEFAULTS, **{k: v for k, v in self.shared.items() if k in TOP}}
-        count = top.get("users")
-        if isinstance(count, int):
-            for number in sorted(n for n in self.single if n > count):
-                self.problems.append(f"user{number}: users = {count}; raise users or remove it")
-        if count is None:
+        top = {name: value for name, value in self.shared.items() if name in specs(Scenario)}
+        required = [name for name, spec in specs(Scenario).items() if spec.default is NO_DEFAULT]
+        missing = [name for name in required if name not in top]
+        for name in missing:
+            must = PARAMETERS[name].spec.range_text()
+            self.problems.append(f"{name} is missing: must be {must}")
+        if "users" not in top:
             return None
+        count = top.pop("users")
+        for number in sorted(n for n in self.users if n > count):
+            self.problems.append(f"user{number}: users = {count}; raise users or remove it")
         users = [self._user(number) for number in range(1, count + 1)]
-        shared = {
-            attribute: self._built(prefix, kind, self.shared, "")
-            for prefix, (attribute, kind) in SHARED_GROUPS.items()
-        }
-        if any(name not in top for name in REQUIRED) or None in shared.values():
+        shared = self._groups(Scenario, self.shared, "")
+        parts = (part for owner in (shared, *map(vars, users)) for part in owner.values())
+        if missing or any(part is None for part in parts):
             return None
-        if any(part is None for user in users for part in vars(user).values()):
-            return None
-        top.pop("users")
         try:
             scenario = Scenario(users=tuple(users), **shared, **top)
         except ScenarioError as error:
             self.problems += error.problems
             return None
-        self.problems += changes.problems(scenario)
+        try:
+            over_time(scenario)
+        except ScenarioError as error:
+            self.problems += [f"changes: {problem}" for problem in error.problems]
         return scenario
 
     def _user(self, number: int) -> User:
         name = f"user{number}"
-        values = self.common | self.single.get(number, {})
-        parts = {
-            attribute: self._built(prefix, kind, values, f"{name}.")
-            for prefix, (attribute, kind) in USER_GROUPS.items()
-        }
+        values = self.users[0] | self.users.get(number, {})
+        parts = self._groups(User, values, f"{name}.")
         side = values.get("side", -1 if number % 2 else 1)
         if side == 0:
             self.problems.append(f"{name}.side = 0: must be -1 or 1")
         return User(name=name, side=side, **parts)
+
+    def _groups(self, owner: type, values: Mapping[str, Any], who: str) -> dict[str, Any]:
+        """Return the groups of a scenario or a user by attribute; None where one is wrong."""
+        return {
+            attribute: self._built(prefix, kind, values, who)
+            for prefix, (attribute, kind) in prefixed(owner).items()
+        }
 
     def _built(self, prefix: str, kind: type, values: Mapping[str, Any], who: str) -> Any:
         try:

@@ -8,9 +8,12 @@ Its parameters by dotted name: :mod:`pmwvc_core.scenario.names`.
 Equations: docs/theory.md 1.8.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+import contextlib
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 from pmwvc_core.controllers.library import (
     CHANNELS,
@@ -20,7 +23,7 @@ from pmwvc_core.controllers.library import (
     is_zeroing,
     record_of,
 )
-from pmwvc_core.errors import ScenarioError
+from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -32,16 +35,36 @@ from pmwvc_core.params import (
     ServerParams,
     Spec,
     TaskParams,
-    groups,
     specs,
 )
-from pmwvc_core.params.fields import NO_DEFAULT, group, parameter
-from pmwvc_core.params.names import flattened, nested
+from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
+from pmwvc_core.params.names import joined, leaves, nested
+from pmwvc_core.plugins import installed
 from pmwvc_core.scenario.conflicts import conflicts
-from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
-from pmwvc_core.server.environments import Environment, environment_of
+from pmwvc_core.server.environments import PLUGINS, Environment, environment_of
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
+
+
+def _gathered(name: str, plugins: Iterable[str], load: Callable[[str], Any]) -> type:
+    """Return the parameters that installed plug-ins declare: one group each, by its name.
+
+    A controller names a dataclass as ``params`` of its record: every user has its own values,
+    ``lab.gain`` and ``user2.lab.gain``. An environment's factory names one as its attribute
+    ``params``: the values are the session's.
+    """
+    fields = []
+    for one in plugins:
+        with contextlib.suppress(PmwvcError):  # whoever asks for that plug-in is told why
+            kind = getattr(load(one), "params", None)
+            if kind is not None:
+                fields.append((one, kind, group(kind)))
+    here = {"__module__": __name__}  # where another process finds it
+    return dataclasses.make_dataclass(name, fields, frozen=True, namespace=here)
+
+
+ControllerOwn = _gathered("ControllerOwn", RECORDS.installed(), RECORDS.of)
+EnvironmentOwn = _gathered("EnvironmentOwn", installed(PLUGINS.group), PLUGINS.load)
 
 
 @dataclass(frozen=True)
@@ -112,7 +135,7 @@ class Scenario:
         "parameters that change during a session in virtual time, times in s: "
         "'TIME NAME=VALUE ...; TIME NAME=VALUE ...'",
     )
-    users: tuple[User, ...]
+    users: tuple[User, ...] = parameter(NO_DEFAULT, "1..8", "number of users", kind=int)
     server: ServerParams = group(ServerParams)
     task: TaskParams = group(TaskParams)
     own: Any = group(EnvironmentOwn)  # of environments from other packages, by their names
@@ -157,49 +180,51 @@ class Scenario:
         """Return every parameter by its dotted name.
 
         A per-user parameter that is the same for all stands once, without the user's name;
-        otherwise one entry a user.
+        otherwise, and always the side, one entry a user.
         """
-        values: dict[str, Any] = {name: getattr(self, name) for name in specs(self)}
-        values["users"] = len(self.users)
-        for prefix, (attribute, _) in SHARED_GROUPS.items():
-            values |= flattened(prefix, getattr(self, attribute))
-        each = [
-            {
-                name: value
-                for prefix, (attribute, _) in USER_GROUPS.items()
-                for name, value in flattened(prefix, getattr(user, attribute)).items()
-            }
-            for user in self.users
-        ]
-        for name in each[0]:
-            if all(user[name] == each[0][name] for user in each):
-                values[name] = each[0][name]
+        values: dict[str, Any] = {}
+        for name in sorted(PARAMETERS, key=lambda name: name == "side"):  # which comes last
+            each = PARAMETERS[name]
+            owners: tuple[User | Scenario, ...] = self.users if each.of_user else (self,)
+            found = [attrgetter(each.path)(owner) for owner in owners]
+            if name != "side" and all(value == found[0] for value in found):
+                values[name] = found[0]
             else:
-                values |= {
-                    f"{u.name}.{name}": v[name] for u, v in zip(self.users, each, strict=True)
-                }
-        sides = {f"{user.name}.side": user.side for user in self.users}
-        return values | sides
+                names = (f"{user.name}.{name}" for user in self.users)
+                values |= dict(zip(names, found, strict=True))
+        return values | {"users": len(self.users)}
 
     def to_dict(self) -> dict[str, Any]:
         """Return the complete scenario as nested plain dictionaries, the form of a YAML file."""
         return nested(self.flat())
 
 
-SIDE = specs(User)["side"]
-USERS = Spec(int, "-", low=1, high=8, description="number of users")
-TOP: Mapping[str, Spec] = {**specs(Scenario), "users": USERS}
-DEFAULTS: Mapping[str, Any] = {
-    each.name: each.default
-    for each in fields(Scenario)
-    if each.name in TOP and each.default is not NO_DEFAULT
-}
-REQUIRED = tuple(name for name in TOP if name not in DEFAULTS)
-# Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
+class Declaration(NamedTuple):
+    """A parameter of a scenario: its path of attributes from a user or from the scenario on."""
+
+    spec: Spec
+    path: str
+    of_user: bool
+
+
 _PREFIXES = {"own": "", "contact": "server", "link_up": "link.up", "link_down": "link.down"}
-USER_GROUPS: Mapping[str, tuple[str, type]] = {
-    _PREFIXES.get(name, name): (name, kind) for name, kind in groups(User).items()
-}
-SHARED_GROUPS: Mapping[str, tuple[str, type]] = {
-    _PREFIXES.get(name, name): (name, kind) for name, kind in groups(Scenario).items()
+
+
+def prefixed(owner: type) -> dict[str, tuple[str, type]]:
+    """Return the groups of a user or a scenario by dotted prefix: attribute and dataclass."""
+    return {_PREFIXES.get(name, name): (name, kind) for name, kind in groups(owner).items()}
+
+
+def _declared(owner: type, *, of_user: bool) -> dict[str, Declaration]:
+    found = {name: Declaration(spec, name, of_user) for name, spec in specs(owner).items()}
+    for prefix, (attribute, kind) in prefixed(owner).items():
+        for path, spec in leaves("", kind).items():
+            found[joined(prefix, path)] = Declaration(spec, f"{attribute}.{path}", of_user)
+    return found
+
+
+# Every parameter by dotted name, without the user's: first what all share.
+PARAMETERS: Mapping[str, Declaration] = {
+    **_declared(Scenario, of_user=False),
+    **_declared(User, of_user=True),
 }

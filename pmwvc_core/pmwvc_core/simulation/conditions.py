@@ -15,7 +15,8 @@ from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.plant.hands import Made, Place, make_hand
+from pmwvc_core.plant.hand import Place
+from pmwvc_core.plant.hands import Made, make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.transport.receiver import Receiver

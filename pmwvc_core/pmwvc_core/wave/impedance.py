@@ -29,7 +29,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Value, root
 from pmwvc_core.params import ContactParams, MasterParams, SafetyParams, specs
-from pmwvc_core.params.matrix import matrix_of
+from pmwvc_core.params.ports import matrix_of
 
 ROUNDING = 1e-12
 FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)

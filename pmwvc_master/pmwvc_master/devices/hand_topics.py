@@ -14,9 +14,9 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Bool
 
+from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import signal
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_master.devices import cdr
 
@@ -52,5 +52,5 @@ class HandTopics:
         while (data := self._targets.take()) is not None:
             point = cdr.first_vector(data)
             if point is not None and self._open:
-                found.append(signal(point[1][: self._dof], self._dof))
+                found.append(value(point[1][: self._dof]))
         return found

@@ -14,9 +14,10 @@ no finite pose has come for ``STALE_NS`` the loop renders no force.
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 
+from pmwvc_core.ends.forms import value
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
-from pmwvc_core.numeric import Value, finite, flatten, signal
+from pmwvc_core.numeric import Value, finite, flatten
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_master.devices import cdr
 from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
@@ -42,8 +43,8 @@ class RosTopicDevice:
         )
         self._node = setup.node
         self._dof = setup.dof
-        self._zero = signal([0.0] * setup.dof, setup.dof)
-        start = signal([setup.start_m, *[0.0] * (setup.dof - 1)], setup.dof)
+        self._zero = value((0.0,) * setup.dof)
+        start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)
         self._pose_ns: int | None = None
         self._stamp_ns = 0
@@ -63,12 +64,12 @@ class RosTopicDevice:
         sample.fresh = False
         while (message := self._twist.take()) is not None:
             twist = cdr.first_vector(message)
-            if twist is not None and finite(velocity := self._signal(twist[1])):
+            if twist is not None and finite(velocity := value(twist[1][: self._dof])):
                 sample.xd, self._twist_ns = velocity, due_ns
         while (message := self._pose.take()) is not None:
             pose = cdr.first_vector(message)
             if pose is not None:
-                self._move(self._signal(pose[1]), pose[0], due_ns)
+                self._move(value(pose[1][: self._dof]), pose[0], due_ns)
         return sample
 
     def _move(self, x: Value, stamp_ns: int, now_ns: int) -> None:
@@ -86,9 +87,6 @@ class RosTopicDevice:
                 sample.xd = self._zero
         sample.x, self._pose_ns, self._stamp_ns = x, now_ns, stamp_ns
         sample.valid = sample.fresh = True
-
-    def _signal(self, vector: tuple[float, float, float]) -> Value:
-        return vector[0] if self._dof == 1 else signal(vector[: self._dof], self._dof)
 
     def write(self, f_m: Value) -> None:
         """Publish the force on the hand."""

@@ -11,7 +11,8 @@ from pmwvc_core.ends.simulated_device import CATCH_UP_S
 from pmwvc_core.ends.simulated_device import SimulatedDevice as Plant
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
-from pmwvc_core.plant.hands import Place, make_hand
+from pmwvc_core.plant.hand import Place
+from pmwvc_core.plant.hands import make_hand
 from pmwvc_master.devices.hand_topics import HandTopics
 from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
 

@@ -15,9 +15,8 @@ from rclpy.node import Node
 
 from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
 from pmwvc_core.runtime.parameter_values import from_ros
-from pmwvc_core.scenario.names import shared_specs, user_specs
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import PARAMETERS, Scenario
 from pmwvc_view.controls import renamed
 from pmwvc_view.live.parameters import Parameters
 
@@ -71,16 +70,16 @@ class Graph:
             "dof": server["dof"],
             "users": len(self.users),
             "seed": self.values.get(self.netem, {}).get("seed", 1),
-            **_known(server, shared_specs(), ("server.", "task.")),
+            **_known(server, ("server.", "task."), of_user=False),
         }
         for number, user in enumerate(self.users, start=1):
             own = {"side": server[f"{user}.side"]}
             master = self.values.get(self.master(user), {})
             groups = ("master.", "baseline.", "device.", "operator.", "safety.")
-            own |= _known(master, user_specs(), groups)
-            own |= _known(_below(server, f"{user}."), user_specs(), ("server.",))
+            own |= _known(master, groups)
+            own |= _known(_below(server, f"{user}."), ("server.",))
             emulator = _below(self.values.get(self.netem, {}), f"{user}.")
-            own |= _known(emulator, user_specs(), ("link.",))
+            own |= _known(emulator, ("link.",))
             found |= {f"user{number}.{name}": value for name, value in own.items()}
         try:
             scenario = parse_scenario(found, source="the session's parameters")
@@ -174,11 +173,12 @@ def _below(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
 
 
 def _known(
-    values: Mapping[str, Any], specs: Mapping[str, Any], groups: tuple[str, ...]
+    values: Mapping[str, Any], groups: tuple[str, ...], *, of_user: bool = True
 ) -> dict[str, Any]:
     """Return the values of parameters of a scenario, as a scenario has them."""
     found = {}
     for name, value in values.items():
-        if name.startswith(groups) and name in specs:
-            found[name] = from_ros(specs[name], value)
+        known = PARAMETERS.get(name) if name.startswith(groups) else None
+        if known and known.of_user == of_user:
+            found[name] = from_ros(known.spec, value)
     return found

@@ -5,8 +5,8 @@
 import time
 from collections.abc import Callable, Sequence
 
+from pmwvc_core.ends.forms import value
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import signal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
@@ -81,7 +81,7 @@ class SimulatedSession(RunningSession):
         source = self._simulation.targets.get(user)
         if source is not None:
             target = description.within_workspace(position, self._scenario, user)
-            source.give(None if target is None else signal(target, self._scenario.dof))
+            source.give(None if target is None else value(tuple(target)))
         return Answer(source is not None)
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:

@@ -90,7 +90,7 @@ class Simulation:
         for user in self._users:
             if hand := user.device.remote:
                 source = self.targets.get(user.settings.name)
-                followed = value(hand.arm.target) if source is None else source.newest
+                followed = value(hand.target) if source is None else source.newest
                 found[f"{user.settings.name}.target"] = followed if hand.holding else None
         return found
 
