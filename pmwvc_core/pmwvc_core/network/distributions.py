@@ -17,7 +17,7 @@ from statistics import NormalDist
 import numpy as np
 
 from pmwvc_core.errors import ParameterError, refusal
-from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.network.delay_trace import recording_of
 from pmwvc_core.params import LinkParams
 
 STANDARD_NORMAL = NormalDist()
@@ -136,8 +136,7 @@ def _centred(params: LinkParams) -> tuple[float, float]:
 
 
 def _samples(params: LinkParams) -> tuple[float, ...]:
-    trace = load_delay_trace(params.trace_file, params.trace_scale, params.trace_column)
-    return trace.delays_s
+    return recording_of(params).delays_s
 
 
 def _table_moments(params: LinkParams) -> tuple[float, float]:
@@ -217,10 +216,3 @@ def drawn(params: LinkParams) -> Distribution | None:
     """Return the distribution of a link's jitter; None where it has none."""
     found = DISTRIBUTIONS.get(params.jitter)
     return found if found and (not found.sized or params.jitter_s > 0.0) else None
-
-
-def prepare(params: LinkParams) -> None:
-    """Make what jitter is drawn from before any packet waits for it: that may take 0.3 s."""
-    found = drawn(params)
-    if found:
-        found.at(params, 0.5)

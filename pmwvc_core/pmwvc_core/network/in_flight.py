@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_core.errors import reason
+
 
 class FateKind(enum.IntEnum):
     """Kinds of fate of a packet; the numbers are those of the PacketFate message."""
@@ -65,6 +67,23 @@ class LinkCounters:
     queued: int = 0  # inside the link now
 
 
+@dataclass
+class EffectFaults:
+    """The number of failures of a link's plug-in effects, and the reason of the last one."""
+
+    count: int = 0
+    text: str = ""
+
+    def note(self, name: str, error: BaseException) -> None:
+        """Count a call that failed."""
+        self.count += 1
+        self.text = f"link.effects = {name!r} raised {reason(error)}"
+
+    def __str__(self) -> str:
+        """Return count and reason."""
+        return f"calls without the effect: {self.count}; last: {self.text}"
+
+
 DELIVERED = FateKind.DELIVERED  # an attribute of an enum is slow to look up
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)  # until they come out
 
@@ -74,8 +93,9 @@ class InFlight:
 
     def __init__(self) -> None:
         self.counters = LinkCounters()
+        self.faults = EffectFaults()
         self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
-        self._order = 0
+        self._entered = 0
         self._highest_out = 0
 
     @property
@@ -102,8 +122,8 @@ class InFlight:
     def _enter(self, payload: Any, fate: Fate, due_ns: int) -> None:
         """Send a packet or copy on its way; what is due at one time comes out as it went in."""
         fate.time_due_ns = due_ns
-        self._order += 1
-        heapq.heappush(self._in_flight, (due_ns, self._order, payload, fate))
+        self._entered += 1
+        heapq.heappush(self._in_flight, (due_ns, self._entered, payload, fate))
         self.counters.queued = len(self._in_flight)
 
 

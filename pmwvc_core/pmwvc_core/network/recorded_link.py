@@ -11,7 +11,6 @@ lost. Times are integer nanoseconds.
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_core.network.effects.record import EffectFaults
 from pmwvc_core.network.in_flight import DELIVERED, TRAVELLING, Cause, Fate, FateKind, InFlight
 
 
@@ -43,7 +42,6 @@ class RecordedLink(InFlight):
         self, record: Mapping[int, Sequence[RecordedFate]], *, per_packet: float = 1.0
     ) -> None:
         super().__init__()
-        self.faults = EffectFaults()  # none: nothing of a plug-in runs here
         self._record = record
         self._per_packet = per_packet
 

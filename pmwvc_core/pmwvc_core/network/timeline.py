@@ -98,11 +98,9 @@ def timeline_of(text: str) -> Timeline:
 
 
 def _entry(where: str, start_s: float, words: list[str]) -> Entry:
+    if words in (["outage"], ["base"]):
+        return Entry(start_s, outage=words == ["outage"])
     preset, settings, ramp_s = "", {}, None
-    if words == ["outage"]:
-        return Entry(start_s, outage=True)
-    if words == ["base"]:
-        return Entry(start_s)
     for word in words:
         name, equals, value = word.partition("=")
         if not equals:
