@@ -44,7 +44,7 @@ from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
 from pmwvc_core.scenario.own import ControllerOwn, EnvironmentOwn
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.transport.token import Token
+from pmwvc_core.transport.admission import Token
 from pmwvc_server.asking import caller
 
 

@@ -24,8 +24,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.simulation.stepped import SteppedSession
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer, Verdict
 
 LEAST_J, LEAST = -1e-9, -1e-9
 PERIOD_S, STEP_S, RELEASE_S = 0.008, 0.004, 1.0

@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pmwvc_core.numeric import finite
-from pmwvc_core.transport.packet import Packer, WavePacket
+from pmwvc_core.transport.packet import Packer, Verdict, WavePacket
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000

@@ -8,9 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer, Verdict
 from pmwvc_core.transport.receiver import AHEAD, Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000

@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Packets in flight in one direction: their fates, the record of these, and when and in which
-order packets come out.
+order packets come out. Times are integer nanoseconds of one clock.
 
-Times are integer nanoseconds of one clock. Not here: what decides on a fate.
+What decides on a fate is :mod:`pmwvc_core.network.link`, or here a recording.
 """
 
 import enum
 import heapq
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -110,7 +111,6 @@ class InFlight:
         while waiting and waiting[0][0] <= now_ns:
             _, _, payload, fate = heapq.heappop(waiting)
             out.append((payload, fate))
-        for _, fate in out:
             if fate.number >= self._highest_out:
                 self._highest_out = fate.number
             elif fate.kind is DELIVERED:
@@ -125,6 +125,59 @@ class InFlight:
         self._entered += 1
         heapq.heappush(self._in_flight, (due_ns, self._entered, payload, fate))
         self.counters.queued = len(self._in_flight)
+
+
+class RecordedFate(NamedTuple):
+    """The recorded fate of a packet or of its copy.
+
+    ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
+    ``at_ns`` is the instant at which it came out, where that is to be kept.
+    """
+
+    delay_ns: int | None
+    kind: FateKind = FateKind.DELIVERED
+    cause: Cause = Cause.NONE
+    at_ns: int | None = None
+
+
+LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
+
+
+class RecordedLink(InFlight):
+    """A link that does to its packets what was recorded of another: for replays.
+
+    Packet number n is lost, delayed or copied as number n of the recording was. Where a replay
+    sends more or fewer packets in the same time (another rate drop), its packet number n meets the
+    fate of the one that was recorded at that time. What the recording does not reach is lost.
+
+    ``record`` holds for every packet number (1, 2, 3...) its fate, followed by those of its
+    copies; ``per_packet`` are recorded packets per packet sent here, 1 unless the rate is another.
+    """
+
+    def __init__(
+        self, record: Mapping[int, Sequence[RecordedFate]], *, per_packet: float = 1.0
+    ) -> None:
+        super().__init__()
+        self._record = record
+        self._per_packet = per_packet
+
+    def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
+        """As :meth:`pmwvc_core.network.link.Link.send`."""
+        counters = self.counters
+        counters.in_count = number = counters.in_count + 1
+        recorded = 1 + int((number - 1) * self._per_packet + 1e-9)
+        fates = []
+        for delay_ns, kind, cause, at_ns in self._record.get(recorded, LOST_RECORD):
+            fate = Fate(number, now_ns, 0, kind, cause, size_bytes)
+            fates.append(fate)
+            counters.lost += kind is FateKind.LOST
+            counters.duplicated += kind is FateKind.DUPLICATE
+            counters.dropped += kind not in (*TRAVELLING, FateKind.LOST)
+            counters.corrupted += cause is Cause.CORRUPTION
+            if delay_ns is not None and kind in TRAVELLING:
+                due_ns = now_ns + delay_ns if at_ns is None else at_ns
+                self._enter(payload, fate, max(due_ns, now_ns))
+        return fates
 
 
 COLUMNS = {  # of a record, by the names of the PacketFate message

@@ -4,14 +4,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from pmwvc_core.network.in_flight import Cause, Fate
+from pmwvc_core.network.in_flight import Cause, Fate, RecordedLink
 from pmwvc_core.network.link import Link, stream_of
-from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 
 class SimulatedLink:

@@ -20,7 +20,7 @@ Time is an argument.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pmwvc_core.transport.clock_line import ClockLine, Least, latest_line
+from pmwvc_core.transport.clock_line import Least, latest_line
 from pmwvc_core.transport.packet import WavePacket
 
 WINDOW_NS = 1_000_000_000
@@ -121,6 +121,14 @@ class Path:
             if -HOLD_NS <= out_ns + into_ns <= LONGEST_ROUND_TRIP_NS:
                 self.out.add(packet.echo_sent_ns, out_ns)
 
+    def _close(self, now_ns: int) -> None:
+        """Put the current window aside and begin one."""
+        out, into = self.out.close(), self.into.close()
+        if out and into:
+            window = Window(self._start_ns, out, into)
+            self.windows = [*self.windows[1 - MOST_WINDOWS :], window]
+        self._start_ns = now_ns
+
     def estimate(self) -> PathEstimate | None:
         """Return what is known; None before a whole window with both directions, and where the
         least round trip is below zero: the other end's times are those of no clock.
@@ -130,37 +138,30 @@ class Path:
         if found is None:
             return None
         line, before = found  # the path changed since those before
-        estimate = self._estimated(windows[before:], line)
-        return estimate if estimate.round_trip_s >= -2.0 * estimate.open_s else None
-
-    def _close(self, now_ns: int) -> None:
-        """Put the current window aside and begin one."""
-        out, into = self.out.close(), self.into.close()
-        if out and into:
-            window = Window(self._start_ns, out, into)
-            self.windows = [*self.windows[1 - MOST_WINDOWS :], window]
-        self._start_ns = now_ns
-
-    def _estimated(self, windows: list[Window], line: ClockLine) -> PathEstimate:
         last = windows[-1]
         theta_ns = line.theta_ns(last.start_ns + WINDOW_NS // 2)
 
+        def least_ns(seen: list[Least], sign: int) -> float:  # passages out hold theta, in less it
+            return min(each.passage_ns - sign * line.theta_ns(each.at_ns) for each in seen)
+
         def one_way(least_ns: float, seen: Passages, shift_ns: float, jitter_ns: float) -> OneWay:
             mean_ns = seen.total / seen.packets + shift_ns
-            most_ns = seen.most + shift_ns
-            return OneWay(least_ns * 1e-9, mean_ns * 1e-9, most_ns * 1e-9, jitter_ns * 1e-9)
+            return OneWay(
+                least_ns * 1e-9, mean_ns * 1e-9, (seen.most + shift_ns) * 1e-9, jitter_ns * 1e-9
+            )
 
-        out = [window.out.least for window in windows]
-        into = [window.into.least for window in windows]
-        least_out = min(each.passage_ns - line.theta_ns(each.at_ns) for each in out)
-        least_into = min(each.passage_ns + line.theta_ns(each.at_ns) for each in into)
+        out_ns = least_ns([window.out.least for window in windows[before:]], 1)
+        into_ns = least_ns([window.into.least for window in windows[before:]], -1)
+        open_s, round_trip_s = line.open_ns * 1e-9, (out_ns + into_ns) * 1e-9
+        if round_trip_s < -2.0 * open_s:
+            return None
         return PathEstimate(
-            out=one_way(least_out, last.out, -theta_ns, self.out.jitter_ns),
-            into=one_way(least_into, last.into, theta_ns, self.into.jitter_ns),
-            open_s=line.open_ns * 1e-9,
+            out=one_way(out_ns, last.out, -theta_ns, self.out.jitter_ns),
+            into=one_way(into_ns, last.into, theta_ns, self.into.jitter_ns),
+            open_s=open_s,
             one_clock=line.one_clock,
             offset_s=theta_ns * 1e-9,
             drift_ppm=line.rate * 1e6,
             drift_open_ppm=line.rate_open * 1e6,
-            round_trip_s=(least_out + least_into) * 1e-9,
+            round_trip_s=round_trip_s,
         )

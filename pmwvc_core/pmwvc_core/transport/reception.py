@@ -4,9 +4,9 @@
 
 import math
 
+from pmwvc_core.transport.packet import Verdict
 from pmwvc_core.transport.path import PathEstimate
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 _TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
 REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
