@@ -161,8 +161,7 @@ def _irtt(path: str, text: str, column: str) -> list[Row]:
 
 
 def _columns(path: str, text: str, column: str) -> list[Row]:
-    lines = [line.strip() for line in text.splitlines()]
-    lines = [line for line in lines if line and not line.startswith("#")]
+    lines = [line for each in text.splitlines() if (line := each.strip()) and line[0] != "#"]
     if not lines:
         raise RecordingError(f"{path}: holds no row; a row is a time and a delay")
     mark = next((mark for mark in ",;" if mark in lines[0]), None)
@@ -195,27 +194,20 @@ def _named(path: str, first: list[str], column: str) -> tuple[int, int, float, b
     """Return by their names the columns of time and delay, the unit of time [s], and whether the
     second one is a time as well.
     """
-    named = [
-        re.fullmatch(r"(.*?)(?:[\s_(\[]+(ns|us|ms|s)[)\]]?)?", cell.lower()) for cell in first
-    ]
-    names = [match.group(1) if match else "" for match in named]
+    named: dict[str, tuple[int, float]] = {}
+    for at, cell in enumerate(first):
+        if match := re.fullmatch(r"(.*?)(?:[\s_(\[]+(ns|us|ms|s)[)\]]?)?", cell.lower()):
+            named.setdefault(match.group(1), (at, UNITS[match.group(2) or "s"]))
 
-    def find(wanted: tuple[str, ...]) -> int | None:
-        return next((names.index(name) for name in wanted if name in names), None)
-
-    def missing(wanted: tuple[str, ...]) -> RecordingError:
-        return RecordingError(
+    def find(wanted: tuple[str, ...], other: tuple[str, ...] = ()) -> tuple[int, float]:
+        for name in (*wanted, *other):
+            if name in named:
+                return named[name]
+        raise RecordingError(
             f"{path}: no column named {' or '.join(wanted)}; there are {', '.join(first)}"
         )
 
-    time = find(TIME_NAMES)
-    if time is None:
-        raise missing(TIME_NAMES)
-    match = named[time]
-    unit_s = UNITS[(match.group(2) if match else None) or "s"]
+    time, unit_s = find(TIME_NAMES)
     wanted = (column.lower(),) if column else DELAY_NAMES
-    delay, received = find(wanted), find(RECEIVED_NAMES) if not column else None
-    at = received if delay is None else delay
-    if at is None:
-        raise missing(wanted)
-    return time, at, unit_s, delay is None
+    delay, _ = find(wanted, () if column else RECEIVED_NAMES)
+    return time, delay, unit_s, named.keys().isdisjoint(wanted)

@@ -207,9 +207,9 @@ class FateLog:
         """Note a final fate, with the time at which the packet really left (0: never), and epoch
         and seq of the sender; where these are not known 0 and the link's own count.
         """
-        packet = (epoch, fate.number if seq is None else seq, fate.size)
-        times_ns = (fate.time_in_ns, fate.time_due_ns, time_out_ns)
-        self._records.append((*packet, *times_ns, fate.kind, fate.cause))
+        number, times_ns = fate.number if seq is None else seq, (fate.time_in_ns, fate.time_due_ns)
+        row = (epoch, number, fate.size, *times_ns, time_out_ns, fate.kind, fate.cause)
+        self._records.append(row)
 
     def take(self, most: int | None = None) -> dict[str, Any]:
         """Return the oldest records, at most ``most``, as columns by name, and forget them;

@@ -25,13 +25,12 @@ import numpy as np
 
 from pmwvc_core.numeric import Value, anywhere, squared
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict, WavePacket, ahead
-from pmwvc_core.transport.path import Path
+from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path
 
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
 REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
-LONGEST_ROUND_TRIP_NS = 600 * 10**9
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
 NEW_EPOCH, STRANGER = Verdict.NEW_EPOCH, Verdict.STRANGER
 LARGEST = sys.float_info.max
@@ -84,17 +83,9 @@ class Receiver:
         """The sender followed; 0 before the first packet."""
         return 0 if self.newest is None else self.newest.epoch
 
-    def connected(self) -> bool:
-        """Tell whether any packet was ever accepted."""
-        return self.newest is not None
-
     def silent(self, now_ns: int) -> bool:
         """Tell whether nothing was accepted for too long (also before the first packet)."""
         return self.newest is None or now_ns - self.accepted_ns > self._silence_ns
-
-    def silence_s(self, now_ns: int) -> float:
-        """Return the time since the last accepted packet [s]; infinite before the first."""
-        return math.inf if self.newest is None else (now_ns - self.accepted_ns) * 1e-9
 
     def echo(self, now_ns: int) -> tuple[int, int, int]:
         """Return number, sender's clock and holding time [ns] of the newest packet, for the next
