@@ -31,7 +31,7 @@ from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_val
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import ControllerOwn, Scenario, User
-from pmwvc_core.transport.token import Token
+from pmwvc_core.transport.admission import Token
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of

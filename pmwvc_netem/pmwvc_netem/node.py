@@ -24,7 +24,6 @@ from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.records import record_of
 from pmwvc_netem.relay import Relay
 from pmwvc_netem.relayed_link import RelayedLink
-from pmwvc_netem.reports import Reports
 from pmwvc_netem.settings import LinkSetup, Settings
 
 DEPTH = 100  # a burst while the relay sleeps must not be lost by the relay
@@ -32,7 +31,7 @@ LATE_NS = 2_000_000  # a release this late is worth a warning
 
 
 class Netem:
-    """The node: settings, links, relay and reports."""
+    """The node: settings, links and relay."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -41,16 +40,12 @@ class Netem:
         made = [_relayed(node, setup) for setup in self._settings.setups]
         self._links = [relayed for relayed, _ in made]
         inlets = [inlet for _, inlet in made]
-        self._reports = Reports(node, self._links, seed=self._settings.seed)
-        self._relay = Relay(node, self._links, inlets, self._reports)
-        self._sources = {
-            relayed.name: inlet.subscription.topic_name
-            for relayed, inlet in zip(self._links, inlets, strict=True)
-        }
+        self._topics = [inlet.subscription.topic_name for inlet in inlets]
+        self._relay = Relay(node, self._links, inlets, seed=self._settings.seed)
         self._publishers = publishers_of(node)
         self._faults: dict[str, int] = {}  # of plug-ins, reported already
         self._running_s: float | None = None  # since when
-        publish_health(node, self._health)
+        publish_health(node, partial(self._health, self._relay))
         self._relay.memory = hold_memory()
 
     def run(self, stop: threading.Event) -> None:
@@ -62,56 +57,51 @@ class Netem:
 
     def close(self) -> None:
         """Complete the record."""
-        self._reports.end()
+        if self._relay is not None:
+            self._relay.end()
 
     def _change(self, name: str, params: LinkParams) -> None:
         if self._relay is not None:
             self._relay.change(name, params)
 
-    def _health(self) -> tuple[int, str, Mapping[str, object]]:
+    def _health(self, relay: Relay) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
-        reports = self._reports
-        late_ns, reports.worst_error_ns = reports.worst_error_ns, 0
+        late_ns, relay.worst_error_ns = relay.worst_error_ns, 0
         values: dict[str, object] = {"release late max [us]": f"{late_ns / 1e3:.0f}"}
+        failed = []
         for relayed in self._links:
-            c = relayed.link.counters
+            c, faults = relayed.link.counters, relayed.link.faults
             values[relayed.name] = (
                 f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}, "
                 f"in flight {c.queued}, invalid {relayed.invalid}"
             )
-            if relayed.link.faults.count:
-                values[f"{relayed.name}: faults"] = str(relayed.link.faults)
-        if self._relay is not None:
-            values["real time"] = str(self._relay.real_time or "not requested yet")
-        wrong = self._never_met() + self._failed()
+            if faults.count:
+                values[f"{relayed.name}: faults"] = str(faults)
+            if faults.count > self._faults.get(relayed.name, 0):
+                self._faults[relayed.name] = faults.count
+                failed.append(f"{relayed.name}: {faults}")
+                self._node.get_logger().warning(failed[-1])
+        values["real time"] = str(relay.real_time or "not requested yet")
+        wrong = [*self._never_met(relay), *failed]
         if late_ns > LATE_NS:
             wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
         if wrong:
             return WARN, "; ".join(wrong), values
         return OK, f"relaying {len(self._links)} links", values
 
-    def _failed(self) -> list[str]:
-        """Return and log which plug-ins failed since the last call."""
-        found = []
-        for relayed in self._links:
-            faults = relayed.link.faults
-            if faults.count > self._faults.get(relayed.name, 0):
-                self._faults[relayed.name] = faults.count
-                found.append(f"{relayed.name}: {faults}")
-                self._node.get_logger().warning(found[-1])
-        return found
-
-    def _never_met(self) -> list[str]:
+    def _never_met(self, relay: Relay) -> list[str]:
         """Return the links into which nothing has come though the relay has run for a while."""
         if self._running_s is None:
-            if self._relay is not None and self._relay.real_time is not None:
+            if relay.real_time is not None:
                 self._running_s = time.monotonic()
             return []
         if time.monotonic() - self._running_s < PATIENCE_S:
             return []
-        silent = (relayed for relayed in self._links if not relayed.link.counters.in_count)
-        topics = [self._sources[relayed.name] for relayed in silent]
-        return [nothing_on(topic, sorted(self._publishers(topic))) for topic in topics]
+        return [
+            nothing_on(topic, sorted(self._publishers(topic)))
+            for topic, relayed in zip(self._topics, self._links, strict=True)
+            if not relayed.link.counters.in_count
+        ]
 
 
 def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:

@@ -1,16 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The relay's thread: waits for messages and for deadlines at once, and serves both.
+"""The relay's thread: waits for messages and for deadlines at once, serves both, and reports the
+fates of packets in blocks (``netem/fates``) and the state of its links (``netem/links``).
 
 One thread owns all links. It sleeps in a wait set until a message comes in or shortly before the
 next one is due, then to the deadline itself on the clock; no executor is involved. Other threads
 talk to it only by :meth:`Relay.change`.
 """
 
+import dataclasses
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -18,40 +20,45 @@ from rclpy.node import Node
 
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import sleep_until
-from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.polling import RECORDED_QOS, Polled
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
-from pmwvc_netem.relayed_link import RelayedLink
+from pmwvc_netem.relayed_link import RelayedLink, Timing
 
 FINE_NS = 150_000  # the last bit before a deadline is slept on the clock
 LONGEST_WAIT_NS = 50_000_000  # a stop is seen this late
 PRIORITY = 20
+FATES_NS = 100_000_000
+BLOCK = 64  # fates; a link with as many is not kept waiting for the time
+STATES_NS = 250_000_000
 
 
 class Relay:
-    """All links, and the loop that serves them.
-
-    ``report`` is called after each round with the time, and returns when it wants to be called
-    again [ns].
+    """All links, the loop that serves them, and their reports; ``memory`` is what was granted
+    before the start.
     """
 
     def __init__(
-        self,
-        node: Node,
-        links: Sequence[RelayedLink],
-        inlets: Sequence[Polled],
-        report: Callable[[int], int],
+        self, node: Node, links: Sequence[RelayedLink], inlets: Sequence[Polled], *, seed: int
     ) -> None:
         self.links = {relayed.name: relayed for relayed in links}
-        self.memory = RealTimeReport()  # granted before the start
+        self.memory = RealTimeReport()
         self.real_time: RealTimeReport | None = None
+        self.worst_error_ns = 0  # latest release since somebody set this to zero
+        self._seed = seed
         self._handles = [inlet.subscription.handle for inlet in inlets]
-        self._report = report
         self._changes: deque[tuple[str, LinkParams]] = deque()
         self._guard = node.create_guard_condition(lambda: None)
         self._wait_set = rclpy_implementation.WaitSet(
             len(self._handles), 1, 0, 0, 0, 0, node.context.handle
         )
+        self._types = messages.live_types()
+        self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", RECORDED_QOS)
+        self._states = node.create_publisher(self._types.LinkState, "netem/links", RECORDED_QOS)
+        self._states_seq = 0
+        self._fates_due_ns = self._states_due_ns = 0
+        self._states_at_ns = time.monotonic_ns()
 
     def change(self, name: str, params: LinkParams) -> None:
         """Have a link's settings changed by the relay's thread."""
@@ -68,7 +75,11 @@ class Relay:
             while not stop.is_set():
                 while self._changes:
                     name, params = self._changes.popleft()
-                    self._configure(name, params)
+                    link = self.links[name].link
+                    try:
+                        link.configure(params)
+                    except PmwvcError as error:  # a plug-in cannot follow: the settings stay
+                        link.faults.note(params.effects, error)
                 for relayed in self.links.values():
                     relayed.take_in()
                 for relayed in self.links.values():
@@ -78,13 +89,12 @@ class Relay:
                     report_ns = self._report(now_ns)
                 self._sleep(report_ns)
 
-    def _configure(self, name: str, params: LinkParams) -> None:
-        """Change a link's settings; a plug-in that cannot follow is a fault, and they stay."""
-        link = self.links[name].link
-        try:
-            link.configure(params)
-        except PmwvcError as error:
-            link.faults.note(params.effects, error)
+    def end(self) -> None:
+        """Report the rest."""
+        self._publish_states(time.monotonic_ns())
+        for relayed in self.links.values():
+            relayed.end()
+            self._publish_fates(relayed)
 
     def _sleep(self, report_ns: int) -> None:
         """Sleep until a message comes in, one is due, or a report is."""
@@ -95,13 +105,51 @@ class Relay:
         due_ns = min(dues, default=now_ns + LONGEST_WAIT_NS)
         coarse_ns = min(due_ns - FINE_NS, report_ns, now_ns + LONGEST_WAIT_NS)
         if coarse_ns > now_ns:
-            self._wait(coarse_ns - now_ns)
+            self._wait_set.clear_entities()
+            for handle in self._handles:
+                self._wait_set.add_subscription(handle)
+            self._wait_set.add_guard_condition(self._guard.handle)
+            self._wait_set.wait(coarse_ns - now_ns)
         elif due_ns - now_ns <= FINE_NS:
             sleep_until(due_ns)
 
-    def _wait(self, timeout_ns: int) -> None:
-        self._wait_set.clear_entities()
-        for handle in self._handles:
-            self._wait_set.add_subscription(handle)
-        self._wait_set.add_guard_condition(self._guard.handle)
-        self._wait_set.wait(timeout_ns)
+    def _report(self, now_ns: int) -> int:
+        """Publish what is due; return when to be called again [ns]."""
+        everything = now_ns >= self._fates_due_ns
+        for relayed in self.links.values():
+            if everything or len(relayed.fates) >= BLOCK:
+                self._publish_fates(relayed)
+        if everything:
+            self._fates_due_ns = now_ns + FATES_NS
+        if now_ns >= self._states_due_ns:
+            self._publish_states(now_ns)
+            self._states_due_ns = now_ns + STATES_NS
+        return min(self._fates_due_ns, self._states_due_ns, now_ns + FATES_NS // 10)
+
+    def _publish_fates(self, relayed: RelayedLink) -> None:
+        while len(relayed.fates):
+            block, stamp_ns = relayed.fates.take(BLOCK), time.time_ns()
+            self._fates.publish(
+                messages.packet_fates(self._types, stamp_ns=stamp_ns, link=relayed.name, **block)
+            )
+
+    def _publish_states(self, now_ns: int) -> None:
+        self._states_seq += 1
+        elapsed_s = (now_ns - self._states_at_ns) * 1e-9
+        self._states_at_ns = now_ns
+        for relayed in self.links.values():
+            timing, relayed.timing = relayed.timing, Timing()
+            self.worst_error_ns = max(self.worst_error_ns, timing.error_max_ns)
+            self._states.publish(
+                messages.link_state(
+                    self._types,
+                    stamp_ns=time.time_ns(),
+                    link=relayed.name,
+                    seq=self._states_seq,
+                    counts=dataclasses.asdict(relayed.link.counters),
+                    delays=timing.delays(),
+                    rate_hz=timing.count / elapsed_s if elapsed_s > 0.0 else 0.0,
+                    params=relayed.link.params,
+                    seed=self._seed,
+                )
+            )

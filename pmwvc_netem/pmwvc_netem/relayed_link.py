@@ -63,28 +63,20 @@ class Timing:
 
     def delays(self) -> dict[str, float]:
         """Return the delays [s] by the names of LinkState; NaN where nothing went out."""
-        if not self.count:
-            names = ("delay_mean", "delay_min", "delay_max", "delay_error_max")
-            return dict.fromkeys(names, math.nan)
+        unit_s = 1e-9 if self.count else math.nan
         return {
-            "delay_mean": self.delay_sum_ns * 1e-9 / self.count,
-            "delay_min": self.delay_min_ns * 1e-9,
-            "delay_max": self.delay_max_ns * 1e-9,
-            "delay_error_max": self.error_max_ns * 1e-9,
+            "delay_mean": self.delay_sum_ns * unit_s / max(self.count, 1),
+            "delay_min": self.delay_min_ns * unit_s,
+            "delay_max": self.delay_max_ns * unit_s,
+            "delay_error_max": self.error_max_ns * unit_s,
         }
 
 
 class RelayedLink:
     """One topic's way through its link, which decides on delay and loss.
 
-    Parameters
-    ----------
-    take, give
-        The next message that has come in, or None; sends a message on.
-    clock
-        The monotonic clock [ns].
-    is_wave
-        Whether the messages are Waves; other ones get the relay's own count for a number.
+    ``take`` returns the next message that has come in, or None; ``give`` sends one on; ``clock``
+    is the monotonic clock [ns]. Messages that are no Waves get the relay's own count for a number.
     """
 
     def __init__(
@@ -113,8 +105,7 @@ class RelayedLink:
                 known = 0, self._count & 0xFFFFFFFF
             if known is None:
                 self.invalid += 1
-                fate = Fate(self._count, now_ns, 0, FateKind.INVALID, Cause.NONE, size)
-                self.fates.add(fate)
+                self.fates.add(Fate(self._count, now_ns, kind=FateKind.INVALID, size=size))
                 continue
             for fate in self.link.send((message, *known), now_ns, size_bytes=size):
                 if fate.kind not in TRAVELLING:

@@ -9,9 +9,10 @@ the last word counts: a change of ``link.up.delay_s`` goes to all users, and a `
 all settings of all users.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import starmap
 from typing import Any
 
 from rclpy.node import Node
@@ -82,40 +83,43 @@ class Settings:
         self.users = declare_names(
             node, "users", [] if others else ["user1"], "names of the users, two links each"
         )
-        self.setups = [*self._of_users(preset), *map(self._of_other, enumerate(others))]
+        self.setups = [*self._of_users(preset), *starmap(self._of_other, enumerate(others))]
         if not self.setups:
             raise ParameterError("users is empty: give a user, or link_names")
 
     def _of_users(self, preset: str) -> list[LinkSetup]:
         if not self.users:
             return []
-        type_name, kind = _declared_type(self._node, "type")
+        kind, is_wave = _declared_type(self._node, "type")
         setups = []
         for number, direction in enumerate(DIRECTIONS):
             defaults = getattr(PRESETS[preset], direction) if preset != "none" else None
-            common = self._declare_link(
-                f"link.{direction}", partial(self._pass_on, direction), defaults
-            )
+            prefix = f"link.{direction}"
+            common = self._declare_link(prefix, partial(self._pass_on, direction), defaults)
             each = []
             for index, user in enumerate(self.users):
                 name, near, far = f"{user}/{direction}", user, f"server/{user}"
                 ends = (near, far) if direction == "up" else (far, near)
                 source, target = (f"{end}/wave_{direction}" for end in ends)
-                params = self._declare_link(
-                    f"{user}.link.{direction}", partial(self._listener, name), common
-                )
+                listener = partial(self._listener, name)
+                params = self._declare_link(f"{user}.{prefix}", listener, common)
                 seed = stream_of(self.seed, index, number)
-                is_wave = type_name == WAVE
                 setups.append(LinkSetup(name, kind, is_wave, source, target, False, seed, params))
                 each.append(params)
-            self._all[direction] = self._agreed(f"link.{direction}", common, each)
+            # those for all users get the values that all users have in common
+            shared = {
+                name: getattr(each[0], name)
+                for name in specs(LinkParams)
+                if len({getattr(params, name) for params in each}) == 1
+            }
+            self._all[direction] = replace(common, **shared)
+            set_together(self._node, values_of(prefix, self._all[direction]))
         return setups
 
-    def _of_other(self, numbered: tuple[int, str]) -> LinkSetup:
+    def _of_other(self, index: int, name: str) -> LinkSetup:
         """Declare a link that is no user's."""
-        index, name = numbered
         prefix = f"links.{name}"
-        type_name, kind = _declared_type(self._node, f"{prefix}.type")
+        kind, is_wave = _declared_type(self._node, f"{prefix}.type")
         source, target = (
             declare_value(self._node, f"{prefix}.{end}", Spec(str, description=text), "")
             for end, text in (("from", "topic to relay"), ("to", "topic to relay to"))
@@ -125,25 +129,13 @@ class Settings:
         reliable = declare_value(self._node, f"{prefix}.reliable", RELIABLE, False)
         params = self._declare_link(prefix, partial(self._listener, name), None)
         seed = stream_of(self.seed, index, OTHER)
-        return LinkSetup(name, kind, type_name == WAVE, source, target, reliable, seed, params)
+        return LinkSetup(name, kind, is_wave, source, target, reliable, seed, params)
 
     def _declare_link(
         self, prefix: str, listener: Callable[[LinkParams], None], defaults: LinkParams | None
     ) -> LinkParams:
         check = partial(_check, prefix)
         return self._binding.declare(prefix, LinkParams, listener, defaults=defaults, check=check)
-
-    def _agreed(self, prefix: str, common: LinkParams, each: Sequence[LinkParams]) -> LinkParams:
-        """Set the parameters for all users to the values that all users have in common."""
-        shared = {
-            name: getattr(each[0], name)
-            for name in specs(LinkParams)
-            if len({getattr(params, name) for params in each}) == 1
-        }
-        agreed = replace(common, **shared)
-        self._all[prefix.rsplit(".", 1)[1]] = agreed
-        set_together(self._node, values_of(prefix, agreed))
-        return agreed
 
     def _pass_on(self, direction: str, new: LinkParams) -> None:
         """Hand what changed for all users to each of them."""
@@ -169,12 +161,12 @@ def _check(prefix: str, params: LinkParams) -> None:
         raise ParameterError(f"{prefix}.{error}") from None
 
 
-def _declared_type(node: Node, name: str) -> tuple[str, Any]:
-    """Declare the type of messages, and return its name and class."""
+def _declared_type(node: Node, name: str) -> tuple[Any, bool]:
+    """Declare the type of messages; return its class, and whether it is that of waves."""
     spec = Spec(str, description="type of the messages: package/msg/Name")
     full = declare_value(node, name, spec, WAVE)
     try:
-        return full, message_class(full)
+        return message_class(full), full == WAVE
     except (ImportError, AttributeError, ValueError):
         raise ParameterError(
             f"{name} = {full!r}: must be package/msg/Name of a message package that is installed"

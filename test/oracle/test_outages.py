@@ -18,7 +18,7 @@ from pmwvc_core.frame.rows import Presence
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.law.port.strict_master import KEPT_J
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
+from pmwvc_core.network.in_flight import RecordedFate, RecordedLink
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import SteppedSession, simulate_one
 

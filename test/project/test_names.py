@@ -21,7 +21,6 @@ SHARED = {"none", "printed", "duplication", "delay", "loss", "order"}
 NAMES = {name for kind in KINDS for name in kind} - SHARED
 OWN = {  # files whose names are those of something else
     "characteristic.py": {"unwrapped", "one_step_delay"},  # polynomials
-    "jitter.py": {"uniform", "normal", "trace"},  # the effects themselves: what switches them on
 }
 
 

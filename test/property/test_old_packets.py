@@ -24,8 +24,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer, Verdict
 
 LEAST_J, LEAST = -1e-9, -1e-9
 PERIOD_S, STEP_S, RELEASE_S = 0.008, 0.004, 1.0
@@ -128,7 +127,8 @@ class World:
         self.deliver()
         for _ in range(2):
             self.play()
-        if self.inbox.silence_s(self.now_ns) > RELEASE_S:
+        since_s = (self.now_ns - self.inbox.accepted_ns) * 1e-9
+        if self.inbox.newest is None or since_s > RELEASE_S:
             self.there = False
         if self.there or self.inbox.challenges(self.now_ns):
             flags = 0 if self.there else FLAG_CHALLENGE

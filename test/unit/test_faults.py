@@ -23,7 +23,7 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import Verdict
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 SLEEPER = [sys.executable, "-c", "import time; time.sleep(60)"]

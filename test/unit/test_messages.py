@@ -14,8 +14,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket, refused
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import FLAG_LEAVING, Verdict, WavePacket, refused
 from pmwvc_master.blocks import Block
 
 DEFINITIONS = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"

@@ -7,9 +7,8 @@ import dataclasses
 import pytest
 
 from pmwvc_core.runtime.peers import Peers, WrongTokens
-from pmwvc_core.transport.packet import Packer, refused
+from pmwvc_core.transport.packet import Packer, Verdict, refused
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 DOWN, UP = "/user1/wave_down", "/user1/wave_up"
 

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, FateKind, RecordedFate, RecordedLink
 from pmwvc_core.network.link import Link
-from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.params import LinkParams
 
 MS = 1_000_000

@@ -5,9 +5,8 @@
 import dataclasses
 import random
 
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Packer
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Packer, Verdict
 from pmwvc_core.transport.receiver import REMEMBERED, Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 PERIOD_NS = 8_000_000
 ROUND_TRIP_NS = 5 * PERIOD_NS

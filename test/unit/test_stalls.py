@@ -7,7 +7,7 @@ import pytest
 from support import plain as scenarios
 
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
+from pmwvc_core.network.in_flight import RecordedFate, RecordedLink
 from pmwvc_core.params import SafetyParams
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one

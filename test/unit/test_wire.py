@@ -13,8 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
-from pmwvc_core.transport.packet import FLAG_SHORT, WavePacket
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import FLAG_SHORT, Verdict, WavePacket
 
 STAMP_NS = 1_700_000_000_123_456_789
 LIVE = messages.live_types()

@@ -14,7 +14,7 @@ from pmwvc_bringup import scenarios
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import Verdict
 from pmwvc_core.wave.impedance import first_axis
 
 DURATION_S = 18.0

@@ -20,8 +20,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.replay.loop_times import LoopTimes
-from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
+from pmwvc_core.network.in_flight import Cause, FateKind, RecordedFate, RecordedLink
 from pmwvc_core.numeric import Integers
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces, TakenTraces

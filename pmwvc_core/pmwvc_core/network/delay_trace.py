@@ -1,18 +1,38 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded delays and losses: looked up by time, repeated in a loop."""
+"""Recorded delays and losses: looked up by time, repeated in a loop. Formats: columns of text, the
+JSON of IRTT.
+
+Columns: a text file, one row per packet, separated by commas, semicolons or blanks. With a header
+line the columns are found by name: time is ``pub_time``, ``time``, ``t``, ``sent`` or
+``send_time``, in the unit the name carries (``time_ms``, ``pub_time(ms)``; seconds without); delay
+is ``delay``, ``rtt`` or ``latency``, or follows from ``received`` or ``receive_time``. Without a
+header they are the first (in seconds) and the second. A delay or time of receipt that is empty or
+``lost`` is a lost packet. Other columns and lines that start with ``#`` are not read.
+"""
 
 import bisect
 import functools
 import itertools
+import json
+import re
 import statistics
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.network.trace_formats import Rows, read_rows
+from pmwvc_core.params import LinkParams
 
 LONGEST_GAP_S = 0.2  # a longer interval between rows is a pause of the recording
 LOST = -1  # in place of a delay
+UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
+TIME_NAMES = ("pub_time", "time", "t", "sent", "send_time")
+DELAY_NAMES = ("delay", "rtt", "latency")
+RECEIVED_NAMES = ("received", "receive_time")
+LOST_TEXTS = ("", "lost", "-", "none", "null")
+
+Row = tuple[float, float | None]  # time [s], delay in the unit of the file, None: lost
 
 
 @dataclass(frozen=True)
@@ -28,7 +48,7 @@ class DelayTrace:
         """Return the delays [s] in their order of size, without the losses."""
         return tuple(sorted(delay * 1e-9 for delay in self.delay_ns if delay != LOST))
 
-    @functools.cached_property
+    @property
     def longest_s(self) -> float:
         """Return the longest delay [s]."""
         return self.delays_s[-1]
@@ -51,18 +71,19 @@ class DelayTrace:
         return [(b - a, delay) for (a, b), delay in zip(edges, self.delay_ns, strict=True)]
 
     def at(self, elapsed_ns: int) -> int:
-        """Return the delay [ns] at a time since the beginning [ns]."""
+        """Return the delay [ns] at a time since the beginning [ns]; LOST where a packet was."""
         row = bisect.bisect_right(self.time_ns, elapsed_ns % self.length_ns) - 1
         return self.delay_ns[row]
 
-    def lost(self, elapsed_ns: int) -> bool:
-        """Tell whether a packet sent at a time since the beginning [ns] was lost."""
-        return self.at(elapsed_ns) == LOST
+
+def recording_of(params: LinkParams) -> DelayTrace:
+    """Return the recording that the settings of a link name; see :func:`load_delay_trace`."""
+    return load_delay_trace(params.trace_file, params.trace_scale, params.trace_column)
 
 
 @functools.lru_cache(maxsize=32)
 def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
-    """Read a delay recording once; formats: :mod:`pmwvc_core.network.trace_formats`.
+    """Read a delay recording once.
 
     Pauses (intervals above 0.2 s, unless they are usual) are taken out: the segments are joined at
     the median interval, and so are the end and the beginning. RecordingError where the file cannot
@@ -72,22 +93,30 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
     trip and each direction gets half; of IRTT, whose units are known, a factor. ``column`` is the
     name of the column of delays; empty: the usual ones.
     """
-    rows = read_rows(path, column)
-    delays = [None if delay is None else delay * scale for delay in rows.delay]
-    return _trace(path, rows, delays)
-
-
-def _trace(path: str, rows: Rows, delays_s: list[float | None]) -> DelayTrace:
-    steps = [after - before for before, after in itertools.pairwise(rows.time_s)]
+    if not path:
+        raise RecordingError("no file is named; jitter = trace needs one with times and delays")
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path}: not text ({error}); save it as UTF-8") from None
+    except OSError as error:
+        reason = error.strerror or error
+        raise RecordingError(
+            f"{path}: cannot be read as a delay trace: {reason} (looked in {Path.cwd()})"
+        ) from None
+    is_irtt = text.lstrip().startswith("{")
+    rows = _irtt(path, text, column or "rtt") if is_irtt else _columns(path, text, column)
+    times_s = [time_s for time_s, _ in rows]
+    delays_s = [None if delay is None else delay * scale for _, delay in rows]
+    steps = [after - before for before, after in itertools.pairwise(times_s)]
     if not steps:
         raise RecordingError(f"{path}: needs at least two rows")
-    back = next((n for n, step in enumerate(steps, start=2) if not step >= 0.0), None)
-    if back is not None:
-        before, after = rows.time_s[back - 2 : back]
-        raise RecordingError(
-            f"{path}: times must not go back: {after:.9g} s in data row {back} after "
-            f"{before:.9g} s"
-        )
+    for n, step in enumerate(steps, start=2):
+        if not step >= 0.0:
+            raise RecordingError(
+                f"{path}: times must not go back: {times_s[n - 1]:.9g} s in data row {n} after "
+                f"{times_s[n - 2]:.9g} s"
+            )
     for n, delay in enumerate(delays_s, start=1):
         if delay is not None and not 0.0 <= delay <= 60.0:
             raise RecordingError(
@@ -96,9 +125,9 @@ def _trace(path: str, rows: Rows, delays_s: list[float | None]) -> DelayTrace:
             )
     if all(delay is None for delay in delays_s):
         raise RecordingError(f"{path}: every packet is lost; there is no delay in it")
-    usual = statistics.median(step for step in steps if step > 0) if any(steps) else 0.0
-    if usual <= 0.0:
+    if not any(steps):
         raise RecordingError(f"{path}: all rows have the same time")
+    usual = statistics.median(step for step in steps if step > 0)
     times = [0]
     for step in steps:
         times.append(times[-1] + round((usual if step > LONGEST_GAP_S else step) * 1e9))
@@ -107,3 +136,78 @@ def _trace(path: str, rows: Rows, delays_s: list[float | None]) -> DelayTrace:
         tuple(LOST if delay is None else round(delay * 1e9) for delay in delays_s),
         times[-1] + round(usual * 1e9),
     )
+
+
+def _irtt(path: str, text: str, column: str) -> list[Row]:
+    """Return the round trips of a file of IRTT; a packet lost on the other way only arrived."""
+
+    def row(trip: dict[str, Any]) -> Row:
+        sent = trip["timestamps"]["client"]["send"]
+        time_ns = sent["monotonic"] if "monotonic" in sent else sent["wall"]
+        lost = str(trip["lost"]).lower()
+        arrived = lost == "false" or (column == "send" and lost == "true_down")
+        delay = trip["delay"].get(column) if arrived else None
+        if delay is None and lost == "false":
+            raise KeyError(f"delay.{column}")
+        return time_ns * 1e-9, None if delay is None else delay * 1e-9
+
+    try:
+        return [row(trip) for trip in json.loads(text)["round_trips"]]
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordingError(
+            f"{path}: JSON, but not of IRTT ({type(error).__name__}: {error}); it must hold "
+            "round_trips with timestamps.client.send and delay.rtt, send or receive [ns]"
+        ) from None
+
+
+def _columns(path: str, text: str, column: str) -> list[Row]:
+    lines = [line for each in text.splitlines() if (line := each.strip()) and line[0] != "#"]
+    if not lines:
+        raise RecordingError(f"{path}: holds no row; a row is a time and a delay")
+    mark = next((mark for mark in ",;" if mark in lines[0]), None)
+    rows = [[cell.strip() for cell in line.split(mark)] for line in lines]
+    header = any(
+        re.search("[A-DF-Za-df-z]", cell) and cell.lower() not in LOST_TEXTS
+        for cell in rows[0][:2]
+    )
+    time_at, delay_at, unit_s, received = 0, 1, 1.0, False
+    if header:
+        time_at, delay_at, unit_s, received = _named(path, rows[0], column)
+    found: list[Row] = []
+    for number, row in enumerate(rows[header:], start=header + 1):
+        try:
+            time_s = float(row[time_at]) * unit_s
+            lost = row[delay_at].lower() in LOST_TEXTS
+            delay = None if lost else float(row[delay_at])
+        except (ValueError, IndexError):
+            raise RecordingError(
+                f"{path}: row {number} has no number in column {time_at + 1} (time) "
+                f"or {delay_at + 1} (delay): {' '.join(row)}"
+            ) from None
+        if delay is not None and received:
+            delay = delay * unit_s - time_s
+        found.append((time_s, delay))
+    return found
+
+
+def _named(path: str, first: list[str], column: str) -> tuple[int, int, float, bool]:
+    """Return by their names the columns of time and delay, the unit of time [s], and whether the
+    second one is a time as well.
+    """
+    named: dict[str, tuple[int, float]] = {}
+    for at, cell in enumerate(first):
+        if match := re.fullmatch(r"(.*?)(?:[\s_(\[]+(ns|us|ms|s)[)\]]?)?", cell.lower()):
+            named.setdefault(match.group(1), (at, UNITS[match.group(2) or "s"]))
+
+    def find(wanted: tuple[str, ...], other: tuple[str, ...] = ()) -> tuple[int, float]:
+        for name in (*wanted, *other):
+            if name in named:
+                return named[name]
+        raise RecordingError(
+            f"{path}: no column named {' or '.join(wanted)}; there are {', '.join(first)}"
+        )
+
+    time, unit_s = find(TIME_NAMES)
+    wanted = (column.lower(),) if column else DELAY_NAMES
+    delay, _ = find(wanted, () if column else RECEIVED_NAMES)
+    return time, delay, unit_s, named.keys().isdisjoint(wanted)

@@ -12,18 +12,20 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError, refusal
-from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.network.delay_trace import recording_of
 from pmwvc_core.params import LinkParams
 
 STANDARD_NORMAL = NormalDist()
 LEAST = 1e-17  # in place of 0, whose normal quantile is infinite
-TAIL = 3.0  # usual tail index of Pareto, as in the tables of Linux
-USUAL_SHAPES = {"gamma": 2.0, "lognormal": 0.5, "pareto": TAIL, "paretonormal": TAIL}
+# Tail index of Pareto as in the tables of Linux.
+USUAL_SHAPES = {"gamma": 2.0, "lognormal": 0.5, "pareto": 3.0, "paretonormal": 3.0}
 FORM = "must be probability:seconds from 0 to 1, rising, separated by blanks"
 
 
@@ -89,21 +91,26 @@ def normal(u: float) -> float:
     return STANDARD_NORMAL.inv_cdf(max(u, LEAST))
 
 
-def shape_of(params: LinkParams) -> float:
+def _shape(p: LinkParams) -> float:
     """Return the shape of the distribution, the usual one where none is given."""
-    return params.jitter_shape or USUAL_SHAPES.get(params.jitter, 0.0)
+    return p.jitter_shape or USUAL_SHAPES.get(p.jitter, 0.0)
 
 
-def pareto(u: float, tail: float) -> float:
+def _pareto(u: float, tail: float) -> float:
     """Return the quantile of the Pareto distribution with mean 0 and standard deviation 1."""
+    return float(_pareto_beyond(1.0 - u, tail))
+
+
+def _pareto_normal(u: float, tail: float) -> float:
+    """Return the quantile of a quarter normal and three quarters Pareto, mean 0, deviation 1."""
+    return (normal(u) + 3.0 * _pareto(u, tail)) / _mixed(tail)
+
+
+def _pareto_beyond(above: Any, tail: float) -> Any:
+    """Return the same, of the probability (one or many) to be above it."""
     mean = tail / (tail - 1.0)
     deviation = math.sqrt(tail / (tail - 2.0)) / (tail - 1.0)
-    return float(((1.0 - u) ** (-1.0 / tail) - mean) / deviation)
-
-
-def pareto_normal(u: float, tail: float) -> float:
-    """Return the quantile of a quarter normal and three quarters Pareto, mean 0, deviation 1."""
-    return (normal(u) + 3.0 * pareto(u, tail)) / _mixed(tail)
+    return (above ** (-1.0 / tail) - mean) / deviation
 
 
 @functools.lru_cache(maxsize=32)
@@ -111,37 +118,30 @@ def _mixed(tail: float) -> float:
     """Return the standard deviation of normal + 3 Pareto at the same probability."""
     z = np.linspace(-12.0, 12.0, 4001)
     above = np.array([0.5 * math.erfc(each / math.sqrt(2.0)) for each in z])
-    mean = tail / (tail - 1.0)
-    deviation = math.sqrt(tail / (tail - 2.0)) / (tail - 1.0)
     density = np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
-    together = np.trapezoid(z * (above ** (-1.0 / tail) - mean) / deviation * density, z)
+    together = np.trapezoid(z * _pareto_beyond(above, tail) * density, z)
     return math.sqrt(10.0 + 6.0 * float(together))
 
 
-def _gamma(params: LinkParams, u: float) -> float:
+def _gamma(p: LinkParams, u: float) -> float:
     from scipy.special import gammaincinv  # takes long to import, and only this needs it
 
-    shape = shape_of(params)
-    return params.jitter_s / shape * float(gammaincinv(shape, u))
+    return p.jitter_s / _shape(p) * float(gammaincinv(_shape(p), u))
 
 
-def _lognormal_moments(params: LinkParams) -> tuple[float, float]:
-    square = shape_of(params) ** 2
-    mean = params.jitter_s * math.exp(0.5 * square)
+def _lognormal_moments(p: LinkParams) -> tuple[float, float]:
+    square = _shape(p) ** 2
+    mean = p.jitter_s * math.exp(0.5 * square)
     return mean, mean * math.sqrt(math.expm1(square))
 
 
-def _centred(params: LinkParams) -> tuple[float, float]:
-    return 0.0, params.jitter_s
+def _table(p: LinkParams, u: float) -> float:
+    samples = recording_of(p).delays_s
+    return samples[int(u * len(samples))]
 
 
-def _samples(params: LinkParams) -> tuple[float, ...]:
-    trace = load_delay_trace(params.trace_file, params.trace_scale, params.trace_column)
-    return trace.delays_s
-
-
-def _table_moments(params: LinkParams) -> tuple[float, float]:
-    samples = np.array(_samples(params))
+def _table_moments(p: LinkParams) -> tuple[float, float]:
+    samples = np.array(recording_of(p).delays_s)
     return float(samples.mean()), float(samples.std())
 
 
@@ -154,13 +154,14 @@ def _tail_conflict(params: LinkParams) -> str:
     return ""
 
 
-def file_conflict(params: LinkParams) -> str:
+def file_conflict(p: LinkParams) -> str:
     """Return that a file is missing; empty where one is named."""
-    if params.trace_file:
-        return ""
-    return f"trace_file is missing: jitter = {params.jitter} needs a file"
+    return "" if p.trace_file else f"trace_file is missing: jitter = {p.jitter} needs a file"
 
 
+_tailed = partial(
+    Distribution, moments=lambda p: (0.0, p.jitter_s), conflict=_tail_conflict, linux=True
+)
 DISTRIBUTIONS = {
     "uniform": Distribution(
         "evenly spread",
@@ -169,30 +170,24 @@ DISTRIBUTIONS = {
         half_width=True,
     ),
     "normal": Distribution(
-        "normally distributed", lambda p, u: p.jitter_s * normal(u), _centred, linux=True
-    ),
-    "pareto": Distribution(
-        "Pareto distributed",
-        lambda p, u: p.jitter_s * pareto(u, shape_of(p)),
-        _centred,
-        conflict=_tail_conflict,
+        "normally distributed",
+        lambda p, u: p.jitter_s * normal(u),
+        lambda p: (0.0, p.jitter_s),
         linux=True,
     ),
-    "paretonormal": Distribution(
+    "pareto": _tailed("Pareto distributed", lambda p, u: p.jitter_s * _pareto(u, _shape(p))),
+    "paretonormal": _tailed(
         "a quarter normal and three quarters Pareto",
-        lambda p, u: p.jitter_s * pareto_normal(u, shape_of(p)),
-        _centred,
-        conflict=_tail_conflict,
-        linux=True,
+        lambda p, u: p.jitter_s * _pareto_normal(u, _shape(p)),
     ),
     "gamma": Distribution(
         "longer by a gamma distribution",
         _gamma,
-        lambda p: (p.jitter_s, p.jitter_s / math.sqrt(shape_of(p))),
+        lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p))),
     ),
     "lognormal": Distribution(
         "longer by a log-normal distribution",
-        lambda p, u: p.jitter_s * math.exp(shape_of(p) * normal(u)),
+        lambda p, u: p.jitter_s * math.exp(_shape(p) * normal(u)),
         _lognormal_moments,
     ),
     "quantiles": Distribution(
@@ -204,10 +199,10 @@ DISTRIBUTIONS = {
     ),
     "table": Distribution(
         "longer by delays drawn from a file",
-        lambda p, u: _samples(p)[int(u * len(_samples(p)))],
+        _table,
         _table_moments,
         conflict=file_conflict,
-        check=_samples,
+        check=recording_of,
         sized=False,
     ),
 }
@@ -217,10 +212,3 @@ def drawn(params: LinkParams) -> Distribution | None:
     """Return the distribution of a link's jitter; None where it has none."""
     found = DISTRIBUTIONS.get(params.jitter)
     return found if found and (not found.sized or params.jitter_s > 0.0) else None
-
-
-def prepare(params: LinkParams) -> None:
-    """Make what jitter is drawn from before any packet waits for it: that may take 0.3 s."""
-    found = drawn(params)
-    if found:
-        found.at(params, 0.5)

@@ -1,17 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Packets in flight in one direction: their fates, the record of these, and when and in which
-order packets come out.
+order packets come out. Times are integer nanoseconds of one clock.
 
-Times are integer nanoseconds of one clock. Not here: what decides on a fate.
+What decides on a fate is :mod:`pmwvc_core.network.link`, or here a recording.
 """
 
 import enum
 import heapq
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from pmwvc_core.errors import reason
 
 
 class FateKind(enum.IntEnum):
@@ -65,6 +68,23 @@ class LinkCounters:
     queued: int = 0  # inside the link now
 
 
+@dataclass
+class EffectFaults:
+    """The number of failures of a link's plug-in effects, and the reason of the last one."""
+
+    count: int = 0
+    text: str = ""
+
+    def note(self, name: str, error: BaseException) -> None:
+        """Count a call that failed."""
+        self.count += 1
+        self.text = f"link.effects = {name!r} raised {reason(error)}"
+
+    def __str__(self) -> str:
+        """Return count and reason."""
+        return f"calls without the effect: {self.count}; last: {self.text}"
+
+
 DELIVERED = FateKind.DELIVERED  # an attribute of an enum is slow to look up
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)  # until they come out
 
@@ -74,8 +94,9 @@ class InFlight:
 
     def __init__(self) -> None:
         self.counters = LinkCounters()
+        self.faults = EffectFaults()
         self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
-        self._order = 0
+        self._entered = 0
         self._highest_out = 0
 
     @property
@@ -90,7 +111,6 @@ class InFlight:
         while waiting and waiting[0][0] <= now_ns:
             _, _, payload, fate = heapq.heappop(waiting)
             out.append((payload, fate))
-        for _, fate in out:
             if fate.number >= self._highest_out:
                 self._highest_out = fate.number
             elif fate.kind is DELIVERED:
@@ -102,9 +122,62 @@ class InFlight:
     def _enter(self, payload: Any, fate: Fate, due_ns: int) -> None:
         """Send a packet or copy on its way; what is due at one time comes out as it went in."""
         fate.time_due_ns = due_ns
-        self._order += 1
-        heapq.heappush(self._in_flight, (due_ns, self._order, payload, fate))
+        self._entered += 1
+        heapq.heappush(self._in_flight, (due_ns, self._entered, payload, fate))
         self.counters.queued = len(self._in_flight)
+
+
+class RecordedFate(NamedTuple):
+    """The recorded fate of a packet or of its copy.
+
+    ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
+    ``at_ns`` is the instant at which it came out, where that is to be kept.
+    """
+
+    delay_ns: int | None
+    kind: FateKind = FateKind.DELIVERED
+    cause: Cause = Cause.NONE
+    at_ns: int | None = None
+
+
+LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
+
+
+class RecordedLink(InFlight):
+    """A link that does to its packets what was recorded of another: for replays.
+
+    Packet number n is lost, delayed or copied as number n of the recording was. Where a replay
+    sends more or fewer packets in the same time (another rate drop), its packet number n meets the
+    fate of the one that was recorded at that time. What the recording does not reach is lost.
+
+    ``record`` holds for every packet number (1, 2, 3...) its fate, followed by those of its
+    copies; ``per_packet`` are recorded packets per packet sent here, 1 unless the rate is another.
+    """
+
+    def __init__(
+        self, record: Mapping[int, Sequence[RecordedFate]], *, per_packet: float = 1.0
+    ) -> None:
+        super().__init__()
+        self._record = record
+        self._per_packet = per_packet
+
+    def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
+        """As :meth:`pmwvc_core.network.link.Link.send`."""
+        counters = self.counters
+        counters.in_count = number = counters.in_count + 1
+        recorded = 1 + int((number - 1) * self._per_packet + 1e-9)
+        fates = []
+        for delay_ns, kind, cause, at_ns in self._record.get(recorded, LOST_RECORD):
+            fate = Fate(number, now_ns, 0, kind, cause, size_bytes)
+            fates.append(fate)
+            counters.lost += kind is FateKind.LOST
+            counters.duplicated += kind is FateKind.DUPLICATE
+            counters.dropped += kind not in (*TRAVELLING, FateKind.LOST)
+            counters.corrupted += cause is Cause.CORRUPTION
+            if delay_ns is not None and kind in TRAVELLING:
+                due_ns = now_ns + delay_ns if at_ns is None else at_ns
+                self._enter(payload, fate, max(due_ns, now_ns))
+        return fates
 
 
 COLUMNS = {  # of a record, by the names of the PacketFate message
@@ -134,9 +207,9 @@ class FateLog:
         """Note a final fate, with the time at which the packet really left (0: never), and epoch
         and seq of the sender; where these are not known 0 and the link's own count.
         """
-        packet = (epoch, fate.number if seq is None else seq, fate.size)
-        times_ns = (fate.time_in_ns, fate.time_due_ns, time_out_ns)
-        self._records.append((*packet, *times_ns, fate.kind, fate.cause))
+        number, times_ns = fate.number if seq is None else seq, (fate.time_in_ns, fate.time_due_ns)
+        row = (epoch, number, fate.size, *times_ns, time_out_ns, fate.kind, fate.cause)
+        self._records.append(row)
 
     def take(self, most: int | None = None) -> dict[str, Any]:
         """Return the oldest records, at most ``most``, as columns by name, and forget them;

@@ -4,26 +4,28 @@
 
 A packet is lost on entry, or copied; it and its copies leave, wait for their delay and come out.
 Payloads are never looked into. Time is an argument; all times are integer nanoseconds of one
-clock.
+clock. What plug-ins do comes after the library in each step, but before the order of packets.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from pmwvc_core.errors import PLUGIN_ERRORS
-from pmwvc_core.network.distributions import prepare
-from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
-from pmwvc_core.network.effects.record import ANSWERS, EffectFaults, contained
+from pmwvc_core.network.delay_trace import LOST, recording_of
+from pmwvc_core.network.distributions import Distribution, drawn
+from pmwvc_core.network.draws import Draws
+from pmwvc_core.network.effects import check, plugins_of
+from pmwvc_core.network.effects.library import TRACE
+from pmwvc_core.network.effects.record import HOOKS, Effect, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
-from pmwvc_core.network.streams import Stream
-from pmwvc_core.network.timeline import Timeline, timeline_of
+from pmwvc_core.network.losses import Losses
+from pmwvc_core.network.queues import Order, SerialLine, Slots
+from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import refused
 
 COPIED = (FateKind.DUPLICATE, Cause.DUPLICATION)
-TOGETHER = 256  # packets whose random numbers are drawn together
 
 
 def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
@@ -34,24 +36,22 @@ def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
 class Link(InFlight):
     """One direction of a network link.
 
-    Every packet takes the same four random numbers (lost?, copied?, jitter, jitter of the copy)
-    whatever the settings: the n-th packet meets the same luck under any of them. An effect without
-    an index among the four has a stream of its own, by the seed, its name and the number of the
-    packet, so that it changes none of them. The seed is that of :func:`stream_of`; the direction,
-    for networks by name on a timeline, is 0 from user to server and 1 back.
+    The seed is that of :func:`stream_of`; the direction, for networks by name on a timeline, is 0
+    from user to server and 1 back. Whatever a part remembers of packets stays when it is switched
+    off and on again.
     """
 
     def __init__(
         self, params: LinkParams, *, seed: int | Sequence[int], direction: int = 0
     ) -> None:
         super().__init__()
-        self._seed = (seed,) if isinstance(seed, int) else tuple(seed)
         self._direction = direction
-        self._rng = np.random.default_rng(seed)
-        self._luck: list[float] = []  # the four numbers of the newest packet,
-        self._drawn: list[list[float]] = []  # and those of the next ones, backwards
-        self.faults = EffectFaults()  # of plug-ins
-        self._made: dict[str, Effect] = {}  # by name: each keeps its memory when switched off
+        self._draws = Draws(seed)
+        self._losses = Losses(self._draws)
+        self._line, self._order = SerialLine(), Order()
+        self._slots = Slots(partial(self._draws.nth, "slots"))
+        self._since = 0  # packets since the last one that was sent at once
+        self._made: dict[str, Effect] = {}  # plug-ins by name
         self._begin_ns: int | None = None
         self.configure(params)
 
@@ -60,60 +60,45 @@ class Link(InFlight):
         they cannot be used, as a delay trace whose file cannot be read; then the settings stay.
         """
         check(params)
-        timeline: Timeline | None = timeline_of(params.schedule) if params.schedule else None
-        steps = []
-        if timeline is not None:
-            steps = [entry.applied(params, self._direction) for entry in timeline.entries]
-        for each in (params, *steps):
-            prepare(each)
+        timeline = timeline_of(params.schedule)
+        steps = [entry.applied(params, self._direction) for entry in timeline.entries]
+        for step in steps:  # loading a distribution may take 0.3 s: no packet waits for that
+            if law := drawn(step):
+                law.at(step, 0.5)
+        self._take(steps[0])
         self.params = params
         self._timeline, self._steps, self._step = timeline, steps, 0
-        self._take(steps[0] if steps else params)
 
     def _take(self, params: LinkParams) -> None:
-        """Have the effects work by these settings from now on."""
+        """Work by these settings from now on."""
         effects = {}
-        for record in active(params):
+        for record in plugins_of(params.effects):
             name, made = record.name, self._made.get(record.name)
             if made is None:  # configured as it is made
                 with refused(f"effects: {name}"):
-                    made = self._made[name] = record.make(params, self._uniform(record))
+                    made = record.make(params, partial(self._draws.each, name))
+                self._made[name] = made
                 made.begin_ns = self._begin_ns or 0
             else:
-                self._configure(name, made, params)
+                try:
+                    made.configure(params)
+                except PLUGIN_ERRORS as error:
+                    self.faults.note(name, error)
             effects[name] = made
-        self._hooks = {hook: self._of(effects, hook) for hook in ANSWERS}
-
-    def _configure(self, name: str, effect: Effect, params: LinkParams) -> None:
-        try:
-            effect.configure(params)
-        except PLUGIN_ERRORS as error:
-            if name in EFFECTS.library:
-                raise
-            self.faults.note(name, error)
-
-    def _of(self, effects: Mapping[str, Effect], hook: str) -> list[Callable[..., Any]]:
-        """Return a hook of the effects that have it; those of plug-ins contained."""
-        return [
-            getattr(effect, hook)
-            if name in EFFECTS.library
-            else contained(effect, name, hook, self.faults)
-            for name, effect in effects.items()
-            if getattr(type(effect), hook) is not getattr(Effect, hook)
-        ]
-
-    def _uniform(self, record: LinkEffect) -> Uniform:
-        """Return the random numbers of an effect."""
-        stream, slot = Stream(self._seed, record.name), record.slot
-
-        def shared(fate: Fate, index: int = 0) -> float:
-            if slot is None or index or fate.copy > 1:
-                return stream.each(fate, index)
-            return self._luck[slot + fate.copy]
-
-        if slot is not None:
-            return shared
-        return stream if record.name in EFFECTS.library else stream.each
+        self._hooks = {
+            hook: [
+                contained(effect, name, hook, self.faults)
+                for name, effect in effects.items()
+                if getattr(type(effect), hook) is not getattr(Effect, hook)
+            ]
+            for hook in HOOKS
+        }
+        self._now = params
+        self._jitter: Distribution | None = drawn(params)
+        self._trace = recording_of(params) if TRACE.active(params) else None
+        self._order.begin()
+        if params.rate_limit_bps > 0.0:
+            self._line.begin()
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """Put a packet in; return its fate, and one for every extra copy."""
@@ -121,15 +106,33 @@ class Link(InFlight):
             self._begin_ns = now_ns
             for effect in self._made.values():
                 effect.begin_ns = now_ns
-        if self._timeline is not None:
-            self._follow(self._timeline, now_ns - self._begin_ns)
+        elapsed_ns = now_ns - self._begin_ns
+        ramp_s, outage = 0.0, False
+        if self.params.schedule:
+            step, part = self._timeline.at(elapsed_ns)
+            if step != self._step:
+                self._step = step
+                self._take(self._steps[step])
+            entry = self._timeline.entries[step]
+            outage = entry.outage
+            if entry.ramp_s:
+                ramp_s = (entry.ramp_s[1] - entry.ramp_s[0]) * part
+        recorded_ns = self._trace.at(elapsed_ns) if self._trace else 0
+        p, draws, losses = self._now, self._draws, self._losses
         number = self.counters.in_count = self.counters.in_count + 1
-        if not self._drawn:
-            self._drawn = self._rng.random((TOGETHER, 4)).tolist()[::-1]
-        self._luck = self._drawn.pop()
+        luck = draws.four()
         fate = Fate(number, now_ns, size=size_bytes)
         lost: Cause | bool = False
-        for loses in self._hooks["loses"]:  # all are asked: each draws the same in any company
+        for cause in (  # all are asked: each draws the same in any company
+            p.loss > 0.0 and draws.correlated("loss", fate, luck[0], p.loss_correlation) < p.loss,
+            (p.ge_p > 0.0 or p.ge_good > 0.0) and losses.by_two_states(p, fate),
+            (p.markov_p13 > 0.0 or p.markov_p14 > 0.0) and losses.by_four_states(p, fate),
+            p.handover_s > 0.0 and losses.by_hand_over(p, fate, elapsed_ns),
+            outage and Cause.OUTAGE,
+            recorded_ns == LOST,
+        ):
+            lost = lost or cause
+        for loses in self._hooks["loses"]:
             cause = loses(fate)
             lost = lost or cause
         if lost:
@@ -137,43 +140,66 @@ class Link(InFlight):
             fate.kind = FateKind.LOST
             fate.cause = lost if isinstance(lost, Cause) else Cause.LOSS
             return [fate]
-        fates = [self._travel(payload, fate)]
-        for copies in self._hooks["copies"]:
-            for _ in range(copies(fate)):
-                self.counters.duplicated += 1
-                copy = Fate(number, now_ns, 0, *COPIED, size_bytes, len(fates))
-                fates.append(self._travel(payload, copy))
+        step_s = losses.step_s(p, elapsed_ns) if p.handover_s > 0.0 else 0.0
+        delay_s = step_s + p.delay_s + ramp_s
+        fates = [self._travel(payload, fate, luck, delay_s, recorded_ns)]
+        copies = 0
+        if p.duplicate > 0.0:
+            u = draws.correlated("duplication", fate, luck[1], p.duplicate_correlation)
+            copies += u < p.duplicate
+        for more in self._hooks["copies"]:
+            copies += more(fate)
+        for _ in range(copies):
+            self.counters.duplicated += 1
+            copy = Fate(number, now_ns, 0, *COPIED, size_bytes, len(fates))
+            fates.append(self._travel(payload, copy, luck, delay_s, recorded_ns))
         return fates
 
-    def _follow(self, timeline: Timeline, elapsed_ns: int) -> None:
-        """Take the settings of the timeline's entry that holds now."""
-        step, _ = timeline.at(elapsed_ns)
-        if step != self._step:
-            self._step = step
-            self._take(self._steps[step])
-
-    def _travel(self, payload: Any, fate: Fate) -> Fate:
-        """Send a packet or copy on its way, or drop it."""
-        ready_ns = fate.time_in_ns
-        for departs_ns in self._hooks["departs_ns"]:
-            left_ns = departs_ns(fate, ready_ns)
-            if left_ns is None:
-                self.counters.dropped += 1
-                fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
-                return fate
-            ready_ns = left_ns
-        for corrupts in self._hooks["corrupts"]:
+    def _travel(
+        self, payload: Any, fate: Fate, luck: list[float], delay_s: float, recorded_ns: int
+    ) -> Fate:
+        """Send a packet or copy on its way, or drop it; ``delay_s`` without jitter."""
+        p, draws, hooks = self._now, self._draws, self._hooks
+        ready_ns: int | None = fate.time_in_ns
+        if p.rate_limit_bps > 0.0:
+            ready_ns = self._line.departs_ns(p, fate, fate.time_in_ns)
+        for departs_ns in hooks["departs_ns"]:
+            if ready_ns is not None:
+                ready_ns = departs_ns(fate, ready_ns)
+        if ready_ns is None:
+            self.counters.dropped += 1
+            fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
+            return fate
+        if p.corrupt > 0.0:
+            u = draws.of("corruption", fate)
+            u = draws.correlated("corruption", fate, u, p.corrupt_correlation)
+            if u < p.corrupt:
+                self._corrupt(fate, draws.of("corruption", fate, 1))
+        for corrupts in hooks["corrupts"]:
             if (fraction := corrupts(fate)) is not None:
-                self.counters.corrupted += 1
-                fate.cause, fate.flip = Cause.CORRUPTION, fraction
+                self._corrupt(fate, fraction)
         at_once = False
-        for hook in self._hooks["at_once"]:
+        if p.reorder > 0.0:  # one packet after every ``reorder_gap - 1`` others
+            u = draws.of("reordering", fate)
+            u = draws.correlated("reordering", fate, u, p.reorder_correlation)
+            at_once = self._since >= p.reorder_gap - 1 and u < p.reorder
+            self._since = 0 if at_once else self._since + 1
+        for hook in hooks["at_once"]:
             at_once = hook(fate) or at_once
-        total_s = 0.0
-        for delay_s in self._hooks["delay_s"]:
-            total_s += delay_s(fate)
-        due_ns = ready_ns + (0 if at_once else max(0, round(total_s * 1e9)))
-        for arrives_ns in self._hooks["arrives_ns"]:
-            due_ns = arrives_ns(fate, due_ns)
-        self._enter(payload, fate, due_ns)
+        if self._jitter is not None:
+            u = luck[2 + fate.copy] if fate.copy <= 1 else draws.each(p.jitter, fate)
+            u = draws.correlated(p.jitter, fate, u, p.jitter_correlation)
+            delay_s += float(self._jitter.at(p, u))
+        for hook in hooks["delay_s"]:
+            delay_s += hook(fate)
+        due_ns = ready_ns + (0 if at_once else max(0, round(delay_s * 1e9))) + recorded_ns
+        if p.slot_max_s > 0.0:
+            due_ns = self._slots.arrives_ns(p, fate, due_ns, self._begin_ns or 0)
+        for hook in hooks["arrives_ns"]:
+            due_ns = hook(fate, due_ns)
+        self._enter(payload, fate, self._order.arrives_ns(p, fate, due_ns))
         return fate
+
+    def _corrupt(self, fate: Fate, fraction: float) -> None:
+        self.counters.corrupted += 1
+        fate.cause, fate.flip = Cause.CORRUPTION, fraction

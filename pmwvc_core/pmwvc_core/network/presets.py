@@ -42,11 +42,6 @@ def _same(link: LinkParams, basis: str) -> Preset:
     return Preset(link, link, basis)
 
 
-def _thesis(delay_s: float) -> Preset:
-    basis = f"dissertation: local network, {delay_s * 1e3:g} ms each way"
-    return _same(LinkParams(delay_s=delay_s), basis)
-
-
 # Quantiles that the sources name, with points between them on a curve of their kind.
 WIFI_GOOD = "0:0.0003 0.1:0.0008 0.25:0.0013 0.5:0.002 0.75:0.0032 0.9:0.0049 0.99:0.01 1:0.02"
 WIFI_CAMPUS = "0:0.0003 0.25:0.0008 0.5:0.0015 0.75:0.004 0.9:0.01 0.95:0.03 0.99:0.125 1:0.3"
@@ -57,9 +52,12 @@ PRESETS = {
         _link(0.2e-3, "lognormal", 0.05e-3, jitter_shape=0.5, loss=1e-6),
         "wired part of a campus, 99 % below 1 ms (Sui et al. 2016); jitter and loss estimate",
     ),
-    "thesis_lan_8": _thesis(0.008),
-    "thesis_lan_16": _thesis(0.016),
-    "thesis_lan_24": _thesis(0.024),
+    **{
+        f"thesis_lan_{ms}": _same(
+            LinkParams(delay_s=ms / 1e3), f"dissertation: local network, {ms} ms each way"
+        )
+        for ms in (8, 16, 24)
+    },
     "man_fibre": _same(
         _link(7e-3, "gamma", 0.7e-3, jitter_shape=2.0, **_bursts(1e-4, 1.5)),
         "fixed broadband, round trip 14 ms in the median (Ookla 2021), loss mostly below 0.4 % "

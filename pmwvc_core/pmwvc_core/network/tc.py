@@ -41,10 +41,9 @@ def table_of(params: LinkParams) -> tuple[int, ...]:
 
 def table_text(params: LinkParams) -> str:
     """Return the text of that table, for ``/usr/lib/tc/NAME.dist``."""
-    values = table_of(params)
-    rows = (values[k : k + 8] for k in range(0, len(values), 8))
-    lines = [" ".join(map(str, row)) for row in rows]
-    return "\n".join([f"# {params.jitter}: quantiles in 1/8192 of a deviation", *lines, ""])
+    values = [str(value) for value in table_of(params)]
+    rows = [" ".join(values[k : k + 8]) for k in range(0, len(values), 8)]
+    return "\n".join([f"# {params.jitter}: quantiles in 1/8192 of a deviation", *rows, ""])
 
 
 def tc_line(params: LinkParams, *, device: str = "DEV", seed: int | None = None) -> str:
@@ -55,7 +54,7 @@ def tc_line(params: LinkParams, *, device: str = "DEV", seed: int | None = None)
     words += _models(params)[:1]
     for name in ("duplicate", "corrupt", "reorder"):
         if ratio := getattr(params, name):
-            words.append(f"{name} {_percent(ratio)}{_related(params, name)}")
+            words.append(f"{name} {_percents(ratio)}{_related(params, name)}")
     if params.reorder and params.reorder_gap > 1:
         words.append(f"gap {params.reorder_gap}")
     if limited:
@@ -98,15 +97,13 @@ def _delay(params: LinkParams) -> list[str]:
         return [f"delay {_ms(params.delay_s)}"] if params.delay_s else []
     mean_s, deviation_s = law.moments(params)
     size_s = params.jitter_s if law.half_width else deviation_s
-    related = _related(params, "jitter")
-    words = [f"delay {_ms(params.delay_s + mean_s)} {_ms(size_s)}{related}"]
+    words = [f"delay {_ms(params.delay_s + mean_s)} {_ms(size_s)}{_related(params, 'jitter')}"]
     if not law.half_width:
         words.append(f"distribution {table_name(params) or params.jitter}")
     return words
 
 
-def _models(params: LinkParams) -> list[str]:
-    p = params
+def _models(p: LinkParams) -> list[str]:
     found = []
     if p.ge_p or p.ge_good:
         found.append(f"loss gemodel {_percents(p.ge_p, p.ge_r, p.ge_bad, p.ge_good)}")
@@ -114,21 +111,17 @@ def _models(params: LinkParams) -> list[str]:
         edges = (p.markov_p13, p.markov_p31, p.markov_p32, p.markov_p23, p.markov_p14)
         found.append(f"loss state {_percents(*edges)}")
     if p.loss:
-        found.append(f"loss random {_percent(p.loss)}{_related(p, 'loss')}")
+        found.append(f"loss random {_percents(p.loss)}{_related(p, 'loss')}")
     return found
 
 
 def _related(params: LinkParams, name: str) -> str:
     rho = getattr(params, f"{name}_correlation")
-    return f" {_percent(rho)}" if rho else ""
+    return f" {_percents(rho)}" if rho else ""
 
 
 def _percents(*ratios: float) -> str:
-    return " ".join(map(_percent, ratios))
-
-
-def _percent(ratio: float) -> str:
-    return f"{100.0 * ratio:.6g}%"
+    return " ".join(f"{100.0 * ratio:.6g}%" for ratio in ratios)
 
 
 def _ms(time_s: float) -> str:

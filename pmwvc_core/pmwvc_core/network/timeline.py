@@ -45,10 +45,10 @@ class Entry:
 
 @dataclass(frozen=True)
 class Timeline:
-    """The entries in their order; the first begins at 0."""
+    """The entries in their order; the first begins at 0. After ``length_s`` it begins anew."""
 
     entries: tuple[Entry, ...]
-    length_s: float = math.inf  # after which it begins anew
+    length_s: float = math.inf
 
     @functools.cached_property
     def _starts(self) -> list[float]:
@@ -61,8 +61,7 @@ class Timeline:
             time_s %= self.length_s
         number = bisect.bisect_right(self._starts, time_s) - 1
         start_s, end_s = (*self._starts, self.length_s)[number : number + 2]
-        part = (time_s - start_s) / (end_s - start_s) if end_s < math.inf else 0.0
-        return number, part
+        return number, (time_s - start_s) / (end_s - start_s) if end_s < math.inf else 0.0
 
 
 @functools.lru_cache(maxsize=64)
@@ -85,24 +84,22 @@ def timeline_of(text: str) -> Timeline:
                 f"{where}: time = {start_s:g}: must be {least} and <= 1e+06 s; entries come in "
                 "the order of their times"
             )
-        if words == ["repeat"]:
+        if words != ["repeat"]:
+            entry = _entry(where, start_s, words)
+            entries = [entry] if start_s == 0.0 else [*entries, entry]
+        elif start_s > 0.0:
             length_s = start_s
-            if length_s <= 0.0:
-                raise ParameterError(f"{where}: time = {start_s:g}: must be > 0 s for repeat")
-            continue
-        entry = _entry(where, start_s, words)
-        entries = [entry] if start_s == 0.0 else [*entries, entry]
+        else:
+            raise ParameterError(f"{where}: time = {start_s:g}: must be > 0 s for repeat")
     if entries[-1].ramp_s and length_s == math.inf:
         raise ParameterError(f"schedule: {text!r}: a ramp needs a later entry, at which it ends")
     return Timeline(tuple(entries), length_s)
 
 
 def _entry(where: str, start_s: float, words: list[str]) -> Entry:
+    if words in (["outage"], ["base"]):
+        return Entry(start_s, outage=words == ["outage"])
     preset, settings, ramp_s = "", {}, None
-    if words == ["outage"]:
-        return Entry(start_s, outage=True)
-    if words == ["base"]:
-        return Entry(start_s)
     for word in words:
         name, equals, value = word.partition("=")
         if not equals:

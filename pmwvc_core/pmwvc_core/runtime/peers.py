@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 
 from pmwvc_core.plural import count
+from pmwvc_core.transport.packet import Verdict
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 PATIENCE_S = 3.0  # without a packet, before it is worth a warning
 SUSPECT = {  # verdicts that are worth a warning while packets of the sender come
@@ -80,7 +80,7 @@ class Peers:
                 wrong.append(f"{count(number - before, 'packet')} {words} on {topic}")
         if wrong:
             return wrong
-        if inbox.connected() or self._clock() - self._begin_s < PATIENCE_S:
+        if inbox.newest is not None or self._clock() - self._begin_s < PATIENCE_S:
             return []
         return [_never_met(topic, names, inbox)]
 

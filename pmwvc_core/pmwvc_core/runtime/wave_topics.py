@@ -11,8 +11,7 @@ from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
 from pmwvc_core.runtime.polling import RECORDED_QOS, WAVE_QOS, Polled, offered
 from pmwvc_core.runtime.records import record_of
 from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
 
 MOST_AT_ONCE = 32  # packets taken in one call: a flood takes no more of a loop's time
 OF_TOKENS = (Verdict.OTHER_SESSION, Verdict.FORGED)

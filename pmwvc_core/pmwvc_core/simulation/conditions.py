@@ -12,8 +12,8 @@ import numpy as np
 
 from pmwvc_core.ends.simulated_device import SimulatedDevice
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
+from pmwvc_core.network.in_flight import RecordedLink
 from pmwvc_core.network.link import stream_of
-from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import Made, make_hand

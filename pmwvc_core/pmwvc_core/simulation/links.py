@@ -10,16 +10,14 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.ends.forms import vector
-from pmwvc_core.network.in_flight import Cause, Fate
+from pmwvc_core.network.in_flight import Cause, Fate, RecordedLink
 from pmwvc_core.network.link import Link
-from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import LinkParams
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, TakenTraces
-from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.reception import counts, passage
-from pmwvc_core.transport.verdict import Verdict
 
 
 class SimulatedLink:

@@ -5,25 +5,28 @@ before anything of it is believed.
 
 A serialized packet ends with its checksum, the number of the session and a tag::
 
-    check   = CRC-32 of all bytes but check itself; 0: the sender gives none
-    tag     = BLAKE2b-64 of all bytes but check and tag, by the direction's key; 0 without one
+    check          = CRC-32 of all bytes but check itself; 0: the sender gives none
+    tag            = BLAKE2b-64 of all bytes but check and tag, by the direction's key; 0 without
+    session        = BLAKE2b-64(key)                    public: it stands in every packet
+    token of user  = BLAKE2b-256(key; name of the user)
+    key up, down   = BLAKE2b-256(token; direction)
 
 The checksum finds every corrupted bit, an accident. The tag finds a packet that was not made with
-the user's token, on purpose. A sender that is faster than any force loop is a flood; each epoch
-has a rate of its own, and packets that come again take nothing from it, so that neither a flood
-under another epoch nor a replay takes anything from the sender followed.
-
-An open session (no token) refuses corrupted packets, packets of other sessions and floods, and
-believes whoever knows the epoch. Equations of the keys: :mod:`.token`.
+the user's token, on purpose: the server holds the key of the session; a user with a token can
+neither speak for another one nor for the server with another one. A sender that is faster than any
+force loop is a flood; each epoch has a rate of its own, and packets that come again take nothing
+from it, so that neither a flood under another epoch nor a replay takes anything from the sender
+followed. An open session (no token) refuses corrupted packets, packets of other sessions and
+floods, and believes whoever knows the epoch.
 """
 
 import zlib
+from dataclasses import dataclass
 from hashlib import blake2b
 
-from pmwvc_core.transport.packet import size_bytes
-from pmwvc_core.transport.token import Token
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import Verdict, size_bytes
 
+KEY_BYTES = 32
 LARGEST_RATE_HZ = 2000.0  # of packets: twice a force loop's that sends every tick
 BURST = 256  # packets that may come at once, as after an outage that held them back
 _EPOCH, _SEQ = slice(20, 28), slice(28, 32)
@@ -31,22 +34,42 @@ _CHECK, _SESSION, _TAG = slice(-20, -16), slice(-16, -8), slice(-8, None)
 _REMEMBERED = 16  # epochs
 
 
-class Admission:
-    """One end of a user's link.
+@dataclass(frozen=True)
+class Token:
+    """The key of a session, or the token of one of its users."""
 
-    Parameters
-    ----------
-    token
-        Of the user; None for an open session.
-    out, into
-        Directions of what is sent and of what comes in: ``up`` and ``down`` for a master.
+    session: int
+    user: str  # "": the key of the whole session
+    key: bytes
+
+    @classmethod
+    def of_session(cls, key: bytes) -> "Token":
+        """Return the key of a session, from random bytes."""
+        number = int.from_bytes(blake2b(b"session", key=key, digest_size=8).digest(), "little")
+        return cls(number or 1, "", key)
+
+    def of(self, user: str) -> "Token":
+        """Return a user's token, from the key of the session."""
+        return Token(self.session, user, self.direction(user))
+
+    def direction(self, way: str) -> bytes:
+        """Return the key of one direction (``up``, ``down``) of this user."""
+        return blake2b(way.encode(), key=self.key, digest_size=KEY_BYTES).digest()
+
+
+class Admission:
+    """One end of a user's link, with the token of the user (None: an open session); ``out`` and
+    ``into`` are the directions of what is sent and of what comes in: ``up`` and ``down`` for a
+    master.
     """
 
     def __init__(self, token: Token | None, *, out: str, into: str) -> None:
         self.session = token.session if token else 0
         self._session = self.session.to_bytes(8, "little")
-        self._out = blake2b(key=token.direction(out), digest_size=8) if token else None
-        self._into = blake2b(key=token.direction(into), digest_size=8) if token else None
+        self._out, self._into = (
+            blake2b(key=token.direction(way), digest_size=8) if token else None
+            for way in (out, into)
+        )
         # epoch -> (packets left, when [ns], greatest number)
         self._rates: dict[bytes, tuple[float, int, int]] = {}
 

@@ -63,26 +63,21 @@ class ClockLine:
         return self.offset_ns + self.rate * (at_ns - self.at_ns)
 
 
-def one_clock(out_ns: int, into_ns: int) -> bool:
-    """Tell whether least passages [ns] show that both ends read one clock."""
-    return out_ns >= 0 and into_ns >= 0 and out_ns + into_ns < ONE_CLOCK_NS
-
-
 def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
-    """Return the line through windows; None where the least delays changed between them.
-
-    Parameters
-    ----------
-    out, into
-        Least passage of each window, either way; ascending in time, at least one.
+    """Return the line through the least passages of windows, either way, ascending in time, at
+    least one; None where the least delays changed between them.
     """
-    if one_clock(min(least.passage_ns for least in out), min(least.passage_ns for least in into)):
+    least = [min(each.passage_ns for each in way) for way in (out, into)]
+    if min(least) >= 0 and sum(least) < ONE_CLOCK_NS:
         return ClockLine(0.0, 0.0, out[-1].at_ns, 0.0, 0.0, one_clock=True)
     begin_ns = out[0].at_ns
     # floats do not hold the clocks of years
     reference = (out[0].passage_ns - into[0].passage_ns) // 2
-    times_out, rising = _relative(out, begin_ns, reference)
-    times_into, falling = _relative(into, begin_ns, -reference)
+    times_out, times_into = (
+        np.array([each.at_ns - begin_ns for each in way], dtype=float) for way in (out, into)
+    )
+    rising = np.array([each.passage_ns - reference for each in out], dtype=float)
+    falling = np.array([each.passage_ns + reference for each in into], dtype=float)
     times = (times_out + times_into) / 2.0
     rate = rate_open = 0.0
     for _ in range(2):  # theta moves between the two instants of a window, by the drift
@@ -111,27 +106,14 @@ def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
 
 
 def latest_line(windows: Sequence[tuple[Least, Least]]) -> tuple[ClockLine, int] | None:
-    """Return the line through as many of the last windows as one fits, and how many came before;
-    None without windows.
-
-    Parameters
-    ----------
-    windows
-        Least passages out and in of each; ascending in time.
+    """Return the line through as many of the last windows (least passages out and in of each,
+    ascending in time) as one fits, and how many came before; None without windows.
     """
     for before in range(len(windows)):
-        out, into = zip(*windows[before:], strict=True)
-        line = clock_line(out, into)
+        line = clock_line(*zip(*windows[before:], strict=True))
         if line is not None:
             return line, before
     return None
-
-
-def _relative(least: Sequence[Least], begin_ns: int, reference: int) -> tuple[Array, Array]:
-    """Return times and passages as floats [ns]."""
-    times: Array = np.array([each.at_ns - begin_ns for each in least], dtype=float)
-    passages: Array = np.array([each.passage_ns - reference for each in least], dtype=float)
-    return times, passages
 
 
 def _scatter(times: Array, middles: Array) -> float:

@@ -7,13 +7,13 @@ strict channel repairs) loss, duplication and reordering. How a packet becomes a
 known here.
 """
 
+import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from pmwvc_core.account import Passage
 from pmwvc_core.numeric import Value, squared
-from pmwvc_core.transport.verdict import Verdict
 
 # With what is in flight; without waves of both directions together.
 LINK_UP = Passage("link_up", ("u_tx",), ("u_s",))
@@ -28,6 +28,30 @@ FLAG_WAITING = 16  # the sender has nothing of the receiver's waves at hand (str
 FLAG_SHORT = 32  # of a message: ``short``
 FLAG_CHALLENGE = 64  # no wave: it asks a sender that is not followed to echo it
 LAST_NUMBER = (1 << 32) - 1  # 1 follows
+
+
+class Verdict(enum.Enum):
+    """Verdict on a packet that has come in. Only the first two change the wave that the receiver
+    gives out.
+    """
+
+    ACCEPTED = "accepted"
+    NEW_EPOCH = "new epoch"  # accepted as a beginning: first packet, restarted sender
+    DUPLICATE = "duplicate"
+    REORDERED = "reordered"  # older than the newest
+    STALE = "stale"  # of a sender that has left, or far from its numbers
+    STRANGER = "of another sender"  # which is not followed
+    CORRUPTED = "corrupted"  # its bytes do not fit its checksum
+    OTHER_SESSION = "of another session"
+    FORGED = "forged"  # without the token of the user it claims to be from
+    FLOOD = "beyond the rate of a sender"
+    MALFORMED = "malformed"  # not a packet, or fields of the wrong type
+    NOT_FINITE = "not finite"
+    WRONG_LENGTH = "wrong length"
+    WRONG_PERIOD = "wrong period"
+    TOO_LARGE = "too large"
+
+    __hash__ = object.__hash__  # that of Enum takes the hash of the name, in Python
 
 
 @dataclass(slots=True)
@@ -82,14 +106,8 @@ class PacketLink(Protocol):
 
 
 class Packer:
-    """Number the packets of one life of a sender and keep their running sums.
-
-    Parameters
-    ----------
-    epoch
-        Number of this life of the sender, different from all others.
-    period
-        Time one sample stands for [s]; may change between two of them.
+    """Number the packets of one life of a sender and keep their running sums. Its ``epoch`` is
+    different from all others; a sample stands for ``period`` [s], which may change between two.
     """
 
     def __init__(self, epoch: int, *, period: float) -> None:
@@ -108,22 +126,10 @@ class Packer:
         echo: tuple[int, int, int] = (0, 0, 0),
         energy: Value | None = None,
     ) -> WavePacket:
-        """Return the next packet.
-
-        Parameters
-        ----------
-        wave
-            Sample to send [sqrt(W)], float or ``(dof,)``.
-        position
-            Position of this end [m].
-        now_ns
-            This end's monotonic clock.
-        flags
-            Bitwise or of ``FLAG_*``.
-        echo
-            Result of :meth:`Receiver.echo` for the peer's newest packet.
-        energy
-            Running sum that a controller keeps itself [J]; by default that of the waves sent.
+        """Return the next packet of a wave [sqrt(W)] and the position of this end [m], each a
+        float or ``(dof,)``. ``flags`` is the bitwise or of ``FLAG_*``, ``echo`` the answer of
+        :meth:`Receiver.echo` for the peer; ``energy`` [J] is a running sum that a controller keeps
+        itself, by default that of the waves sent.
         """
         self.seq = self.seq % LAST_NUMBER + 1
         self.integral = self.integral + wave * self.period

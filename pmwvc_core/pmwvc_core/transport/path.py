@@ -20,7 +20,7 @@ Time is an argument.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pmwvc_core.transport.clock_line import ClockLine, Least, latest_line
+from pmwvc_core.transport.clock_line import Least, latest_line
 from pmwvc_core.transport.packet import WavePacket
 
 WINDOW_NS = 1_000_000_000
@@ -30,46 +30,35 @@ LONGEST_ROUND_TRIP_NS = 600 * 10**9
 HOLD_NS = 1_000_000  # by which two clocks measure the same hold differently, at most
 
 
-class Passages(NamedTuple):
-    """The passages of one direction in one window [ns]."""
-
-    packets: int
-    total: int
-    most: int
-    least: Least
-
-
 class Way:
-    """The passages of one direction since a window began, and their jitter [ns]."""
+    """The passages of one direction in one window [ns], and its jitter, which goes on from the
+    window before.
+    """
 
-    def __init__(self) -> None:
-        self.jitter_ns = 0.0
-        self._last: int | None = None
-        self._seen: list[Least] = []
+    def __init__(self, before: "Way | None" = None) -> None:
+        self.jitter_ns: float = before.jitter_ns if before else 0.0
+        self._last: int | None = before._last if before else None
+        self.packets = self.total = self.most = 0
+        self.least = Least(0, 0)
 
     def add(self, at_ns: int, passage_ns: int) -> None:
         """Take a passage, seen at an instant of this end's clock."""
         if self._last is not None:
             self.jitter_ns += (abs(passage_ns - self._last) - self.jitter_ns) / JITTER_PACKETS
         self._last = passage_ns
-        self._seen.append(Least(at_ns, passage_ns))
-
-    def close(self) -> Passages | None:
-        """Return the passages of the window that ends here; None without any."""
-        seen, self._seen = self._seen, []
-        if not seen:
-            return None
-        passages = [each.passage_ns for each in seen]
-        least = min(seen, key=lambda each: each.passage_ns)
-        return Passages(len(passages), sum(passages), max(passages), least)
+        if not self.packets or passage_ns < self.least.passage_ns:
+            self.least = Least(at_ns, passage_ns)
+        self.most = max(self.most, passage_ns) if self.packets else passage_ns
+        self.packets += 1
+        self.total += passage_ns
 
 
 class Window(NamedTuple):
     """The passages of both directions in one window, which began at ``start_ns``."""
 
     start_ns: int
-    out: Passages
-    into: Passages
+    out: Way
+    into: Way
 
 
 @dataclass(frozen=True)
@@ -112,7 +101,10 @@ class Path:
     def add(self, packet: WavePacket, came_ns: int) -> None:
         """Take a packet that came in at this instant of this end's clock."""
         if came_ns - self._start_ns >= WINDOW_NS:
-            self._close(came_ns)
+            if self.out.packets and self.into.packets:
+                window = Window(self._start_ns, self.out, self.into)
+                self.windows = [*self.windows[1 - MOST_WINDOWS :], window]
+            self.out, self.into, self._start_ns = Way(self.out), Way(self.into), came_ns
         into_ns = came_ns - packet.sent_ns
         self.into.add(came_ns, into_ns)
         if packet.echo_seq > self._echoed:
@@ -130,37 +122,30 @@ class Path:
         if found is None:
             return None
         line, before = found  # the path changed since those before
-        estimate = self._estimated(windows[before:], line)
-        return estimate if estimate.round_trip_s >= -2.0 * estimate.open_s else None
-
-    def _close(self, now_ns: int) -> None:
-        """Put the current window aside and begin one."""
-        out, into = self.out.close(), self.into.close()
-        if out and into:
-            window = Window(self._start_ns, out, into)
-            self.windows = [*self.windows[1 - MOST_WINDOWS :], window]
-        self._start_ns = now_ns
-
-    def _estimated(self, windows: list[Window], line: ClockLine) -> PathEstimate:
         last = windows[-1]
         theta_ns = line.theta_ns(last.start_ns + WINDOW_NS // 2)
 
-        def one_way(least_ns: float, seen: Passages, shift_ns: float, jitter_ns: float) -> OneWay:
-            mean_ns = seen.total / seen.packets + shift_ns
-            most_ns = seen.most + shift_ns
-            return OneWay(least_ns * 1e-9, mean_ns * 1e-9, most_ns * 1e-9, jitter_ns * 1e-9)
+        def least_ns(seen: list[Least], sign: int) -> float:  # passages out hold theta, in less it
+            return min(each.passage_ns - sign * line.theta_ns(each.at_ns) for each in seen)
 
-        out = [window.out.least for window in windows]
-        into = [window.into.least for window in windows]
-        least_out = min(each.passage_ns - line.theta_ns(each.at_ns) for each in out)
-        least_into = min(each.passage_ns + line.theta_ns(each.at_ns) for each in into)
+        def one_way(least_ns: float, seen: Way, shift_ns: float, jitter_ns: float) -> OneWay:
+            mean_ns = seen.total / seen.packets + shift_ns
+            return OneWay(
+                least_ns * 1e-9, mean_ns * 1e-9, (seen.most + shift_ns) * 1e-9, jitter_ns * 1e-9
+            )
+
+        out_ns = least_ns([window.out.least for window in windows[before:]], 1)
+        into_ns = least_ns([window.into.least for window in windows[before:]], -1)
+        open_s, round_trip_s = line.open_ns * 1e-9, (out_ns + into_ns) * 1e-9
+        if round_trip_s < -2.0 * open_s:
+            return None
         return PathEstimate(
-            out=one_way(least_out, last.out, -theta_ns, self.out.jitter_ns),
-            into=one_way(least_into, last.into, theta_ns, self.into.jitter_ns),
-            open_s=line.open_ns * 1e-9,
+            out=one_way(out_ns, last.out, -theta_ns, self.out.jitter_ns),
+            into=one_way(into_ns, last.into, theta_ns, self.into.jitter_ns),
+            open_s=open_s,
             one_clock=line.one_clock,
             offset_s=theta_ns * 1e-9,
             drift_ppm=line.rate * 1e6,
             drift_open_ppm=line.rate_open * 1e6,
-            round_trip_s=(least_out + least_into) * 1e-9,
+            round_trip_s=round_trip_s,
         )

@@ -24,15 +24,13 @@ from operator import attrgetter
 import numpy as np
 
 from pmwvc_core.numeric import Value, anywhere, squared
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, WavePacket, ahead
-from pmwvc_core.transport.path import Path
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict, WavePacket, ahead
+from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path
 
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
 REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
-LONGEST_ROUND_TRIP_NS = 600 * 10**9
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
 NEW_EPOCH, STRANGER = Verdict.NEW_EPOCH, Verdict.STRANGER
 LARGEST = sys.float_info.max
@@ -42,23 +40,9 @@ VALUES = attrgetter("wave", "integral", "energy", "position")
 
 
 class Receiver:
-    """The receiving end of one direction.
-
-    Parameters
-    ----------
-    dof
-        Values per packet.
-    period_s
-        Duration that every packet must stand for [s].
-    timeout_s
-        Silence begins after this or three periods, whichever is longer [s].
-    max_wave
-        Longest wave that a legal device can emit [sqrt(W)]; no limit by default.
-
-    Attributes
-    ----------
-    strangers
-        Packets refused by epoch, of other senders.
+    """The receiving end of one direction: ``dof`` values per packet, each of which must stand for
+    ``period_s``; silence begins after ``timeout_s`` or three periods, whichever is longer.
+    ``max_wave`` is the longest wave that a legal device can emit [sqrt(W)].
     """
 
     def __init__(
@@ -77,7 +61,7 @@ class Receiver:
         self.path = Path()  # delay and jitter of the packets, both ways
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
-        self.strangers: dict[int, int] = {}
+        self.strangers: dict[int, int] = {}  # packets refused by epoch, of other senders
         self._stranger: WavePacket | None = None  # the newest of a sender that is not followed,
         self._stranger_ns = 0  # and when it came
 
@@ -88,7 +72,10 @@ class Receiver:
         if verdict is ACCEPTED or verdict is NEW_EPOCH:
             self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
         elif verdict is STRANGER or verdict is Verdict.STALE:
-            self._note_stranger(packet, now_ns)
+            self._stranger, self._stranger_ns = packet, packet.came_ns or now_ns
+            self.strangers[packet.epoch] = self.strangers.pop(packet.epoch, 0) + 1
+            if len(self.strangers) > REMEMBERED:
+                del self.strangers[next(iter(self.strangers))]
         return verdict
 
     @property
@@ -96,17 +83,9 @@ class Receiver:
         """The sender followed; 0 before the first packet."""
         return 0 if self.newest is None else self.newest.epoch
 
-    def connected(self) -> bool:
-        """Tell whether any packet was ever accepted."""
-        return self.newest is not None
-
     def silent(self, now_ns: int) -> bool:
         """Tell whether nothing was accepted for too long (also before the first packet)."""
         return self.newest is None or now_ns - self.accepted_ns > self._silence_ns
-
-    def silence_s(self, now_ns: int) -> float:
-        """Return the time since the last accepted packet [s]; infinite before the first."""
-        return math.inf if self.newest is None else (now_ns - self.accepted_ns) * 1e-9
 
     def echo(self, now_ns: int) -> tuple[int, int, int]:
         """Return number, sender's clock and holding time [ns] of the newest packet, for the next
@@ -171,13 +150,6 @@ class Receiver:
             self.lost -= packet.seq > self._first  # numbers before the first were never missing
         return Verdict.STALE if behind < 0 or self._left else Verdict.REORDERED
 
-    def _note_stranger(self, packet: WavePacket, now_ns: int) -> None:
-        """Note a packet of a sender that is not followed."""
-        self._stranger, self._stranger_ns = packet, packet.came_ns or now_ns
-        self.strangers[packet.epoch] = self.strangers.pop(packet.epoch, 0) + 1
-        if len(self.strangers) > REMEMBERED:
-            del self.strangers[next(iter(self.strangers))]
-
     def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
         before, self._stranger = self.newest, None
         skipped = -1 if fresh or before is None else ahead(before, packet) - 1
@@ -211,9 +183,8 @@ def _well_typed(packet: WavePacket) -> bool:
 
 
 def _is_value(value: object) -> bool:
-    if isinstance(value, np.ndarray):
-        return bool(value.dtype == np.float64)
-    return isinstance(value, (float, int))
+    floats = isinstance(value, np.ndarray) and value.dtype == np.float64
+    return floats or isinstance(value, (float, int))
 
 
 def _finite(value: Value) -> bool:

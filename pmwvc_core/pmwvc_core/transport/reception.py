@@ -4,9 +4,9 @@
 
 import math
 
+from pmwvc_core.transport.packet import Verdict
 from pmwvc_core.transport.path import PathEstimate
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 _TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
 REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
@@ -50,27 +50,23 @@ def diagnostics(inbox: Receiver, *, out: str, into: str) -> dict[str, object]:
     """Return what a receiver has seen for people, by name; ``out`` and ``into`` name the
     directions.
     """
-    trip = inbox.round_trip_s
-    return {
+    trip, path = inbox.round_trip_s, inbox.path.estimate()
+    found: dict[str, object] = {
         "packets lost": inbox.lost,
         ROUND_TRIP: "unknown" if trip is None else f"{trip * 1e3:.1f}",
-        **_path(inbox.path.estimate(), out, into),
-        **{f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict},
     }
-
-
-def _path(path: PathEstimate | None, out: str, into: str) -> dict[str, object]:
     if path is None:
-        return {f"delay {out}": "unknown", f"delay {into}": "unknown"}
-    found: dict[str, object] = {}
-    for name, way in ((out, path.out), (into, path.into)):
-        found[f"delay {name} [ms]"] = f"{way.mean_s * 1e3:.2f} (least {way.least_s * 1e3:.2f})"
-        found[f"jitter {name} [ms]"] = f"{way.jitter_s * 1e3:.3f}"
-    if path.one_clock:
-        return {**found, "clocks": "one clock: delays are exact"}
-    return {
-        **found,
-        "clocks": f"{path.offset_s:+.6f} s apart, drift {path.drift_ppm:+.1f} +- "
-        f"{path.drift_open_ppm:.1f} ppm; round trip known, its halves within "
-        f"+-{path.open_s * 1e3:.2f} ms",
-    }
+        found |= {f"delay {out}": "unknown", f"delay {into}": "unknown"}
+    else:
+        for name, way in ((out, path.out), (into, path.into)):
+            delay = f"{way.mean_s * 1e3:.2f} (least {way.least_s * 1e3:.2f})"
+            found[f"delay {name} [ms]"] = delay
+            found[f"jitter {name} [ms]"] = f"{way.jitter_s * 1e3:.3f}"
+        found["clocks"] = (
+            "one clock: delays are exact"
+            if path.one_clock
+            else f"{path.offset_s:+.6f} s apart, drift {path.drift_ppm:+.1f} +- "
+            f"{path.drift_open_ppm:.1f} ppm; round trip known, its halves within "
+            f"+-{path.open_s * 1e3:.2f} ms"
+        )
+    return found | {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}

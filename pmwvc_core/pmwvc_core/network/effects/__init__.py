@@ -13,36 +13,20 @@ from functools import lru_cache
 from itertools import product
 
 from pmwvc_core.errors import ParameterError, PmwvcError
-from pmwvc_core.network.effects import chance, handover, jitter, queues, timing
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
+from pmwvc_core.network.effects.library import LIBRARY, ORDER
+from pmwvc_core.network.effects.record import Effect, LinkEffect
 from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import Records
 
-__all__ = ["EFFECTS", "Effect", "LinkEffect", "Uniform"]
+__all__ = ["EFFECTS", "Effect", "LinkEffect"]
 EFFECTS: Records[LinkEffect] = Records(
     LinkEffect,
-    (
-        chance.LOSS,
-        chance.GILBERT,
-        chance.MARKOV,
-        handover.RECORD,
-        chance.DUPLICATION,
-        chance.CORRUPTION,
-        chance.REORDERING,
-        queues.RATE_LIMIT,
-        timing.DELAY,
-        timing.SCHEDULE,
-        *jitter.DRAWN,
-        jitter.TRACE,
-        queues.SLOTS,
-        timing.ORDER,
-    ),
+    LIBRARY,
     group="pmwvc.link_effects",
     parameter="effects",
     what="a link effect",
 )
-LAST = timing.ORDER  # of those that decide when a packet comes out
 
 
 def numbers_of(text: str) -> dict[str, dict[str, float]]:
@@ -90,9 +74,8 @@ def plugins_of(text: str) -> tuple[LinkEffect, ...]:
 
 def active(params: LinkParams) -> tuple[LinkEffect, ...]:
     """Return the effects that settings switch on, in their order."""
-    own = [record for record in EFFECTS.library.values() if record.active(params)]
-    own.remove(LAST)
-    return (*own, *plugins_of(params.effects), LAST)
+    own = [record for record in LIBRARY if record is not ORDER and record.active(params)]
+    return (*own, *plugins_of(params.effects), ORDER)
 
 
 def is_random(params: LinkParams) -> bool:
@@ -128,14 +111,25 @@ def amounts(params: LinkParams) -> dict[str, str]:
 
 
 def conflicts(params: LinkParams) -> Iterator[str]:
-    """Yield what is wrong between settings that are each right."""
+    """Yield what is wrong between settings that are each right, entries of the timeline (either
+    way) last.
+    """
     try:
         records = active(params)
     except ParameterError as error:
         yield str(error)
         return
-    texts = (record.conflict(params) for record in records)
-    yield from filter(None, (*texts, _step_problem(params)))
+    yield from filter(None, (record.conflict(params) for record in records))
+    try:
+        entries = timeline_of(params.schedule).entries if params.schedule else ()
+    except ParameterError:
+        return  # told by the timeline itself
+    for entry, direction in product(entries, (0, 1)):
+        try:
+            check(replace(entry.applied(params, direction), schedule=""))
+        except PmwvcError as error:
+            yield f"schedule: entry at {entry.start_s:g} s: {error}"
+            return
 
 
 def check(params: LinkParams) -> None:
@@ -144,17 +138,3 @@ def check(params: LinkParams) -> None:
         record.check(params)
     for text in conflicts(params):
         raise ParameterError(text)
-
-
-def _step_problem(params: LinkParams) -> str:
-    """Return what is wrong with an entry of the timeline, either way; empty where nothing is."""
-    try:
-        entries = timeline_of(params.schedule).entries if params.schedule else ()
-    except ParameterError:
-        return ""  # told by the timeline itself
-    for entry, direction in product(entries, (0, 1)):
-        try:
-            check(replace(entry.applied(params, direction), schedule=""))
-        except PmwvcError as error:
-            return f"schedule: entry at {entry.start_s:g} s: {error}"
-    return ""

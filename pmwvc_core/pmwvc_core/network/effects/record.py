@@ -1,23 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The record of a link effect: what makes it, and the properties that other code asks for.
+"""The record of a link effect, and an effect of another package at work on a link.
 
-An effect is what a link does to its packets. A link asks those that are active, in the order of
-the hooks of :class:`Effect`, and within a hook in the order of the library, plug-ins after it.
-Plug-ins are contained: where a hook of theirs fails, the packet passes without the effect.
+A link asks the plug-ins that are active in the order of the hooks of :class:`Effect`. They are
+contained: where a hook fails, the packet passes without the effect.
 """
 
 import math
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from pmwvc_core.errors import PLUGIN_ERRORS, reason
-from pmwvc_core.network.in_flight import Cause, Fate
-from pmwvc_core.network.streams import Correlated
+from pmwvc_core.errors import PLUGIN_ERRORS
+from pmwvc_core.network.in_flight import Cause, EffectFaults, Fate
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.plugins import Record
 
@@ -35,16 +32,7 @@ class Effect:
 
     def __init__(self, params: LinkParams, uniform: Uniform) -> None:
         self.uniform = uniform
-        self.chain = Correlated()  # of its numbers, where it has a correlation
         self.configure(params)
-
-    def correlated(self, fate: Fate, rho: float) -> float:
-        """Return a random number of a packet or copy that depends on the packet before."""
-        return self.chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
-
-    def of_event(self, count: int, index: int = 0) -> float:
-        """Return a random number of what happens to the link itself for the count-th time."""
-        return self.uniform(Fate(count), index)
 
     def configure(self, params: LinkParams) -> None:
         """Change the settings from now on; what an effect remembers of packets stays."""
@@ -58,6 +46,10 @@ class Effect:
         """Return how many extra copies of a packet travel."""
         return 0
 
+    def departs_ns(self, fate: Fate, ready_ns: int) -> int | None:
+        """Return when a packet or copy that is ready leaves; None: it is dropped."""
+        return ready_ns
+
     def corrupts(self, fate: Fate) -> float | None:
         """Return where a packet or copy is corrupted, in [0, 1); None: nowhere."""
         return None
@@ -65,10 +57,6 @@ class Effect:
     def at_once(self, fate: Fate) -> bool:
         """Tell whether a packet or copy goes without delay."""
         return False
-
-    def departs_ns(self, fate: Fate, ready_ns: int) -> int | None:
-        """Return when a packet or copy that is ready leaves; None: it is dropped."""
-        return ready_ns
 
     def delay_s(self, fate: Fate) -> float:
         """Return what is added to the delay of a packet or copy [s]; the sum is never negative."""
@@ -79,35 +67,22 @@ class Effect:
         return due_ns
 
 
-def made_of(**hooks: Callable[..., Any]) -> type[Effect]:
-    """Return an effect with these hooks: functions of the effect and of what a hook is given."""
-    return type("LibraryEffect", (Effect,), hooks)
-
-
-def not_above(params: LinkParams, least: str, most: str) -> str:
-    """Return that the least value is above the greatest one; empty where it is not."""
-    low, high = getattr(params, least), getattr(params, most)
-    return f"{least} = {low:g}: must be 0..{most} = {high:g}" if low > high else ""
-
-
 @dataclass(frozen=True, kw_only=True)
 class LinkEffect(Record):
-    """A link effect: what makes it, and its properties.
+    """A link effect: its properties, and for a plug-in what makes it.
 
     ``linear`` is ``delay`` where the linear model leaves the effect out, as every packet takes
     ``delay_s``; None where the model must not be asked.
     """
 
-    make: Callable[[LinkParams, Uniform], Effect]  # for the settings and random numbers of a link
+    # for the settings and random numbers of a link; those of the library are at work in the link
+    make: Callable[[LinkParams, Uniform], Effect] = Effect
     # the parameter of link.* that switches it on, and the value that switches it off
     switch: tuple[str, Any] = ("effects", "")
     # whether settings switch it on; plug-ins are switched on by link.effects
     active: Callable[[LinkParams], bool] = lambda params: True
     # those that link.effects must give a plug-in, by name, with their ranges
     numbers: Mapping[str, Spec] = field(default_factory=dict)
-    # index of its number among the four that every packet draws, and of a copy's behind it; None:
-    # a random stream of its own
-    slot: int | None = None
     random: bool = True  # whether the seed decides what it does
     linux: bool = False  # whether tc-netem has it
     spreads: bool = False  # whether the delay differs from packet to packet
@@ -122,27 +97,6 @@ class LinkEffect(Record):
     conflict: Callable[[LinkParams], str] = lambda params: ""
     # raises where settings cannot be used, a file for example
     check: Callable[[LinkParams], object] = lambda params: None
-
-
-# An effect of tc-netem, which the linear model leaves out and which adds no delay.
-linux_effect = partial(LinkEffect, linear="delay", linux=True, spread_s=lambda params: 0.0)
-
-
-@dataclass
-class EffectFaults:
-    """The number of failures of a link's plug-in effects, and the reason of the last one."""
-
-    count: int = 0
-    text: str = ""
-
-    def note(self, name: str, error: BaseException) -> None:
-        """Count a call that failed."""
-        self.count += 1
-        self.text = f"link.effects = {name!r} raised {reason(error)}"
-
-    def __str__(self) -> str:
-        """Return count and reason."""
-        return f"calls without the effect: {self.count}; last: {self.text}"
 
 
 def _finite(value: Any) -> float:
@@ -161,10 +115,11 @@ def _fraction(value: Any) -> float | None:
     return fraction
 
 
-ANSWERS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
+# What makes an answer of each hook valid, or raises.
+HOOKS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
     {
         "loses": bool,
-        "copies": operator.index,
+        "copies": lambda value: max(0, operator.index(value)),
         "corrupts": _fraction,
         "at_once": bool,
         "departs_ns": lambda value: None if value is None else int(value),
@@ -176,7 +131,7 @@ ANSWERS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
 
 def contained(effect: Effect, name: str, hook: str, faults: EffectFaults) -> Callable[..., Any]:
     """Return a hook of an effect that answers as if there were no effect where it fails."""
-    ask, answer, without = getattr(effect, hook), ANSWERS[hook], getattr(Effect, hook)
+    ask, answer, without = getattr(effect, hook), HOOKS[hook], getattr(Effect, hook)
 
     def call(*arguments: Any) -> Any:
         try:

@@ -14,8 +14,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages.types import NS_PER_S, axes, scalar
-from pmwvc_core.transport.packet import FLAG_SHORT, WavePacket, refused, size_bytes
-from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.transport.packet import FLAG_SHORT, Verdict, WavePacket, refused, size_bytes
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]

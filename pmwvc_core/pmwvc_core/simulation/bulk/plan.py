@@ -24,9 +24,8 @@ from pmwvc_core.params import LinkParams
 from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.transport.packet import Packer
+from pmwvc_core.transport.packet import Packer, Verdict
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.verdict import Verdict
 
 SERVER_EPOCH = 1000
 TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)

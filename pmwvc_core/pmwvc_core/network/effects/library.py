@@ -1,0 +1,235 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The effects of the library: what switches each on, its words, amounts, conflicts and means.
+
+What they do to a packet is :mod:`pmwvc_core.network.link`.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
+
+from pmwvc_core.errors import ParameterError, RecordingError, refusal
+from pmwvc_core.network.delay_trace import recording_of
+from pmwvc_core.network.distributions import DISTRIBUTIONS, Distribution, drawn, file_conflict
+from pmwvc_core.network.effects.record import LinkEffect
+from pmwvc_core.network.losses import gilbert_loss, markov_loss
+from pmwvc_core.network.timeline import timeline_of
+from pmwvc_core.params import LinkParams
+
+T = TypeVar("T")
+
+
+def _markov_conflict(params: LinkParams) -> str:
+    for first, second in (("markov_p13", "markov_p14"), ("markov_p31", "markov_p32")):
+        total = getattr(params, first) + getattr(params, second)
+        if total > 1.0 + 1e-12:
+            return f"{first} + {second} = {total:g}: must be 0..1"
+    return ""
+
+
+def _handover_loss(params: LinkParams) -> float:
+    """Return which part of the packets is lost by hand-overs on the mean."""
+    outage_s = 0.5 * (params.handover_outage_min_s + params.handover_outage_max_s)
+    around_s = min(2.0 * params.handover_loss_s, params.handover_s)
+    lost_s = params.handover_outage * outage_s + params.handover_loss * around_s
+    return min(lost_s / params.handover_s, 1.0)
+
+
+def _not_above(least: str, most: str, params: LinkParams) -> str:
+    """Return that the least value is above the greatest one; empty where it is not."""
+    low, high = getattr(params, least), getattr(params, most)
+    return f"{least} = {low:g}: must be 0..{most} = {high:g}" if low > high else ""
+
+
+def _slot_wait_s(params: LinkParams) -> float:
+    """Return the mean time to the next slot from any time [s]: E[L^2] / (2 E[L])."""
+    low, high = params.slot_min_s, params.slot_max_s
+    return (low * low + low * high + high * high) / (3.0 * (low + high))
+
+
+def _known(ask: Callable[[LinkParams], T], params: LinkParams) -> T | None:
+    """Return an answer; None where a file or text that it needs cannot be read."""
+    try:
+        return ask(params)
+    except (RecordingError, ParameterError):
+        return None
+
+
+def _moments(params: LinkParams) -> tuple[float, float] | None:
+    """Return mean and deviation of the jitter [s], if known."""
+    return _known(DISTRIBUTIONS[params.jitter].moments, params)
+
+
+def _jitter_amount(params: LinkParams) -> str:
+    if DISTRIBUTIONS[params.jitter].sized:
+        rho = params.jitter_correlation
+        related = f", correlation {rho:g}" if rho else ""
+        return f"jitter ({params.jitter}, {params.jitter_s * 1e3:g} ms{related})"
+    moments = _moments(params)
+    if moments is None:
+        return f"jitter ({params.jitter})"
+    mean_ms, deviation_ms = (1e3 * each for each in moments)
+    return f"jitter ({params.jitter}: mean {mean_ms:.3g} ms, deviation {deviation_ms:.3g} ms)"
+
+
+def _jitter_spread_s(params: LinkParams) -> float | None:
+    """Return by how much the delay is usually longer: half-width or mean and deviation [s]."""
+    if DISTRIBUTIONS[params.jitter].half_width:
+        return float(params.jitter_s)
+    moments = _moments(params)
+    return sum(moments) if moments else None
+
+
+def _recorded_amount(params: LinkParams) -> str:
+    text, trace = f"the delays of {params.trace_file}", _known(recording_of, params)
+    if trace is None:
+        return text
+    mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.longest_s
+    lost = f", {trace.lost_ratio:.3g} of the packets lost" if trace.lost_ratio else ""
+    return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most{lost}"
+
+
+# An effect of tc-netem, which the linear model leaves out and which adds no delay.
+_linux = partial(LinkEffect, linear="delay", linux=True, spread_s=lambda p: 0.0)
+_jitter = partial(LinkEffect, linear="delay", spreads=True, label=lambda p: f"{p.jitter} jitter")
+
+
+def _drawn(name: str, law: Distribution) -> LinkEffect:
+    return _jitter(
+        name=name,
+        words=f"The delay is {law.words}.",
+        active=lambda p: p.jitter == name and drawn(p) is not None,
+        linux=True,
+        spread_s=_jitter_spread_s,
+        mean_s=lambda p: (_moments(p) or (0.0, 0.0))[0],
+        amount=_jitter_amount,
+        conflict=law.conflict,
+        check=law.check,
+    )
+
+
+TRACE_NAME = "trace"
+TRACE = _jitter(
+    name=TRACE_NAME,
+    words="The delay follows a recording.",
+    active=lambda p: p.jitter == TRACE_NAME,
+    random=False,
+    spread_s=lambda p: trace.longest_s if (trace := _known(recording_of, p)) else None,
+    mean_s=lambda p: trace.mean_s if (trace := _known(recording_of, p)) else 0.0,
+    amount=_recorded_amount,
+    conflict=file_conflict,
+    check=recording_of,
+)
+ORDER = _linux(
+    name="order",
+    words="A later packet waits for an earlier one.",
+    linear="order",
+    random=False,
+)
+LIBRARY = (
+    _linux(
+        name="loss",
+        words="Packets are lost, each with the same probability.",
+        active=lambda p: p.loss > 0.0,
+        amount=lambda p: f"loss of {p.loss:.3g} of the packets",
+        label=lambda p: f"loss {p.loss * 100.0:.4g} %",
+    ),
+    _linux(
+        name="gilbert_elliott",
+        words="Packets are lost in bursts, by two states.",
+        active=lambda p: p.ge_p > 0.0 or p.ge_good > 0.0,
+        amount=lambda p: f"loss of {gilbert_loss(p):.3g} of the packets, in bursts",
+        label=lambda p: f"bursts of loss {gilbert_loss(p) * 100.0:.4g} %",
+    ),
+    _linux(
+        name="four_states",
+        words="Packets are lost in bursts and singly, by four states.",
+        active=lambda p: p.markov_p13 > 0.0 or p.markov_p14 > 0.0,
+        amount=lambda p: f"loss of {markov_loss(p):.3g} of the packets, by four states",
+        label=lambda p: f"loss {markov_loss(p) * 100.0:.4g} % (four states)",
+        conflict=_markov_conflict,
+    ),
+    LinkEffect(
+        name="handover",
+        words="At hand-overs the delay steps and packets are lost.",
+        linear="delay",
+        active=lambda p: p.handover_s > 0.0,
+        spreads=True,
+        spread_s=lambda p: float(p.handover_step_s),
+        amount=lambda p: (
+            f"a hand-over every {p.handover_s:g} s (+-{p.handover_step_s * 1e3:g} ms; about "
+            f"{_handover_loss(p):.2g} of the packets lost)"
+        ),
+        label=lambda p: f"hand-over every {p.handover_s:.4g} s",
+        conflict=partial(_not_above, "handover_outage_min_s", "handover_outage_max_s"),
+    ),
+    _linux(
+        name="duplication",
+        words="Packets arrive twice, each with the same probability.",
+        active=lambda p: p.duplicate > 0.0,
+        amount=lambda p: f"duplication of {p.duplicate:.3g} of the packets",
+    ),
+    _linux(
+        name="corruption",
+        words="One bit of a packet is flipped, with the same probability in each.",
+        active=lambda p: p.corrupt > 0.0,
+        amount=lambda p: f"corruption of {p.corrupt:.3g} of the packets",
+        label=lambda p: f"corrupt {p.corrupt * 100.0:.4g} %",
+    ),
+    _linux(
+        name="reordering",
+        words="Some packets are sent at once and overtake others.",
+        active=lambda p: p.reorder > 0.0,
+        spreads=True,
+        amount=lambda p: f"reordering of {p.reorder:.3g} of the packets",
+        label=lambda p: f"reorder {p.reorder * 100.0:.4g} %",
+        conflict=lambda p: (
+            f"reorder = {p.reorder:g}: nothing is reordered unless keep_order is false"
+            if p.keep_order
+            else ""
+        ),
+    ),
+    LinkEffect(
+        name="rate_limit",
+        words="Packets wait for a line of limited rate.",
+        linux=True,
+        switch=("rate_limit_bps", 0),
+        active=lambda p: p.rate_limit_bps > 0.0,
+        random=False,
+        amount=lambda p: f"rate limit of {p.rate_limit_bps:g} bit/s",
+        label=lambda p: f"{p.rate_limit_bps / 1e3:.4g} kbit/s",
+    ),
+    _linux(
+        name="delay",
+        words="Every packet takes the same time.",
+        random=False,
+        label=lambda p: f"{p.delay_s * 1e3:.4g} ms",
+        mean_s=lambda p: float(p.delay_s),
+    ),
+    LinkEffect(
+        name="schedule",
+        words="Settings change on a timeline.",
+        linear="delay",
+        active=lambda p: bool(p.schedule.strip()),
+        spreads=True,
+        amount=lambda p: f"a timeline ({p.schedule})",
+        label=lambda p: "timeline",
+        conflict=lambda p: refusal(timeline_of, p.schedule),
+        check=lambda p: timeline_of(p.schedule),
+    ),
+    *(_drawn(name, law) for name, law in DISTRIBUTIONS.items()),
+    TRACE,
+    _linux(
+        name="slots",
+        words="Packets come out only in slots, several at once.",
+        active=lambda p: p.slot_max_s > 0.0,
+        spreads=True,
+        spread_s=lambda p: float(p.slot_max_s),
+        mean_s=_slot_wait_s,
+        amount=lambda p: f"slots {p.slot_min_s * 1e3:g} to {p.slot_max_s * 1e3:g} ms apart",
+        label=lambda p: f"slots to {p.slot_max_s * 1e3:.4g} ms",
+        conflict=partial(_not_above, "slot_min_s", "slot_max_s"),
+    ),
+    ORDER,
+)
