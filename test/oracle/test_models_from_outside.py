@@ -17,7 +17,7 @@ from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import AMPLITUDE, NonlinearError
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_core import plugins
 from pmwvc_core.controllers import library

@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import linear_loops
 
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.linearize import build, spectral_radius
 
 TICKS = 1000
 NUMBERS = {

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import identity_loop, linear_loops
 
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.stability import k_max, radii, z_width
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.scenario.names import varied

@@ -14,7 +14,7 @@ from support.laws import as_written
 
 from pmwvc_analysis.delays import long_delay
 from pmwvc_analysis.models import loop
-from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.linearize import build
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
