@@ -12,7 +12,7 @@ States that are not read (where a device or the object is) are left out: they do
 
 import dataclasses
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,12 +55,14 @@ class System(NamedTuple):
         return np.asarray(self.c @ driven + self.d)
 
 
-def observable(system: System) -> tuple[System, int]:
-    """Return the system without the states that neither an output nor another state reads, and how
-    many of those stay where they are: eigenvalues 1.
+def observable(model: Linear, run: int, out: Any, into: Any) -> tuple[System, int]:
+    """Return a run of an open loop from packets that come in to those that go out, without the
+    states that neither an output nor another state reads, and how many of those stay where they
+    are: eigenvalues 1.
     """
-    a, b, c, d = system
-    ones = 0
+    rows, sent, n = model.rows[run], model.read["sent"][run], len(model.columns)
+    inputs, ones = [n + index for index in into], 0
+    a, b, c, d = rows[:, :n], rows[:, inputs], sent[out, :n], sent[np.ix_(out, inputs)]
     while len(a):
         read = np.any(c != 0.0, axis=0)
         read |= np.any((a != 0.0) & ~np.eye(len(a), dtype=np.bool_), axis=0)
@@ -120,15 +122,8 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     users = [dataclasses.replace(user, link_up=once, link_down=once) for user in scenario.users]
     ways = [(way, index) for way in ("up", "down") for index in range(len(users))]
     model, packets = opened_at(dataclasses.replace(scenario, users=tuple(users)), ways, live=live)
-    (rows,), (sent,), n = model.rows, model.read["sent"], len(model.columns)
     up, down = (
         [j for j, path in enumerate(packets) if path[0] == way and "wave" in path]
         for way in ("up", "down")
     )
-
-    def end(out: list[int], into: list[int]) -> System:
-        columns = [n + j for j in into]
-        whole = System(rows[:, :n], rows[:, columns], sent[out, :n], sent[np.ix_(out, columns)])
-        return observable(whole)[0]
-
-    return end(up[:1], down[:1]), end(down, up)
+    return observable(model, 0, up[:1], down[:1])[0], observable(model, 0, down, up)[0]

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import System, observable, opened_at
+from pmwvc_analysis.delays.ends import observable, opened_at
 from pmwvc_analysis.delays.windings import Loci
 from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks
 from pmwvc_analysis.models.motions import rigid
@@ -41,14 +41,13 @@ class Opened(NamedTuple):
 
     loci: list[Loci]  # one per run
     ticks: int  # N
-    at_one: list[int]  # per run, eigenvalues that are 1 by a rigid motion that packets show
     motions: int  # rigid ones of the first run
     states: int  # with all packets
 
     @property
     def limits(self) -> list[float]:
         """ln(radius) of every run beyond which it grows."""
-        return [DOUBLE if ones > 1 else ROUNDING for ones in self.at_one]
+        return [DOUBLE if loci.at_one > 1 else ROUNDING for loci in self.loci]
 
     def radii(self) -> Array:
         """Return the spectral radius over the hyperperiod of every run, 1 where that is all that
@@ -96,21 +95,14 @@ def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (
     model, packets = opened_at(rest, ways, live=live, weights=weights)
     delays = np.array([whole[int(path[1])] for path in packets])
     states, motions = len(model.columns), rigid.motions(model)
-    read = np.flatnonzero(np.any(model.rows[:, :, states:] != 0.0, axis=(0, 1)))
-    through = np.any(model.read["sent"][:, :, states:] != 0.0, axis=(0, 1))
-    read = np.union1d(read, np.flatnonzero(through))  # what of the packets counts
-    inside, inputs = slice(0, states), states + read
-    found, at_one = [], []
-    for run, (rows, sent) in enumerate(zip(model.rows, model.read["sent"], strict=True)):
-        out = sent[read]
-        system, ones = observable(
-            System(rows[:, inside], rows[:, inputs], out[:, inside], out[:, inputs])
-        )
-        own = sum(bool(np.broadcast_to(m.mask, len(model.rows))[run]) for m in motions)
-        at_one.append(max(own - ones, 0))
-        found.append(Loci(system, delays[read], at_one[-1]))
-    under_way = int(delays[read].sum())
-    return Opened(found, ticks, at_one, rigid.count(motions), states + under_way)
+    given = np.concatenate([model.rows, model.read["sent"]], axis=1)[:, :, states:]
+    read = np.flatnonzero(given.any(axis=(0, 1)))  # what of the packets counts
+    found = []
+    for run in range(len(given)):
+        system, ones = observable(model, run, read, read)
+        own = sum(bool(motion.mask[run % len(motion.mask)]) for motion in motions)
+        found.append(Loci(system, delays[read], max(own - ones, 0)))
+    return Opened(found, ticks, rigid.count(motions), states + int(delays[read].sum()))
 
 
 def _split(

@@ -7,7 +7,6 @@ elements, the law in which it is made is called once for those that decide alike
 returns is put together: it is a pure function, so that is what each element by itself would give.
 """
 
-import builtins
 import math
 from collections.abc import Callable, Sequence
 from functools import cache, reduce
@@ -87,8 +86,8 @@ def lifted(law: Any) -> Callable[..., Any]:
 def _module(law: Any) -> dict[str, Any]:
     """Return the names of a law's module, with lifted laws."""
     found: dict[str, Any] = {
-        "min": _extreme(builtins.min, np.minimum),
-        "max": _extreme(builtins.max, np.maximum),
+        "min": _extreme(min, np.minimum),
+        "max": _extreme(max, np.maximum),
     }
     for name, value in law.__globals__.items():
         if isinstance(value, FunctionType) and value.__module__.startswith(

@@ -37,7 +37,7 @@ LESS = 2.0**-20  # of the second weighted column
 SUPERPOSED = 1e-9  # relative: what differs by more is not linear
 ROUNDING = 1e-14  # of numbers that are not zero at rest
 WATCHING = ("still_s", "slow_s", "way_m")  # of counts and jumps: without any, nothing reads them
-State: TypeAlias = tuple[str, int]  # name and axis
+StateName: TypeAlias = tuple[str, int]  # name and axis
 
 
 class Hyperperiod(Loop):
@@ -54,7 +54,7 @@ class Hyperperiod(Loop):
     ) -> None:
         super().__init__(scenario, live=live, weights=weights)
         self._rest, self._box = self.s, scenario.coupling.black_box
-        self.paths: dict[State, Path] = {}
+        self.paths: dict[StateName, Path] = {}
         self._find()
 
     @property
@@ -188,7 +188,7 @@ class Hyperperiod(Loop):
             new = {state for state, is_one in zip(others, answer, strict=True) if is_one}
             states = states | new
 
-    def _places(self) -> dict[State, Path]:
+    def _places(self) -> dict[StateName, Path]:
         """Return where a state may be: at numbers that do not follow from others."""
         paths = [
             path
@@ -201,7 +201,7 @@ class Hyperperiod(Loop):
         left = leaves(followed(planted(self._rest, marks), self.lines, self._box))
         return {self._state(path): path for path in paths if left[path] is marks[path]}
 
-    def _state(self, path: Path) -> State:
+    def _state(self, path: Path) -> StateName:
         if path[0] == "server":
             return text_of(path)
         where, user = str(path[0]), int(path[1])

@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import Hyperperiod, State
+from pmwvc_analysis.models.hyperperiod import Hyperperiod, StateName
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.outside import checked
 from pmwvc_analysis.models.variation import lengths
@@ -161,7 +161,7 @@ def spectral_radius(model: Linear) -> float:
 
 
 def model_of(
-    loop: Hyperperiod, states: Sequence[State], rows: Array, read: dict[str, Array]
+    loop: Hyperperiod, states: Sequence[StateName], rows: Array, read: dict[str, Array]
 ) -> Linear:
     """Return the model of what was stepped, on those of its states that matter."""
     placed = loop.moving | {loop.deflection(index) for index in range(len(loop.lines))}

@@ -104,10 +104,8 @@ class Loop:
         send_, begin_, tick_, step_, device_ = laws or LIFTED
         number = tick - self._start
         now_ns = number * round(self.tick_s * 1e9)
-        server = self.s.server
-        loops, devices, up, down = map(
-            list, (self.s.loops, self.s.devices, self.s.up, self.s.down)
-        )
+        s, server = self.s, self.s.server
+        loops, devices, up, down = map(list, (s.loops, s.devices, s.up, s.down))
         samples = [Sample(device.read_x, device.read_xd, True, now_ns) for device in devices]
         for i, line in enumerate(self.lines):
             if line.frame.due(tick):

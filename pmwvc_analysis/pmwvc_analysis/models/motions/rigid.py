@@ -57,25 +57,24 @@ class Family(NamedTuple):
 
 class Freedom(NamedTuple):
     """What of a user's line decides which motions it leaves free, a row per run ``(runs or 1, 1)``
-    each: whether there is no spring in the contact; none that exerts anything; whether a position
-    feedback ties the device to its avatar; whether the device is damped.
+    each.
     """
 
-    loose: Flags
-    alone: Flags
-    tied: Flags
-    braked: Flags
+    loose: Flags  # no spring in the contact
+    alone: Flags  # nothing in the contact that exerts a force
+    tied: Flags  # the device goes where its avatar does: by a position feedback, or without waves
+    braked: Flags  # the device is damped
 
 
 def freedom_of(line: Line) -> Freedom:
     """Return the freedom of a user's line."""
     contact, position = line.user.contact, line.user.master.position
     loose = per_run(contact.contact_stiffness) == 0.0
-    gain = position.gain if line.waves and position.is_on else 0.0
+    gain = position.gain if position.is_on else 0.0
     return Freedom(
         loose,
         loose & (per_run(contact.contact_damping) == 0.0),
-        per_run(gain) > 0.0,
+        per_run(gain if line.waves else 1.0) > 0.0,
         per_run(line.user.device.damping) > 0.0,
     )
 
@@ -88,8 +87,7 @@ def per_run(value: Value) -> Array:
 def motions(linear: "Linear") -> list[Motion]:
     """Return the motions of a loop, translations first."""
     loop = linear.loop
-    still = _translations if loop.lines[0].waves else _translations_without_waves
-    found = [motion for axis in range(loop.dof) for motion in still(linear, axis)]
+    found = [motion for axis in range(loop.dof) for motion in _translations(linear, axis)]
     if record_of(loop.scenario.controller).drifts:
         found += [motion for axis in range(loop.dof) for motion in _drifting(linear, axis)]
     return found
@@ -150,8 +148,8 @@ def count(found: Sequence[Family | Motion]) -> int:
 
 
 def _translations(linear: "Linear", axis: int) -> list[Motion]:
-    """Return the translations with waves: of devices, of the object, and of springs that exert
-    nothing, in contacts and local models.
+    """Return the translations: of devices, of the object, and of springs that exert nothing, in
+    contacts and local models.
     """
     loop, one = linear.loop, np.eye(linear.loop.dof)[axis : axis + 1]
     free = {f"{line.name}.device.x": freedom_of(line) for line in loop.lines}
@@ -177,20 +175,6 @@ def _translations(linear: "Linear", axis: int) -> list[Motion]:
     return found
 
 
-def _translations_without_waves(linear: "Linear", axis: int) -> list[Motion]:
-    """Return the common translation, and those of users whose position acts on nothing."""
-    loop, found = linear.loop, []
-    one = np.eye(loop.dof)[axis : axis + 1]
-    for index, line in enumerate(loop.lines):
-        loose, x = freedom_of(line).loose[:, 0], f"{line.name}.device.x"
-        if loose.any():
-            found.append(Motion(x, axis, loose, {x: one, loop.deflection(index): one}, {}))
-    if loop.body in linear.placed:
-        names = [f"{line.name}.device.x" for line in loop.lines] + [loop.body]
-        found.append(Motion(loop.body, axis, np.array([True]), dict.fromkeys(names, one), {}))
-    return found
-
-
 def _drifting(linear: "Linear", axis: int) -> list[Motion]:
     """Return the uniform motions: of all that hang together, and of users by themselves.
 
@@ -202,7 +186,7 @@ def _drifting(linear: "Linear", axis: int) -> list[Motion]:
     one = np.eye(loop.dof)[axis : axis + 1]
     for index, line in enumerate(loop.lines):
         _, alone, tied, braked = freedom_of(line)
-        mask = alone & ~braked & ~tied
+        mask = alone & ~braked & ~(tied & line.waves)
         if mask.any():
             x, xd, e = f"{line.name}.device.x", f"{line.name}.device.xd", loop.deflection(index)
             b = line.user.impedance, line.user.server_impedance
@@ -230,10 +214,9 @@ def _common_drift(linear: "Linear", axis: int) -> list[Motion]:
         _, off, tied, braked = freedom_of(line)
         rates[loop.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
         ratio = _passed(line, one, line.user.server_impedance, line.user.impedance)
-        steady = (line.answer.period == serve.period == 1) & np.all(
-            ratio == one, axis=1, keepdims=True
-        )
-        mask = mask & (off | ~braked) & (off | ~tied | steady)
+        same = np.all(ratio == one, axis=1, keepdims=True)
+        steady = (same & (line.answer.period == serve.period == 1)) | ~tied | (not line.waves)
+        mask = mask & (off | ~braked) & (off | steady)
         received = serve.last(line.answer.last(0) - line.delay_down)  # sent at, of the answer
         late = tied * received if line.waves else line.ages(loop.ticks)[0]
         x = f"{line.name}.device.x"
