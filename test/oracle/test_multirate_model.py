@@ -90,12 +90,14 @@ def bounded(model):
     return np.log10(spectral_radius(model) + 1e-300) * TICKS / model.ticks < 9.0
 
 
-def compare(scenario, *, model=None, live=False):
-    """Return the largest difference between model and simulator, relative to the signal."""
+def compare(scenario, *, model=None, live=False, before=lambda batch: None):
+    """Return the largest difference between model and simulator, relative to the signal;
+    ``before`` is called with the session before it runs.
+    """
     model = model or build(scenario, live=live)
     rng = np.random.default_rng(5)
     given_forces = rng.normal(size=(len(model.users), TICKS))
-    traces = linear_loops.simulated(scenario, given_forces, live=live)
+    traces = linear_loops.simulated(scenario, given_forces, live=live, before=before)
     # Before, all is at rest. Hands begin when they meet an answer: what they did is recorded.
     skip = linear_loops.SETTLED // model.ticks * model.ticks
     forces = np.stack([trace.f_h[skip:, 0] for trace in traces.users])
