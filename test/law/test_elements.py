@@ -8,12 +8,8 @@ from support import linear_loops
 
 from pmwvc_analysis.models import elements, loop
 from pmwvc_analysis.models.elements import UnlikeError, as_columns, leaves, lifted, stacked
-from pmwvc_core.law.server_step import server_step
-from pmwvc_core.law.user_tick import begin, send, user_tick
-from pmwvc_core.plant.device import device_step
 
 COUNT, TICKS = 5, 240
-PLAIN = {"SEND": send, "BEGIN": begin, "TICK": user_tick, "STEP": server_step}
 ENDS = [
     {},
     {"device__damping": 0.4, "master__velocity_filter__kind": "exact"},
@@ -55,8 +51,7 @@ def test_elements_together_are_those_alone(monkeypatch, values, edges):
     steps = rng.choice([-1.0, 0.0, 1.0], (TICKS // 20, len(scenario.users), COUNT))
     forces = np.repeat(steps, 20, axis=0) * strength
     together = pushed(scenario, forces, edges=edges)
-    for name, law in (PLAIN | {"DEVICE": device_step}).items():
-        monkeypatch.setattr(loop, name, law)
+    monkeypatch.setattr(loop, "LIFTED", loop.AT_REST)
     for one in range(COUNT):
         alone = pushed(scenario, forces[..., one : one + 1], edges=edges)
         assert alone.keys() == together.keys()

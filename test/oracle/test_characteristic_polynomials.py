@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import linear_loops
 
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.linearize import build, spectral_radius
 from reproduction.characteristic import (
     CASES,
     contact,

@@ -113,7 +113,7 @@ def test_radius_and_count_call_the_same_runs_stable_where_rigid_motions_are_doub
     low, high, within = 0.14, 0.17, []
     while not within:
         loops = at(np.linspace(low, high, 12)[:, np.newaxis])
-        assert min(loops.at_one) > 1
+        assert min(loci.at_one for loci in loops.loci) > 1
         grows = np.array([loci.log_radius() for loci in loops.loci])
         within = list(np.flatnonzero((grows > 1e-8) & (grows < 0.9 * long_delay.DOUBLE)))
         edge = int(np.flatnonzero(np.diff(np.sign(grows)))[0])

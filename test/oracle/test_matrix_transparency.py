@@ -9,7 +9,7 @@ import pytest
 from support import linear_loops
 
 from pmwvc_analysis.delays.any_delay import any_delay
-from pmwvc_analysis.models import multirate
+from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency import frequency
@@ -46,7 +46,7 @@ def test_the_model_moves_as_the_simulator_under_forces_along_all_axes(values):
     swing = np.sin(2.0 * np.pi * np.multiply.outer(np.arange(160) * 1e-3, rng.uniform(1, 6, 4)))
     forces = 0.3 * np.moveaxis(swing.reshape(160, 2, 2), 1, 0)
     traces = linear_loops.simulated(scenario, forces)
-    model = linear_loops.modelled(multirate.build(scenario), forces)
+    model = linear_loops.modelled(linearize.build(scenario), forces)
     for index, user in enumerate(traces.users):
         x = user.x_m[linear_loops.SETTLED :]
         np.testing.assert_allclose(x - x[0], model["x"][index], atol=1e-12)
@@ -85,7 +85,7 @@ def test_users_with_other_matrices_at_their_ends_keep_the_object_in_balance():
     assert np.abs(forces[1]).min() > 0.05  # the transformer turns the force
     found = transparency(scenario, HERTZ, axis=1)
     assert "so the object stays at rest" in "\n".join(found.notes)
-    model = multirate.build(scenario)
+    model = linearize.build(scenario)
     straight = np.array([[0.0, 1.0], [0.0, -1.0]])  # the control: not turned, all drift away
     low = [1e-3, 2e-3]
     drift, stays = (

@@ -7,7 +7,7 @@ import pytest
 from support.plain import load
 
 from pmwvc_analysis.compare.probes import free_space, pressed_stiffness, swing_hz
-from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.linearize import build
 from pmwvc_analysis.transparency.frequency import response
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from support import plain as scenarios
 from support.pressed_wall import wall
 
-from pmwvc_analysis.models import multirate
+from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.prediction.lag import lag_s, rendered_stiffness, transformer
 from pmwvc_analysis.prediction.prediction import prediction
@@ -39,7 +39,7 @@ LOW_HZ = np.array([0.01, 0.02, 0.04, 0.08])
 
 def at_rest(scenario, values, *, live):
     """The limit of a quantity formed of f/x at low frequencies, by the exact model."""
-    found = frequency.response(multirate.build(scenario, live=live), LOW_HZ)
+    found = frequency.response(linearize.build(scenario, live=live), LOW_HZ)
     return frequency.limit_at_rest(values(1.0 / found))
 
 

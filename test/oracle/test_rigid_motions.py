@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from support import linear_loops
 
-from pmwvc_analysis.models.linearize import linearize
+from pmwvc_analysis.models.linearize import build, linearize, spectral_radius
 from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.multirate import build, spectral_radius
 
 RIGID = [
     ({}, 4),  # two devices and the cube each somewhere else, and all moving on

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import identity_loop, linear_loops
 
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.linearize import build, linearize, spectral_radius
 from pmwvc_analysis.models.stability import k_max, radii, z_width
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.scenario.names import varied
@@ -132,7 +132,7 @@ def test_equal_users_are_taken_together_without_a_difference(controller, couplin
             link__delay_s=0.008,
             **{"server__contact_stiffness": 700.0} | values,
         )
-        expected = spectral_radius(build(scenario, live=live))
+        expected = linearize(scenario, live=live).radii()[0]
         assert radii(scenario, live=live)[0] == pytest.approx(expected, rel=1e-9)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from pmwvc_analysis.models import multirate
+from pmwvc_analysis.models import linearize
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.params import FilterParams
@@ -129,7 +129,7 @@ def filter_matrices():
 @pytest.mark.parametrize("impedance", [25.0, 80.0])
 def test_the_model_agrees_with_the_second_route(impedance):
     scenario = printed(impedance=impedance)
-    route, model = SecondRoute(scenario, same_tick=False), multirate.build(scenario)
+    route, model = SecondRoute(scenario, same_tick=False), linearize.build(scenario)
     hertz = np.array([0.5, 3.0, 7.4, 24.0, 60.0, 310.0])
     np.testing.assert_allclose(
         frequency.response(model, hertz), [route.response(f) for f in hertz], rtol=1e-8

@@ -77,9 +77,10 @@ def scenario(**overrides):
     )
 
 
-def simulated(of, forces, *, live=False, on_step=None):
+def simulated(of, forces, *, live=False, on_step=None, before=lambda batch: None):
     """Return traces under the given forces ``(users, ticks)``, or ``(users, ticks, dof)``, which
-    begin after ``SETTLED``; ``on_step`` is called with the server behind each of its steps.
+    begin after ``SETTLED``; ``on_step`` is called with the server behind each of its steps,
+    ``before`` with the session before it runs.
     """
     ticks = SETTLED + forces.shape[1]
     batch = SteppedSession(
@@ -97,6 +98,7 @@ def simulated(of, forces, *, live=False, on_step=None):
     if on_step:
         noted = batch.time._on_step
         batch.time._on_step = lambda *row: (noted(*row), on_step(batch.server))
+    before(batch)
     batch.run(lambda share: None)
     return batch.traces()
 

@@ -7,7 +7,7 @@ from support import linear_loops
 from support import plain as files
 
 from pmwvc_analysis.models.linear import NonlinearError, nonlinear, relative
-from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.linearize import build
 
 SECANT = {"server__coupling": "unknown", "server__environment": "wall"}
 BLACK_BOX = SECANT | {"server__decoding": "late"}

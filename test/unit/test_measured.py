@@ -9,7 +9,7 @@ import pytest
 from support import plain as scenarios
 from support.pressed_wall import wall
 
-from pmwvc_analysis.models import multirate
+from pmwvc_analysis.models import linearize
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.measured import TRUSTED, measure, pattern
 from pmwvc_analysis.transparency.pressing import pressing
@@ -40,7 +40,7 @@ def chirp():
 
 
 def distance(scenario, found):
-    exact = frequency.response(multirate.build(scenario), found.frequency_hz)
+    exact = frequency.response(linearize.build(scenario), found.frequency_hz)
     return np.abs(found.admittance - exact) / np.abs(exact)
 
 
@@ -122,7 +122,7 @@ def test_the_ratio_in_a_session_with_two_hands_is_not_the_admittance():
     taken = dataclasses.replace(scenario.users[0].operator, kind="playback_force")
     found = measure(user, dataclasses.replace(scenario.users[0], operator=taken))
     forces = pressing(scenario, 0)
-    exact = frequency.response(multirate.build(scenario), found.frequency_hz, forces=forces)
+    exact = frequency.response(linearize.build(scenario), found.frequency_hz, forces=forces)
     assert np.median(np.abs(found.admittance - exact) / np.abs(exact)) > 0.3
     assert np.median(found.coherence) > 0.5
 
@@ -136,7 +136,7 @@ def test_with_two_users_the_model_has_the_forces_of_the_session():
     traces = simulate_one(scenario)
     assert pattern(traces.users, scenario, 0) == [1.0, 0.0]
     found = measure(traces.users[0], scenario.users[0])
-    model = multirate.build(scenario)
+    model = linearize.build(scenario)
     alone, pressed = (
         frequency.response(model, found.frequency_hz, forces=forces)
         for forces in ([1.0, 0.0], pressing(scenario, 0))

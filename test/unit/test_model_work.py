@@ -14,8 +14,8 @@ from pmwvc_analysis.delays.work import UnknownError
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.answer import answer, sentences
 from pmwvc_analysis.models.linear import axes_of
+from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.motions.groups import subproblems
-from pmwvc_analysis.models.multirate import build, spectral_radius
 
 SEVEN_AND_ELEVEN = {"master.rate_drop": 7, "server.period_s": 0.011}
 

@@ -7,7 +7,7 @@ import pytest
 from support import linear_loops
 
 from pmwvc_analysis.models.answer import answer
-from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.linearize import build
 
 
 def loop(first, second, period):

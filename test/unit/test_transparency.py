@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support import plain as scenarios
 from support.pressed_wall import wall
 
-from pmwvc_analysis.models import multirate
+from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.motions.groups import groups_of, together
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
@@ -110,7 +110,7 @@ def test_the_response_is_what_a_simulated_session_swings_to(hertz, changes):
     window = slice(-3200, None)  # a whole number of periods and of frames
     turn = np.exp(-2j * np.pi * hertz * user.time_s[window])
     swing = np.sum(user.x_m[window, 0] * turn) / np.sum(user.f_h[window, 0] * turn)
-    model = multirate.build(scenario)
+    model = linearize.build(scenario)
     (found,) = frequency.response(model, np.array([hertz]))
     assert abs(found - swing) < 1e-4 * abs(swing)
 
@@ -152,7 +152,7 @@ def test_the_ideal_is_the_contact_itself():
 @pytest.mark.parametrize("frames", [0, 1, 9])
 @pytest.mark.parametrize("make", [wall, cube])
 def test_delay_lines_put_in_before_solving_change_nothing(frames, make):
-    model = multirate.build(make(**{"link.delay_s": 0.008 * frames}))
+    model = linearize.build(make(**{"link.delay_s": 0.008 * frames}))
     hertz = np.array([0.7, 5.0, 44.0])
     found = frequency.response(model, hertz)
     ticks = model.ticks
@@ -167,7 +167,7 @@ def test_delay_lines_put_in_before_solving_change_nothing(frames, make):
 
 
 def test_images_of_rest_are_no_obstacle():
-    model = multirate.build(wall())
+    model = linearize.build(wall())
     at, beside = frequency.response(model, np.array([125.0, 125.001]))
     assert abs(at - beside) < 1e-3 * abs(at)
 
@@ -175,7 +175,7 @@ def test_images_of_rest_are_no_obstacle():
 def test_the_first_peak_is_the_highest_point_around_it():
     scenario = wall()
     found = transparency(scenario)
-    model = multirate.build(scenario)
+    model = linearize.build(scenario)
     peak = found.rendered.first_peak_hz
     size = np.abs(frequency.response(model, peak * np.array([0.98, 1.0, 1.02])))
     assert size[1] > size[0]
@@ -221,7 +221,7 @@ def test_equal_users_are_one_and_render_as_all_of_them_do(name, user):
     scenario = scenarios.load(name, settings_texts=["users=6", "link.delay_s=0.004"])
     points = np.geomspace(0.2, 50.0, 20)
     found = transparency(scenario, points, user=user)
-    model, forces = multirate.build(scenario), pressing(scenario, user)
+    model, forces = linearize.build(scenario), pressing(scenario, user)
     whole = frequency.response(model, points, user=user, forces=forces)
     np.testing.assert_allclose(found.admittance, whole, rtol=1e-6)
 
@@ -231,5 +231,5 @@ def test_a_user_unlike_the_others_is_not_one_of_them():
     assert groups_of(of) == [[0, 1, 3], [2]]
     assert groups_of(of, marks=[1, 0, 0, 0]) == [[0], [1, 3], [2]]
     fewer, weights = together(of, groups_of(of))
-    small = multirate.build(fewer, weights=weights)
-    assert len(small.states) < 0.7 * len(multirate.build(of).states)
+    small = linearize.build(fewer, weights=weights)
+    assert len(small.states) < 0.7 * len(linearize.build(of).states)

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams
 from pmwvc_core.wave.design.bank_design import bank_filters

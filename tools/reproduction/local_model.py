@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.compare.rendered import NOTHING, measured_rendering
-from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.linearize import build
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.transparency.frequency import response
 from pmwvc_analysis.transparency.transparency import ideal_of

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.maps.z_width import CLEAR_RATIO, LONG_S, simulated_z_width
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.numeric import Array

@@ -24,7 +24,7 @@ Equations: docs/theory.md 14.5, 14.6.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +33,7 @@ from pmwvc_analysis.delays.ends import System, master_end, server_end
 from pmwvc_analysis.delays.peaks import refined
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_core.controllers.library import proofs_hold
-from pmwvc_core.numeric import Array, Complex
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import eigenvalues, principal_axes
 
@@ -63,41 +63,56 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if not proofs_hold(scenario.controller):
         return None
     if reasons := _outside(scenario):
-        return _open(reasons)
+        return AnyDelay(False, False, None, None, reasons)
     ends = [
         [master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
         for user in scenario.users
     ]
     server = None if nonlinear(scenario) or outside(scenario) else server_end(scenario)
     if reasons := _unstable(scenario, ends, server):
-        return _open(reasons)
+        return AnyDelay(False, False, None, None, reasons)
     angle = _angles([end for several in ends for end in several] + ([server] if server else []))
-    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
     hertz = 1.0 / (2.0 * np.pi * scenario.server.period_s)
-    worst, at = Gains(ends, axes, None).peak(angle)
+
+    def single(angle: Array) -> list[Array]:
+        """Return the gains of each user's ends, along its principal axes ``(points, axes)``."""
+        z = np.exp(1j * angle)
+        return [
+            np.stack([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=1)
+            for several in ends
+        ]
+
+    worst, at = _peak(lambda angle: np.concatenate(single(angle), axis=1).max(axis=1), angle)
     lossless, passive = worst <= 1.0 + TOLERANCE, scenario.coupling.passive(scenario.server)
     if lossless and passive:
         return AnyDelay(True, False, worst, at * hertz, ())
     text = f"the users' ends return up to {worst:.7g} times the wave they receive"
     text = f"{text} ({at * hertz:.3g} Hz)"
     if server is None:
-        unknown = "no bound is known for the server's coupling"
-        return _open(([] if lossless else [text]) + ([] if passive else [unknown]))
-    gain, at = Gains(ends, axes, server).peak(angle)
+        unknown = () if passive else ("no bound is known for the server's coupling",)
+        return AnyDelay(False, False, None, None, (*(() if lossless else (text,)), *unknown))
+    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
+
+    def around(angle: Array) -> Array:
+        """Return the gain once around the loop."""
+        dof, users = len(axes[0]), len(axes)
+        blocks = np.zeros((len(angle), users, dof, users, dof))
+        for user, (gains, own) in enumerate(zip(single(angle), axes, strict=True)):
+            blocks[:, user, :, user] = (own * np.sqrt(gains)[:, np.newaxis]) @ own.T
+        root = blocks.reshape(len(angle), users * dof, -1)
+        whole = root @ server.response(np.exp(1j * angle)) @ root
+        return np.asarray(np.linalg.norm(whole, 2, axis=(1, 2)))
+
+    gain, at = _peak(around, angle)
     if gain <= 1.0 + TOLERANCE:
         return AnyDelay(True, True, gain, at * hertz, ())
     why = f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at * hertz:.3g} Hz); {text}"
     return AnyDelay(False, False, gain, at * hertz, (why,))
 
 
-def _open(reasons: Sequence[str]) -> AnyDelay:
-    """Return that nothing is proved, and no gain was formed."""
-    return AnyDelay(False, False, None, None, tuple(reasons))
-
-
 def _unstable(
     scenario: Scenario, ends: Sequence[Sequence[System]], server: System | None
-) -> list[str]:
+) -> tuple[str, ...]:
     """Return which ends are unstable by themselves."""
     found = []
     for user, several in zip(scenario.users, ends, strict=True):
@@ -111,47 +126,21 @@ def _unstable(
         found.append(
             f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
         )
+    return tuple(found)
+
+
+def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
+    """Return the largest gain over angles per packet [rad], and where, refined between them."""
+    values = gain(angle)
+    best = int(np.argmax(values))
+    found = float(values[best]), float(angle[best])
+    sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
+    inner = np.flatnonzero((values >= sides) & (values > found[0] - NEAR))
+    last = len(angle) - 1
+    for index in inner.tolist():
+        ends = angle[max(index - 1, 0)], angle[min(index + 1, last)]
+        found = max(found, refined(gain, *ends, rounds=ROUNDS))
     return found
-
-
-class Gains:
-    """Gains over frequency: of the users' ends, or once around where there is a server.
-
-    Each user's ends are those along its principal ``axes``, the columns of a matrix.
-    """
-
-    def __init__(self, ends: list[list[System]], axes: list[Array], server: System | None) -> None:
-        self._ends, self._server = ends, server
-        self._axes = axes
-
-    def at(self, angle: Array) -> Array:
-        """Return the gain at angles per packet [rad]."""
-        z: Complex = np.exp(1j * angle)
-        single = [
-            np.stack([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=1)
-            for several in self._ends
-        ]
-        if self._server is None:
-            return np.asarray(np.concatenate(single, axis=1).max(axis=1))
-        dof, users = len(self._axes[0]), len(self._axes)
-        blocks = np.zeros((len(z), users, dof, users, dof))
-        for user, (gains, axes) in enumerate(zip(single, self._axes, strict=True)):
-            blocks[:, user, :, user] = (axes * np.sqrt(gains)[:, np.newaxis]) @ axes.T
-        root: Array = blocks.reshape(len(z), users * dof, -1)
-        return np.asarray(np.linalg.norm(root @ self._server.response(z) @ root, 2, axis=(1, 2)))
-
-    def peak(self, angle: Array) -> tuple[float, float]:
-        """Return the largest gain and the angle where it is, refined beyond the given angles."""
-        values = self.at(angle)
-        best = int(np.argmax(values))
-        found = float(values[best]), float(angle[best])
-        sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
-        inner = np.flatnonzero((values >= sides) & (values > found[0] - NEAR))
-        last = len(angle) - 1
-        for index in inner.tolist():
-            ends = angle[max(index - 1, 0)], angle[min(index + 1, last)]
-            found = max(found, refined(self.at, *ends, rounds=ROUNDS))
-        return found
 
 
 def _angles(systems: list[System]) -> Array:
@@ -164,13 +153,13 @@ def _angles(systems: list[System]) -> Array:
     return np.asarray(angle[(angle >= LOWEST) & (angle <= np.pi)])
 
 
-def _outside(scenario: Scenario) -> list[str]:
+def _outside(scenario: Scenario) -> tuple[str, ...]:
     """Return what neither rule covers."""
     if scenario.strict:
-        return [
+        return (
             "channel = strict is passive on any network by its account (docs/strict_channel.md); "
-            "what follows for stability beyond the exact model is not computed"
-        ]
+            "what follows for stability beyond the exact model is not computed",
+        )
     found = [
         f"{element.text} is not linear"
         for element in nonlinear(scenario)
@@ -188,4 +177,4 @@ def _outside(scenario: Scenario) -> list[str]:
                 f"{user.name}: a packet every {frame} ticks and a server step every {period} "
                 f"repeat or skip packets, which can multiply their energy by up to {repeats:.3g}"
             )
-    return list(dict.fromkeys(found))
+    return tuple(dict.fromkeys(found))

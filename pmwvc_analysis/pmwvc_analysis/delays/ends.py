@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import Hyperperiod
+from pmwvc_analysis.models.elements import Path
 from pmwvc_analysis.models.linearize import Linear, model_of
-from pmwvc_analysis.models.links import CUT
+from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.outside import checked
 from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_core.numeric import Array, Complex
@@ -55,12 +55,14 @@ class System(NamedTuple):
         return np.asarray(self.c @ driven + self.d)
 
 
-def observable(system: System) -> tuple[System, int]:
-    """Return the system without the states that neither an output nor another state reads, and how
-    many of those stay where they are: eigenvalues 1.
+def observable(model: Linear, run: int, out: Any, into: Any) -> tuple[System, int]:
+    """Return a run of an open loop from packets that come in to those that go out, without the
+    states that neither an output nor another state reads, and how many of those stay where they
+    are: eigenvalues 1.
     """
-    a, b, c, d = system
-    ones = 0
+    rows, sent, n = model.rows[run], model.read["sent"][run], len(model.columns)
+    inputs, ones = [n + index for index in into], 0
+    a, b, c, d = rows[:, :n], rows[:, inputs], sent[out, :n], sent[np.ix_(out, inputs)]
     while len(a):
         read = np.any(c != 0.0, axis=0)
         read |= np.any((a != 0.0) & ~np.eye(len(a), dtype=np.bool_), axis=0)
@@ -71,21 +73,29 @@ def observable(system: System) -> tuple[System, int]:
     return System(a, b, c, d), ones
 
 
-def opened_at(loop: Hyperperiod, links: Sequence[tuple[Any, int]]) -> Linear:
-    """Return a loop whose inputs are what comes in at links that are cut, and whose output
-    ``sent`` is what goes out there instead, both link by link, packet by packet.
+def opened_at(
+    scenario: Scenario,
+    ways: Sequence[tuple[str, int]],
+    *,
+    live: bool = False,
+    weights: Sequence[int] = (),
+) -> tuple[Linear, list[Path]]:
+    """Return a loop whose inputs are packets that come in at links that are cut, and whose output
+    ``sent`` are those that go out there instead, and what of a packet each of them is.
 
-    Of each link it is told how many packets are sent in a hyperperiod; the loop is at its
-    beginning.
+    Links are given by their way ("up" or "down") and the number of the user. Their delays are a
+    hyperperiod longer than they shall be: so all that is sent there in one is a state.
     """
-    loop.begin(sum(count for _, count in links) * len(CUT))
-    cuts: list[list[Any]] = []
-    for link, _ in links:
-        cuts.append(loop.cut(link, sum(count for _, count in links[: len(cuts)]) * len(CUT)))
-    for tick in range(loop.ticks):
-        loop.advance(tick, loop.still)
-    sent = [value for cut in cuts for value in cut]
-    return model_of(loop, loop.ended(), {"sent": loop.rows(sent)})
+    loop = checked(scenario, live=live, weights=weights)
+    states, paths = list(loop.paths), list(loop.paths.values())
+    packets = [
+        j for j, path in enumerate(paths) if path[:2] in ways and loop.sent_at(path) >= -loop.ticks
+    ]
+    inside = np.setdiff1d(np.arange(len(states)), packets)
+    rows = loop.around()[0][:, :, [*inside, *packets]]
+    sent = {"sent": rows[:, packets]}
+    model = model_of(loop, [states[j] for j in inside], rows[:, inside], sent)
+    return model, [paths[j] for j in packets]
 
 
 def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool = False) -> System:
@@ -108,21 +118,12 @@ def server_end(scenario: Scenario) -> System:
 
 def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     """Return the end of the first user along its first axis, and that of the server."""
-    at_once = LinkParams()
-    users = [
-        dataclasses.replace(user, link_up=at_once, link_down=at_once) for user in scenario.users
-    ]
-    loop = checked(dataclasses.replace(scenario, users=tuple(users)), live=live)
-    links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
-    model = opened_at(loop, links)
-    (rows,), (sent,), n = model.rows, model.read["sent"], len(model.columns)
-    packet = len(CUT) * loop.dof  # the wave comes first
-    up = [packet * user + axis for user in range(len(users)) for axis in range(loop.dof)]
-    down = [packet * len(users) + index for index in up]
-
-    def end(out: list[int], into: list[int]) -> System:
-        columns = [n + j for j in into]
-        whole = System(rows[:, :n], rows[:, columns], sent[out, :n], sent[np.ix_(out, columns)])
-        return observable(whole)[0]
-
-    return end(up[:1], down[:1]), end(down, up)
+    once = LinkParams(delay_s=(hyperperiod_ticks(scenario) + live) * scenario.tick_s)
+    users = [dataclasses.replace(user, link_up=once, link_down=once) for user in scenario.users]
+    ways = [(way, index) for way in ("up", "down") for index in range(len(users))]
+    model, packets = opened_at(dataclasses.replace(scenario, users=tuple(users)), ways, live=live)
+    up, down = (
+        [j for j, path in enumerate(packets) if path[0] == way and "wave" in path]
+        for way in ("up", "down")
+    )
+    return observable(model, 0, up[:1], down[:1])[0], observable(model, 0, down, up)[0]

@@ -21,11 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import System, observable, opened_at
+from pmwvc_analysis.delays.ends import observable, opened_at
 from pmwvc_analysis.delays.windings import Loci
-from pmwvc_analysis.models.links import CUT, delay_ticks, hyperperiod_ticks
+from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks
 from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.outside import checked
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -41,14 +41,13 @@ class Opened(NamedTuple):
 
     loci: list[Loci]  # one per run
     ticks: int  # N
-    at_one: list[int]  # per run, eigenvalues that are 1 by a rigid motion that packets show
     motions: int  # rigid ones of the first run
     states: int  # with all packets
 
     @property
     def limits(self) -> list[float]:
         """ln(radius) of every run beyond which it grows."""
-        return [DOUBLE if ones > 1 else ROUNDING for ones in self.at_one]
+        return [DOUBLE if loci.at_one > 1 else ROUNDING for loci in self.loci]
 
     def radii(self) -> Array:
         """Return the spectral radius over the hyperperiod of every run, 1 where that is all that
@@ -80,38 +79,30 @@ def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (
     longer than a hyperperiod; see :class:`.loop.Loop`.
     """
     ticks = hyperperiod_ticks(scenario)
-    parts = [_split(user, scenario, ticks, live=live) for user in scenario.users]
-    users = tuple(
-        dataclasses.replace(user, link_up=up, link_down=down)
-        for user, (_, up, down) in zip(scenario.users, parts, strict=True)
-    )
-    rest = dataclasses.replace(scenario, users=users)
-    loop = checked(rest, live=live, weights=weights)
-    links, delays = [], []
-    for line, (whole, _, _) in zip(loop.lines, parts, strict=True):
-        if whole:
-            up, down = ticks // line.frame.period, ticks // loop.serve.period
+    users, whole, ways = [], [], []
+    for index, user in enumerate(scenario.users):
+        delay, up, down = _split(user, scenario, ticks, live=live)
+        if delay:
             # Waves and positions go up, and one of both comes down; waves alone up, too.
-            way = (line.up, up) if (1 if line.waves else 2) * up <= down else (line.down, down)
-            links.append(way)
-            delays += [whole] * (way[1] * len(CUT) * loop.dof)
-    model = opened_at(loop, links)
+            signals = 1 if has_waves(scenario.controller) else 2
+            upward = signals * (ticks // user.master.rate_drop) <= ticks // scenario.period_ticks
+            ways.append(("up" if upward else "down", index))
+            longer = LinkParams(delay_s=(up if upward else down).delay_s + ticks * scenario.tick_s)
+            up, down = (longer, down) if upward else (up, longer)
+        users.append(dataclasses.replace(user, link_up=up, link_down=down))
+        whole.append(delay)
+    rest = dataclasses.replace(scenario, users=tuple(users))
+    model, packets = opened_at(rest, ways, live=live, weights=weights)
+    delays = np.array([whole[int(path[1])] for path in packets])
     states, motions = len(model.columns), rigid.motions(model)
-    read = np.flatnonzero(np.any(model.rows[:, :, states:] != 0.0, axis=(0, 1)))
-    through = np.any(model.read["sent"][:, :, states:] != 0.0, axis=(0, 1))
-    read = np.union1d(read, np.flatnonzero(through))  # what of the packets counts
-    inside, inputs = slice(0, states), states + read
-    found, at_one = [], []
-    for run, (rows, sent) in enumerate(zip(model.rows, model.read["sent"], strict=True)):
-        out = sent[read]
-        system, ones = observable(
-            System(rows[:, inside], rows[:, inputs], out[:, inside], out[:, inputs])
-        )
-        own = sum(bool(np.broadcast_to(m.mask, len(model.rows))[run]) for m in motions)
-        at_one.append(max(own - ones, 0))
-        found.append(Loci(system, np.array(delays)[read], at_one[-1]))
-    packets = int(np.array(delays)[read].sum())
-    return Opened(found, ticks, at_one, rigid.count(motions), states + packets)
+    given = np.concatenate([model.rows, model.read["sent"]], axis=1)[:, :, states:]
+    read = np.flatnonzero(given.any(axis=(0, 1)))  # what of the packets counts
+    found = []
+    for run in range(len(given)):
+        system, ones = observable(model, run, read, read)
+        own = sum(bool(motion.mask[run % len(motion.mask)]) for motion in motions)
+        found.append(Loci(system, delays[read], max(own - ones, 0)))
+    return Opened(found, ticks, rigid.count(motions), states + int(delays[read].sum()))
 
 
 def _split(

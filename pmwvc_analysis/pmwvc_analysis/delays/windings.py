@@ -39,7 +39,7 @@ class Loci:
     """
 
     def __init__(self, system: System, delays: Integers, at_one: int) -> None:
-        self._system, self._at_one = system, at_one
+        self._system, self.at_one = system, at_one
         self._least = int(delays.min())
         self._more = delays - self._least
         self._longest = int(delays.max())
@@ -68,7 +68,7 @@ class Loci:
             self._crossings(angle, values[:, locus], log_r) for locus in range(values.shape[1])
         )
         poles = int(np.count_nonzero(np.abs(self._poles) > math.exp(log_r)))
-        return poles - round(2.0 * windings) - (self._at_one if log_r < 0.0 else 0)
+        return poles - round(2.0 * windings) - (self.at_one if log_r < 0.0 else 0)
 
     def log_radius(self) -> float:
         """Return ln of the length of the longest eigenvalue."""

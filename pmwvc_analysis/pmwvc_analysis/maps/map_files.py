@@ -131,7 +131,7 @@ def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]
         **{name: values.tolist() for name, values in arrays.items()},
         "boundary": boundary_of(grid, radius),
         "sessions": [point._asdict() for point in measured],
-        "notes": notes_of(grid.scenario, live=grid.live),
+        "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }
     document = folder / "map.json"

@@ -6,15 +6,13 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.linearize import linearize
+from pmwvc_analysis.models.linearize import Linear, linearize
 from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
-from pmwvc_core.numeric import Array
+from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -54,7 +52,7 @@ def answer(
             "frequency_hz": motion.frequency_hz,
             "per_second": math.log(radius) / hyperperiod_s if radius > 0.0 else None,
         },
-        "notes": notes_of(scenario, live=live),
+        "notes": notes_of(scenario),
     }
 
 
@@ -71,13 +69,13 @@ class _Slowest(NamedTuple):
 def _dense(scenario: Scenario, *, live: bool) -> _Slowest:
     whole, found = linearize(scenario, live=live), []
     for part in subproblems(scenario):
-        model = linearize(part.scenario, live=live, weights=part.weights)
-        left = model.left[0]
-        values = np.linalg.eigvals(left) if len(left) else np.zeros(1)
+        of: dict[str, Any] = {"live": live, "weights": part.weights}
+        model = linearize(part.scenario, **of)
+        values = np.linalg.eigvals(model.left[0]) if model.left.size else np.zeros(1)
         largest = complex(values[np.argmax(np.abs(values))])
-        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part))
-    radius, largest, part = max(found, key=lambda each: each[0])
-    hertz = _frequency_hz(part, largest, live=live)
+        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part.scenario, of))
+    radius, largest, worst, of = max(found, key=lambda each: each[0])
+    hertz = _frequency_hz(linearize(worst, outputs=True, **of), largest)
     return _Slowest(radius, hertz, whole.ticks, len(whole.states), rigid.count(whole.rigid))
 
 
@@ -88,25 +86,41 @@ def _long(scenario: Scenario, *, live: bool) -> _Slowest:
     whole, smaller = opened(scenario, live=live), []
     for part in subproblems(scenario):
         smaller += opened(part.scenario, live=live, weights=part.weights).loci
-    logs = [loci.log_radius() for loci in smaller]
-    worst = int(np.argmax(logs))
-    angle = smaller[worst].angle_at(logs[worst] - abs(logs[worst]) * 1e-6)
+    log, worst = max(((loci.log_radius(), loci) for loci in smaller), key=lambda each: each[0])
+    angle = worst.angle_at(log - abs(log) * 1e-6)
     alone = whole.ticks == max(user.master.rate_drop for user in scenario.users)
     hertz = angle / (2.0 * math.pi * whole.ticks * scenario.tick_s) if angle and alone else None
-    return _Slowest(math.exp(logs[worst]), hertz, whole.ticks, whole.states, whole.motions)
+    return _Slowest(math.exp(log), hertz, whole.ticks, whole.states, whole.motions)
 
 
-def _frequency_hz(part: Subproblem, value: complex, *, live: bool) -> float | None:
-    linear = linearize(part.scenario, live=live, weights=part.weights, outputs=True)
-    ticks, dof, states = linear.ticks, linear.loop.dof, len(linear.columns)
+CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most
+
+
+def _frequency_hz(linear: Linear, value: complex) -> float | None:
+    """Return the frequency of the motion of an eigenvalue; None where nothing of it is seen or two
+    are as strong.
+
+    The eigenvalue over a hyperperiod of N ticks gives it up to multiples of 1/(N T_c). The motion
+    within decides: y(k) lambda^(-k/N) has period N, and its largest harmonic j gives
+    (arg lambda + 2 pi j)/(2 pi N T_c).
+    """
+    ticks, tick_s, states = linear.ticks, linear.loop.tick_s, len(linear.columns)
     values, vectors = np.linalg.eig(linear.transition)
-    nearest = int(np.argmin(np.abs(values - value)))
+    vector = vectors[:, np.argmin(np.abs(values - value))]
+    angle = float(np.angle(value))
     for name in ("xd", "f"):  # of a motion that no device takes part in, its force
-        by_tick = linear.outputs[name].state.reshape(-1, ticks, dof, states)
-        seen = by_tick.swapaxes(1, 2).reshape(-1, ticks, states)  # each axis of each user
-        found = frequency_hz(value, vectors[:, nearest], seen, linear.loop.tick_s)
-        if found is not None:
-            return found
+        by_tick = linear.outputs[name].state.reshape(-1, ticks, linear.loop.dof, states)
+        seen = (by_tick @ vector).swapaxes(1, 2).reshape(-1, ticks)  # each axis of each user
+        if value == 0.0 or not seen.any():
+            continue
+        fade = np.exp(-(np.log(np.abs(value)) + 1j * angle) * np.arange(ticks) / ticks)
+        power = np.sum(np.abs(np.fft.fft(seen * fade, axis=1)) ** 2, axis=0)
+        harmonics = np.fft.fftfreq(ticks, 1.0 / ticks)
+        hertz = np.abs(angle + 2.0 * np.pi * harmonics) / (2.0 * np.pi * ticks * tick_s)
+        best = int(np.argmax(power))
+        others = np.abs(hertz - hertz[best]) > 1e-9 * (1.0 / tick_s)
+        if not np.any(power[others] > CLEAR * power[best]):
+            return float(hertz[best])
     return None
 
 
@@ -140,39 +154,3 @@ def sentences(found: dict[str, Any]) -> list[str]:
         f"{count(found['rigid_body_modes'], 'rigid-body mode')} removed"
     )
     return lines + [f"  note: {note}" for note in found["notes"]]
-
-
-CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most
-
-
-def frequency_hz(
-    value: complex, vector: NDArray[np.complex128], rows: Array, tick_s: float
-) -> float | None:
-    """Return the frequency of a motion; None where nothing of it is seen or two are as strong.
-
-    The eigenvalue over a hyperperiod of N ticks gives it up to multiples of 1/(N T_c). The motion
-    within decides: y(k) lambda^(-k/N) has period N, and its largest harmonic j gives
-    (arg lambda + 2 pi j)/(2 pi N T_c).
-
-    Parameters
-    ----------
-    value, vector
-        Eigenvalue over the hyperperiod, and eigenvector.
-    rows
-        ``(signals, ticks, states)``: what is looked at, at every tick of the hyperperiod.
-    """
-    ticks = rows.shape[1]
-    seen = rows @ vector  # (signals, ticks)
-    sizes = np.abs(seen).max(axis=1, keepdims=True)
-    if value == 0.0 or not sizes.any():
-        return None
-    angle = float(np.angle(value))
-    fade = np.exp(-(np.log(np.abs(value)) + 1j * angle) * np.arange(ticks) / ticks)
-    power = np.sum(np.abs(np.fft.fft(seen * fade, axis=1)) ** 2, axis=0)
-    harmonics = np.fft.fftfreq(ticks, 1.0 / ticks)
-    hertz = np.abs(angle + 2.0 * np.pi * harmonics) / (2.0 * np.pi * ticks * tick_s)
-    best = int(np.argmax(power))
-    others = np.abs(hertz - hertz[best]) > 1e-9 * (1.0 / tick_s)
-    if np.any(power[others] > CLEAR * power[best]):
-        return None
-    return float(hertz[best])

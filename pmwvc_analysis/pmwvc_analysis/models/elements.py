@@ -7,9 +7,8 @@ elements, the law in which it is made is called once for those that decide alike
 returns is put together: it is a pure function, so that is what each element by itself would give.
 """
 
-import builtins
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, reduce
 from operator import itemgetter
 from types import FunctionType, SimpleNamespace
@@ -22,6 +21,8 @@ from pmwvc_core.law.family import Family
 from pmwvc_core.numeric import Array, Flags
 
 LAWS = ("pmwvc_core.law", "pmwvc_core.plant")
+BY_ELEMENT = ("exp", "expm1", "floor", "isfinite", "log1p", "sin", "sqrt")
+Path = tuple[str | int, ...]
 
 
 class DividedError(Exception):
@@ -47,18 +48,9 @@ class Elements(np.ndarray[Any, Any]):
             raise DividedError(which)
         return bool(those)
 
-    # As of numbers: another name may stand for the same one.
-    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
-        return self + other
-
-    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
-        return self - other
-
-    def __imul__(self, other: Any) -> Any:  # type: ignore[misc]
-        return self * other
-
-    def __itruediv__(self, other: Any) -> Any:  # type: ignore[misc]
-        return self / other
+    # Not in place: another name may stand for the same number.
+    __iadd__, __isub__ = np.ndarray.__add__, np.ndarray.__sub__  # type: ignore[assignment]
+    __imul__, __itruediv__ = np.ndarray.__mul__, np.ndarray.__truediv__  # type: ignore[assignment]
 
 
 def elements(values: Any) -> Any:
@@ -81,7 +73,7 @@ def lifted(law: Any) -> Callable[..., Any]:
             which = divided.which
         one, other = (call(*_each(itemgetter(part), given)) for part in (which, ~which))
         try:
-            return _joined(one, other, which)
+            return _mapped(lambda x, y: _joined(x, y, which), one, other)
         except UnlikeError as error:
             raise UnlikeError(
                 f"{law.__module__}.{law.__name__} decides by its signals between what has no "
@@ -91,68 +83,24 @@ def lifted(law: Any) -> Callable[..., Any]:
     return call
 
 
-class _Lifted(Family):
-    """A family whose members are lifted when first called."""
-
-    def __init__(self, family: Family) -> None:
-        super().__init__(family.name)
-        self._of = family
-
-    def __call__(self, first: Any, *others: Any) -> Any:
-        kind = type(first)
-        if kind not in self.members:
-            self.members[kind] = lifted(self._of.members[kind])
-        return self.members[kind](first, *others)
-
-
-@cache
-def _family(family: Family) -> Family:
-    return _Lifted(family)
-
-
 def _module(law: Any) -> dict[str, Any]:
     """Return the names of a law's module, with lifted laws."""
-    found = {name: _value(value, law.__module__) for name, value in law.__globals__.items()}
-    return found | {"min": _least, "max": _largest}
-
-
-def _value(value: Any, module: str) -> Any:
-    if isinstance(value, FunctionType) and value.__module__.startswith((*LAWS, module)):
-        return lifted(value)
-    if isinstance(value, Family):
-        return _family(value)
-    return MATH if value is math else value
-
-
-def _each(change: Callable[[Any], Any], value: Any) -> Any:
-    """Return nested tuples with other arrays of elements."""
-    if isinstance(value, tuple | list):
-        return _like(value, [_each(change, part) for part in value])
-    return change(value) if isinstance(value, Elements) else value
-
-
-def _like(value: Any, parts: list[Any]) -> Any:
-    """Return parts in the form of a value."""
-    if isinstance(value, list):
-        return parts
-    return value._make(parts) if hasattr(value, "_make") else tuple(parts)
-
-
-def _joined(one: Any, other: Any, which: Flags) -> Any:
-    """Return what belongs to all elements."""
-    if one is other:
-        return one
-    if isinstance(one, tuple | list) and type(one) is type(other) and len(one) == len(other):
-        pairs = zip(one, other, strict=True)
-        return _like(one, [_joined(*pair, which) for pair in pairs])
-    numbers = bool, int, float, np.generic, Elements
-    if not (isinstance(one, numbers) and isinstance(other, numbers)):
-        raise UnlikeError
-    if not isinstance(one, Elements) and not isinstance(other, Elements) and one == other:
-        return one
-    found = np.empty(len(which), np.result_type(one, other))
-    found[which], found[~which] = one, other
-    return elements(found)
+    found: dict[str, Any] = {
+        "min": _extreme(min, np.minimum),
+        "max": _extreme(max, np.maximum),
+    }
+    for name, value in law.__globals__.items():
+        if isinstance(value, FunctionType) and value.__module__.startswith(
+            (*LAWS, law.__module__)
+        ):
+            found[name] = lifted(value)
+        elif isinstance(value, Family):
+            found[name] = lambda first, *others, of=value: lifted(of.members[type(first)])(
+                first, *others
+            )
+        else:
+            found.setdefault(name, MATH if value is math else value)
+    return found
 
 
 def _extreme(of_numbers: Any, of_arrays: Any) -> Callable[..., Any]:
@@ -165,35 +113,67 @@ def _extreme(of_numbers: Any, of_arrays: Any) -> Callable[..., Any]:
     return extreme
 
 
-def _function(of_numbers: Any, of_arrays: Any) -> Callable[[Any], Any]:
-    def function(value: Any) -> Any:
-        return (of_arrays if isinstance(value, Elements) else of_numbers)(value)
-
-    return function
+def _function(name: str) -> Callable[[Any], Any]:
+    of_numbers, of_arrays = getattr(math, name), getattr(np, name)
+    return lambda value: (of_arrays if isinstance(value, Elements) else of_numbers)(value)
 
 
-_least = _extreme(builtins.min, np.minimum)
-_largest = _extreme(builtins.max, np.maximum)
-BY_ELEMENT = ("exp", "expm1", "floor", "isfinite", "log1p", "sin", "sqrt")
-MATH = SimpleNamespace(
-    **vars(math) | {name: _function(getattr(math, name), getattr(np, name)) for name in BY_ELEMENT}
-)
+MATH = SimpleNamespace(**vars(math) | {name: _function(name) for name in BY_ELEMENT})
+
+
+def _mapped(change: Callable[..., Any], *values: Any) -> Any:
+    """Return nested tuples of what is made of the numbers at each place of several ones;
+    UnlikeError where their forms differ.
+    """
+    first = values[0]
+    if not isinstance(first, tuple | list):
+        return change(*values)
+    if len(values) > 1:
+        if all(each is first for each in values):
+            return first
+        if any(type(each) is not type(first) or len(each) != len(first) for each in values):
+            raise UnlikeError
+    parts = [_mapped(change, *of_all) for of_all in zip(*values, strict=True)]
+    return _like(first, parts)
+
+
+def _like(value: Any, parts: list[Any]) -> Any:
+    """Return parts in the form of a value."""
+    if isinstance(value, list):
+        return parts
+    return value._make(parts) if hasattr(value, "_make") else tuple(parts)
+
+
+def _each(change: Callable[[Any], Any], value: Any) -> Any:
+    """Return nested tuples with other arrays of elements."""
+    return _mapped(lambda x: change(x) if isinstance(x, Elements) else x, value)
+
+
+def _joined(one: Any, other: Any, which: Flags) -> Any:
+    """Return the number of all elements."""
+    if one is other:
+        return one
+    numbers = bool, int, float, np.generic, Elements
+    if not (isinstance(one, numbers) and isinstance(other, numbers)):
+        raise UnlikeError
+    if not isinstance(one, Elements) and not isinstance(other, Elements) and one == other:
+        return one
+    found = np.empty(len(which), np.result_type(one, other))
+    found[which], found[~which] = one, other
+    return elements(found)
 
 
 def stacked(values: Sequence[Any]) -> Any:
     """Return nested tuples of several runs as one: numbers that differ become arrays ``(runs,)``;
     UnlikeError where the forms differ.
     """
-    first = values[0]
-    if isinstance(first, tuple | list):
-        if any(type(each) is not type(first) or len(each) != len(first) for each in values):
-            raise UnlikeError
-        if all(each is first for each in values):
-            return first
-        return _like(first, [stacked(of_all) for of_all in zip(*values, strict=True)])
-    if all(each is first or each == first for each in values):
-        return first
-    return elements(np.array(values))
+
+    def whole(*of_runs: Any) -> Any:
+        first = of_runs[0]
+        same = all(each is first or each == first for each in of_runs)
+        return first if same else elements(np.array(of_runs))
+
+    return _mapped(whole, *values)
 
 
 def repeated(value: Any, columns: int) -> Any:
@@ -201,31 +181,29 @@ def repeated(value: Any, columns: int) -> Any:
     return _each(lambda numbers: elements(np.tile(numbers, columns)), value)
 
 
-Path = tuple[str | int, ...]
-
-
 def leaves(value: Any, path: Path = ()) -> dict[Path, Any]:
     """Return the numbers in nested tuples by their paths; whole numbers and flags are none."""
     if isinstance(value, tuple | list):
         found: dict[Path, Any] = {}
-        for name, each in _named(value):
+        for name, each in zip(_names(value), value, strict=True):
             found |= leaves(each, (*path, name))
         return found
     real = isinstance(value, float) or (isinstance(value, Elements) and value.dtype == np.float64)
     return {path: value} if real else {}
 
 
-def _named(value: Any) -> Iterator[tuple[str | int, Any]]:
-    """Yield the parts of a tuple or list with their names, or their numbers."""
-    return zip(getattr(value, "_fields", range(len(value))), value, strict=True)
-
-
 def planted(value: Any, numbers: dict[Path, Any], path: Path = ()) -> Any:
     """Return nested tuples with other numbers at some paths."""
-    if isinstance(value, tuple | list):
-        parts = [planted(each, numbers, (*path, name)) for name, each in _named(value)]
-        return _like(value, parts)
-    return numbers.get(path, value)
+    if not isinstance(value, tuple | list):
+        return numbers.get(path, value)
+    pairs = zip(_names(value), value, strict=True)
+    return _like(value, [planted(each, numbers, (*path, name)) for name, each in pairs])
+
+
+def _names(value: Any) -> Sequence[str | int]:
+    """Return what the parts of a tuple or list are called: their names, or their numbers."""
+    names: Sequence[str | int] = getattr(value, "_fields", range(len(value)))
+    return names
 
 
 def text_of(path: Path) -> tuple[str, int]:

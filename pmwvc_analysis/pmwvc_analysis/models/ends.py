@@ -8,12 +8,14 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import lifted, stacked
-from pmwvc_analysis.models.links import Line
+from pmwvc_analysis.models.links import Line, UnderWay
 from pmwvc_analysis.models.variation import runs_of
 from pmwvc_core.controllers.plugged_ends import PluggedParams, PluggedServerParams
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.master import port_opened
+from pmwvc_core.law.server.contacts import offset_of
+from pmwvc_core.law.vectors import plus
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
@@ -22,17 +24,28 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings.contained import Contained
 
 LEAST_S = 1e-9  # of a soft start
+OFFSET = lifted(offset_of)
 
 
-class Ends(NamedTuple):
-    """All that is stepped: force loops, devices, and the server, by state or by parameters."""
+class Params(NamedTuple):
+    """Parameters of all that is stepped: force loops, devices, and the server."""
 
     loops: tuple[Any, ...]
     devices: tuple[Any, ...]
     server: Any
 
 
-def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[Ends, Ends]:
+class State(NamedTuple):
+    """State of all that is stepped, and each user's packets under way."""
+
+    loops: tuple[Any, ...]
+    devices: tuple[Any, ...]
+    server: Any
+    up: tuple[UnderWay, ...]
+    down: tuple[UnderWay, ...]
+
+
+def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[State, Params]:
     """Return both ends of a scenario whose numbers may be columns ``(runs, 1)``."""
     server = scenario.server
     if not scenario.coupling.black_box and not scenario.environment.known:
@@ -40,74 +53,67 @@ def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[Ends, End
     users = tuple(map(two_sided, scenario.users))
     modelled = dataclasses.replace(scenario, users=users, server=server)
     kept: dict[tuple[int, ...], Any] = {}
-    found: tuple[Ends, Ends] = stacked([_made(run, lines, dof, kept) for run in runs_of(modelled)])
+    found: tuple[State, Params] = stacked(
+        [_made(run, lines, dof, kept) for run in runs_of(modelled)]
+    )
     return found
 
 
 def _made(
     scenario: Scenario, lines: Sequence[Line], dof: int, kept: dict[tuple[int, ...], Any]
-) -> tuple[Ends, Ends]:
+) -> tuple[State, Params]:
     """Return both ends of one run; those of users with the same parameters are made once."""
     server, controller = scenario.server, scenario.controller
     of: dict[str, Any] = {"controller": controller, "channel": scenario.channel}
-    rest, loops = (0.0,) * dof, []
+    rest, ends = (0.0,) * dof, []
     for index, (user, line) in enumerate(zip(scenario.users, lines, strict=True)):
         own = user.master, user.baseline, user.own, user.safety, user.device
         key = index, *map(id, own)
         if key not in kept:
             fed = _fed_back(user, line.user.master.position.is_on)
             p = user_params(fed, packet_s=server.period_s, answer_tick=line.answer.phase, **of)
-            packet_s = server.period_s
-            s = resting_user(fed, p, controller=controller, axes=dof, packet_s=packet_s)
+            s = resting_user(fed, p, controller=controller, axes=dof, packet_s=server.period_s)
             s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
             device = simulated_params(user.device, scenario.tick_s)
             # With the parameters, so that their numbers stay those of this user.
             kept[key] = (*_opened(s, p), resting_device(rest, device), device, own)
-        loops.append(kept[key][:4])
+        ends.append(kept[key][:4])
     guests = [user for user, line in zip(scenario.users, lines, strict=True) for _ in line.ports]
     times = server_times(user.safety for user in scenario.users)
     q = server_params(guests, server=server, times=times, axes=dof, **of)
     at_server = resting_server(guests, q, controller=controller, server=server, axes=dof)
-    if hasattr(q.environment, "brakes"):
-        q = q._replace(environment=q.environment._replace(brakes=False))
     present = [g._replace(arrivals=arrivals_of(g.arrivals, rest)) for g in at_server.guests]
     at_server = at_server._replace(guests=tuple(present))
-    states, params, devices, of_devices = zip(*loops, strict=True)
-    return Ends(states, devices, at_server), Ends(
-        tuple(map(_from_outside, params)), of_devices, _at_server_from_outside(q)
-    )
-
-
-def _from_outside(p: Any) -> Any:
-    """Return a force loop whose law of another package takes elements, too."""
-    if not isinstance(p.port, PluggedParams):
-        return p
-    return p._replace(port=p.port._replace(device=lifted(p.port.device)))
-
-
-def _at_server_from_outside(q: Any) -> Any:
-    """Return a server likewise; what a coupling raises is not contained."""
-    e = q.environment
-    if isinstance(e, PluggedServerParams):
-        e = e._replace(avatar=lifted(e.avatar))
-    elif isinstance(getattr(e, "coupling", None), Contained):
-        e = e._replace(coupling=e.coupling.law)
-    return q._replace(environment=e)
+    states, params, devices, of_devices = zip(*ends, strict=True)
+    none = ((),) * len(lines)
+    q = q._replace(environment=_unlimited(q.environment))
+    return State(states, devices, at_server, none, none), Params(params, of_devices, q)
 
 
 def _opened(s: Any, p: Any) -> tuple[Any, Any]:
-    """Return a force loop without limits, which takes positions as exact."""
-    limits = p.limits
-    far = {name: math.inf for name, limit in limits._asdict().items() if type(limit) is float}
-    limits = limits._replace(**far | {"soft_start_s": LEAST_S, "tick_s": limits.tick_s})
-    port = s.port
-    if hasattr(port, "counts"):
-        exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in port.x)
-        port = port._replace(counts=exact, begun=True)
-    arrivals = p.arrivals._replace(longest=math.inf)
-    return s._replace(port=port), p._replace(
-        limits=limits._replace(brakes=False), arrivals=arrivals
-    )
+    """Return a force loop without limits, which takes positions as exact; its law may be one of
+    another package.
+    """
+    far = {name: math.inf for name, limit in p.limits._asdict().items() if type(limit) is float}
+    far |= {"soft_start_s": LEAST_S, "tick_s": p.limits.tick_s, "brakes": False}
+    p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
+    if isinstance(p.port, PluggedParams):
+        p = p._replace(port=p.port._replace(device=lifted(p.port.device)))
+    if hasattr(s.port, "counts"):
+        exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in s.port.x)
+        s = s._replace(port=s.port._replace(counts=exact, begun=True))
+    return s, p
+
+
+def _unlimited(e: Any) -> Any:
+    """Return an environment without brakes; what a coupling raises is not contained."""
+    if hasattr(e, "brakes"):
+        e = e._replace(brakes=False)
+    if isinstance(e, PluggedServerParams):
+        return e._replace(avatar=lifted(e.avatar))
+    if isinstance(getattr(e, "coupling", None), Contained):
+        return e._replace(coupling=e.coupling.law)
+    return e
 
 
 def _fed_back(user: User, anywhere: bool) -> User:
@@ -124,3 +130,29 @@ def two_sided(user: User) -> User:
     master = dataclasses.replace(user.master, local_model=local)
     contact = dataclasses.replace(user.contact, contact="bilateral")
     return dataclasses.replace(user, master=master, contact=contact)
+
+
+def followed(s: State, lines: Sequence[Line], black_box: bool) -> State:
+    """Put avatars where contacts and object are; equal users are with the first of them."""
+    server, environment = s.server, s.server.environment
+    guests, ports, box = list(server.guests), list(environment.ports), environment.body
+    body = box.environment.body if black_box else box
+    inside: tuple[list[Any], ...] = ()
+    if black_box:
+        inside = list(box.environment.visitors), list(box.users)
+    for first, *others in (line.ports for line in lines):
+        contact = inside[0][first].contact if black_box else ports[first].avatar.contact
+        x_s = plus(body.x, OFFSET(contact))
+        ports[first] = ports[first]._replace(x_s=x_s)
+        if black_box:
+            inside[0][first] = inside[0][first]._replace(at=x_s)
+            inside[1][first] = inside[1][first]._replace(x=x_s, f=ports[first].avatar.f)
+        for each in (guests, ports, *inside):
+            for other in others:
+                each[other] = each[first]
+    if black_box:
+        visitors, users = map(tuple, inside)
+        held = box.environment._replace(visitors=visitors)
+        box = box._replace(x=body.x, xd=body.xd, environment=held, users=users)
+    environment = environment._replace(ports=tuple(ports), body=box)
+    return s._replace(server=server._replace(guests=tuple(guests), environment=environment))

@@ -9,26 +9,35 @@ to be the sum of the others. What answers by less than in proportion (energies) 
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from pmwvc_analysis.models.elements import Path, as_columns, elements, leaves, planted, repeated
+from pmwvc_analysis.models.elements import (
+    Path,
+    as_columns,
+    elements,
+    leaves,
+    planted,
+    repeated,
+    text_of,
+)
+from pmwvc_analysis.models.ends import followed
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.models.links import CUT, SIGNALS, Link, size_of
+from pmwvc_analysis.models.links import SIGNALS
 from pmwvc_analysis.models.loop import Loop
-from pmwvc_analysis.models.places import Places, State
-from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
 OUTPUTS = ("x", "xd", "f")
+WAYS = ("up", "down")  # of packets
 ONE = 2.0**-40  # of a unit, in SI units: limits are far away, and scaling is exact
 LESS = 2.0**-20  # of the second weighted column
 SUPERPOSED = 1e-9  # relative: what differs by more is not linear
 ROUNDING = 1e-14  # of numbers that are not zero at rest
-Under = tuple[Link, int, str, int]  # link, when sent, signal, axis
+WATCHING = ("still_s", "slow_s", "way_m")  # of counts and jumps: without any, nothing reads them
+StateName: TypeAlias = tuple[str, int]  # name and axis
 
 
 class Hyperperiod(Loop):
@@ -36,103 +45,83 @@ class Hyperperiod(Loop):
 
     Attributes
     ----------
-    names
-        The states: name and axis, those of packets under way last.
-    places
-        Where they are, and what object and contacts are called.
+    paths
+        The states, those of packets under way last, and where each is found.
     """
 
     def __init__(
         self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
         super().__init__(scenario, live=live, weights=weights)
-        self._rest, self.places = self.s, Places(scenario, self.lines)
-        self._under_way: dict[State, Under] = {
-            (f"{line.name}.{way}.{signal}[{past}]", axis): (link, past, signal, axis)
-            for line in self.lines
-            for way, link in (("up", line.up), ("down", line.down))
-            for past in link.past
-            for signal in SIGNALS
-            for axis in range(size_of(scenario, way, signal, self.dof))
-        }
-        self._carried: dict[State, Path] = {}
+        self._rest, self._box = self.s, scenario.coupling.black_box
+        self.paths: dict[StateName, Path] = {}
         self._find()
 
     @property
-    def names(self) -> list[State]:
-        """The states."""
-        return [*self._carried, *self._under_way]
+    def body(self) -> str:
+        """Name of the object's position; its velocity has a d more."""
+        inside = self._box and self.scenario.environment.movable
+        return f"server.environment.body.{'environment.body.' if inside else ''}x"
+
+    @property
+    def moving(self) -> set[str]:
+        """Names of the positions and velocities of devices and object."""
+        positions = [f"{line.name}.device.x" for line in self.lines]
+        positions += [self.body] if self.scenario.environment.movable else []
+        return {name for x in positions for name in (x, f"{x}d")}
+
+    def deflection(self, index: int) -> str:
+        """Return the name of the deflection of a user's contact."""
+        port = self.lines[index].ports[0]
+        inside = f"body.environment.visitors.{port}" if self._box else f"ports.{port}.avatar"
+        return f"server.environment.{inside}.contact.springs.deflection"
 
     def around(
         self, *, inputs: bool = False, outputs: bool = False, rounds: int = 1, one: float = ONE
     ) -> tuple[Array, dict[str, Array]]:
-        """Step around the hyperperiod.
+        """Step around the hyperperiod, ``rounds`` times, with units of ``one`` in SI units.
 
-        Parameters
-        ----------
-        inputs
-            Whether columns follow for each user's force in each tick, along each axis.
-        outputs
-            Whether outputs are wanted.
-        rounds
-            How often; with inputs and outputs, once.
-        one
-            Amplitude of the unit of every state and input, in SI units.
-
-        Returns
-        -------
-        rows : ndarray
-            ``(runs, states, columns)``: the states at the end.
-        read : dict
-            ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis; empty where none are
-            wanted.
+        Columns are the states, and with ``inputs`` each user's force in each tick along each axis.
+        Returns the states at the end, ``(runs, states, columns)``, and where ``outputs`` are
+        wanted ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis (with one round).
         """
         if (asked := (inputs, rounds, one)) != self._went:
             self._go(*asked)
-        names = [f"{line.name}.{{}}" for line in self.lines for _ in range(self.ticks * self.dof)]
-        return self.ended(rounds), {
-            name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
-            for name, of in self._read.items()
-            if outputs
+        ends = leaves(self.s)
+        after = self._rows([(name, ends[path]) for (name, _), path in self.paths.items()])
+        return after, {
+            name: self._rows(
+                [
+                    (f"{line.name}.{name}", value)
+                    for user, line in enumerate(self.lines)
+                    for by_user in self._read
+                    for value in by_user[user][place]
+                ]
+            )
+            for place, name in enumerate(OUTPUTS if outputs else ())
         }
 
-    def _go(self, inputs: bool, rounds: int, one: float) -> None:
-        """Step around as :meth:`around` says, and keep what is read."""
+    def _go(self, inputs: bool = False, rounds: int = 1, one: float = ONE) -> None:
+        """Step around as :meth:`around` says, and keep what is read, tick by tick."""
         users, ticks = range(len(self.lines)), self.ticks
-        self.begin(len(users) * ticks if inputs else 0, one)
-        read: dict[str, list[list[Any]]] = {name: [[] for _ in users] for name in OUTPUTS}
+        self._begin(len(users) * ticks if inputs else 0, one)
+        self._read = []
         for tick in range(rounds * ticks):
-            forces = self.still
-            if inputs:
-                forces = [self._inputs(user * ticks + tick) for user in users]
-            for user, values in enumerate(self.advance(tick, forces)):
-                for name, value in zip(OUTPUTS, values, strict=True):
-                    read[name][user] += value
-        self._went, self._read = (inputs, rounds, one), read
+            forces = [self._input(user * ticks + tick) for user in users] if inputs else self.still
+            self._read.append(self.advance(tick, forces))
+        self._went = inputs, rounds, one
 
-    def begin(self, inputs: int, one: float = ONE) -> None:
+    def _begin(self, inputs: int, one: float) -> None:
         """Set every state to one in a column of its own, with as many more for inputs."""
-        self._one, self._states = one, len(self.names)
-        self._width = self._states + inputs * self.dof
+        self._one, self._width = one, len(self.paths) + inputs * self.dof
         rng = np.random.default_rng(self._width)
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
-        units = {state: self._unit(column) for column, state in enumerate(self.names)}
-        self.s = self.places.followed(
-            planted(
-                repeated(self._rest, self._columns),
-                {path: units[state] for state, path in self._carried.items()},
-            )
+        units = {path: self._unit(column) for column, path in enumerate(self.paths.values())}
+        self.s = followed(
+            planted(repeated(self._rest, self._columns), units), self.lines, self._box
         )
         self.p = repeated(self._p, self._columns)
-        for line in self.lines:
-            for link in (line.up, line.down):
-                own = {
-                    under[1:]: units[state]
-                    for state, under in self._under_way.items()
-                    if under[0] is link
-                }
-                link.begin(self._columns, own)
 
     @property
     def _columns(self) -> int:
@@ -144,60 +133,29 @@ class Hyperperiod(Loop):
         values[-2], values[-1] = self._one * self._weights[column] * np.array([[1.0], [LESS]])
         return elements(values.ravel())
 
-    def _inputs(self, index: int) -> Vector:
+    def _input(self, index: int) -> Vector:
         """Return an input that is one along each axis."""
-        first = self._states + index * self.dof
+        first = len(self.paths) + index * self.dof
         return tuple(self._unit(first + axis) for axis in range(self.dof))
 
-    def cut(self, link: Link, first: int) -> list[Any]:
-        """Cut a link: what is sent goes into the list returned, and inputs come in instead."""
-        sent: list[Any] = []
-
-        def relay(packet: Packet) -> Packet:
-            comes: dict[str, Any] = {}
-            for signal in CUT:
-                comes[signal] = self._inputs(first + len(sent) // self.dof)
-                sent.extend(getattr(packet, signal))
-            return packet._replace(**comes)
-
-        link.relay = relay
-        return sent
-
-    def ended(self, rounds: int = 1) -> Array:
-        """Return the states after so many hyperperiods, ``(runs, states, columns)``."""
-        values = leaves(self.s)
-        ends = [values[path] for path in self._carried.values()]
-        index = {state: j for j, state in enumerate(self.names)}
-        shifts = []
-        for state, (link, past, signal, axis) in self._under_way.items():
-            later = past + rounds * self.ticks
-            if later >= 0:
-                ends.append(getattr(link.packets[later], signal)[axis])
-            else:
-                ends.append(0.0)
-                name = state[0].replace(f"[{past}]", f"[{later}]")
-                shifts.append((index[state], index[name, axis]))
-        found = self.rows(ends, [name for name, _ in self.names])
-        for new, old in shifts:
-            found[:, new, old] = 1.0
-        return found
-
-    def rows(self, values: Sequence[Any], names: Sequence[str] = ()) -> Array:
-        """Return signals as rows over all states and inputs, ``(runs, signals, columns)``.
+    def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
+        """Return signals with their names as rows over all states and inputs, ``(runs, signals,
+        columns)``.
 
         Raises
         ------
         NonlinearError
             If superposition does not hold.
         """
-        whole = self._answers(values)
+        whole = self._answers([value for _, value in signals])
         rows, together = whole[:, : self._width], whole[:, -2]
-        size = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows))
-        largest = size.max(axis=0, initial=0.0)
+        largest = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows)).max(
+            axis=0, initial=0.0
+        )
         off = np.abs(np.einsum("c,scr->sr", self._weights, rows) - together)
         wrong = np.any(off > SUPERPOSED * largest, axis=1)
         if wrong.any():
-            bad = {names[j] if names else "packet" for j in np.flatnonzero(wrong).tolist()}
+            bad = {signals[j][0] for j in np.flatnonzero(wrong).tolist()}
             raise NonlinearError(
                 f"{self.scenario.name}: superposition does not hold for "
                 f"{', '.join(sorted(bad))}; there is no linear model; use 'pmwvc simulate'"
@@ -215,16 +173,46 @@ class Hyperperiod(Loop):
 
     def _find(self) -> None:
         """Find the states: those that the motion of devices and object sets in motion."""
-        self._p = self.p
-        places, moving = self.places.of(self._rest), self.places.moving(self.dof)
-        states, found = moving, True
-        while found:
-            self._carried = {state: path for state, path in places.items() if state in states}
-            self._go(inputs=False, rounds=1, one=ONE)
+        self._p, places, moving = self.p, self._places(), self.moving
+        new = states = {
+            state for state, path in places.items() if path[0] in WAYS or state[0] in moving
+        }
+        while new:
+            self.paths = {state: path for state, path in places.items() if state in states}
+            self._go()
             values = leaves(self.s)
-            others = [state for state in places if state not in self._carried]
+            others = [state for state in places if state not in states]
             answers = self._answers([values[places[state]] for state in others])
             large, small = np.abs(answers[:, -2]), np.abs(answers[:, -1])
             answer = np.any(small > large * LESS**1.5, axis=1).tolist()
             new = {state for state, is_one in zip(others, answer, strict=True) if is_one}
-            states, found = states | new, bool(new)
+            states = states | new
+
+    def _places(self) -> dict[StateName, Path]:
+        """Return where a state may be: at numbers that do not follow from others."""
+        paths = [
+            path
+            for path, value in leaves(self._rest).items()
+            if path[-1] not in WATCHING
+            and np.all(np.isfinite(value))
+            and (path[0] not in WAYS or path[-2] in SIGNALS)
+        ]
+        marks = {path: 0.5 + number for number, path in enumerate(paths)}
+        left = leaves(followed(planted(self._rest, marks), self.lines, self._box))
+        return {self._state(path): path for path in paths if left[path] is marks[path]}
+
+    def _state(self, path: Path) -> StateName:
+        if path[0] == "server":
+            return text_of(path)
+        where, user = str(path[0]), int(path[1])
+        if where in WAYS:
+            return f"{self.lines[user].name}.{where}.{path[-2]}[{self.sent_at(path)}]", int(
+                path[-1]
+            )
+        inside, axis = text_of(path[2:])
+        return f"{self.lines[user].name}.{'device.' if where == 'devices' else ''}{inside}", axis
+
+    def sent_at(self, path: Path) -> int:
+        """Return the tick at which a packet under way was sent."""
+        where, user, place = path[:3]
+        return int(getattr(self._rest, str(where))[user][place].tick)

@@ -13,7 +13,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
 from pmwvc_core.scenario.names import varied
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import environment_of
@@ -43,14 +43,11 @@ class NonlinearError(PmwvcError, ValueError):
 
 def outside(scenario: Scenario) -> list[str]:
     """Return what of both ends comes from other packages and has a linear model of its own."""
+    compensation = COMPENSATIONS.of(scenario.server.compensation)
     parts = (
         ("controller", RECORDS.library, record_of(scenario.controller)),
         ("server.coupling", COUPLINGS.library, scenario.coupling),
-        (
-            "server.compensation",
-            COMPENSATIONS.library,
-            COMPENSATIONS.of(scenario.server.compensation),
-        ),
+        ("server.compensation", COMPENSATIONS.library, compensation),
     )
     return [
         f"{parameter} = {record.name}"
@@ -61,10 +58,7 @@ def outside(scenario: Scenario) -> list[str]:
 
 def nonlinear(scenario: Scenario) -> list[Element]:
     """Return everything in a scenario that is not linear, or that has no linear model."""
-    found = [*_of_controller(scenario)]
-    for user in scenario.users:
-        found += _of_user(user, strict=scenario.strict)
-    return found
+    return [*_of_controller(scenario), *_of_users(scenario)]
 
 
 def axes_of(scenario: Scenario) -> int:
@@ -86,14 +80,14 @@ def require_linear(scenario: Scenario) -> None:
         Naming each, and what to ask instead.
     """
     found = nonlinear(scenario)
+    alone = [element.text for element in found if element.instead is None]
+    if alone:
+        raise NonlinearError(
+            f"{scenario.name}: {', '.join(alone)}: has no linear model, and none is near; use "
+            "'pmwvc simulate'"
+        )
     if found:
-        alone = [element.text for element in found if element.instead is None]
-        if alone:
-            raise NonlinearError(
-                f"{scenario.name}: {', '.join(alone)}: has no linear model, and none is near; use "
-                "'pmwvc simulate'"
-            )
-        settings = " ".join(f"--set {setting}" for setting in _settings(found))
+        settings = " ".join(f"--set {setting}" for setting in dict.fromkeys(map(setting, found)))
         raise NonlinearError(
             f"{scenario.name} is not linear: {', '.join(element.text for element in found)}; ask "
             f"for the nearest linear scenario with {settings}, or use 'pmwvc simulate'"
@@ -111,7 +105,7 @@ def relative(scenario: Scenario) -> Relative | None:
             changed = dataclasses.replace(changed, **{element.name: element.instead})
         else:
             changed = varied(changed, element.name, element.instead)
-    return Relative(changed, _settings(found))
+    return Relative(changed, list(dict.fromkeys(map(setting, found))))
 
 
 def setting(element: Element) -> str:
@@ -119,14 +113,9 @@ def setting(element: Element) -> str:
     return f"{element.name}={element.instead}"
 
 
-def _settings(found: list[Element]) -> list[str]:
-    return list(dict.fromkeys(map(setting, found)))
-
-
 def _element(name: str, value: object, instead: Any, *, user: str = "", unit: str = "") -> Element:
     """Return the element that a parameter has with a value, of a user or of all."""
-    whose = f"{user}." if user else ""
-    return Element(f"{whose}{name} = {value} {unit}".rstrip(), name, instead)
+    return Element(f"{user}{name} = {value} {unit}".rstrip(), name, instead)
 
 
 def _of_controller(scenario: Scenario) -> Iterator[Element]:
@@ -157,53 +146,53 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
             yield Element(text, "server.environment", environment.with_slope)
 
 
-def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
-    of: dict[str, Any] = {"user": user.name}
-    for name, unit in (("friction", "N"), ("encoder_step_m", "m")):
-        value = getattr(user.device, name)
-        if np.any(np.asarray(value) > 0.0):
-            yield _element(f"device.{name}", value, 0, unit=unit, **of)
-    for group, port in (("master", user.master), ("server", user.contact)):
-        if port.deadband.is_on:
-            yield _element(f"{group}.deadband.kind", port.deadband.kind, "none", **of)
-    for way, link in (("up", user.link_up), ("down", user.link_down)):
-        for effect in active(link):
-            if effect.linear is None:
-                parameter, off = effect.switch
-                unit = specs(type(link))[parameter].unit.replace("-", "")
-                value = getattr(link, parameter)
-                yield _element(f"link.{way}.{parameter}", value, off, unit=unit, **of)
-    position, local = user.master.position, user.master.local_model
-    if position.adapts:
-        yield _element("master.position.adapts", "true", False, **of)
-    if position.is_paid:
-        near = "none" if strict else "printed"
-        yield _element("master.position.feedback", position.feedback, near, **of)
-    if user.master.bank.is_on and local.is_plugin:
-        yield _element("master.local_model.kind", local.kind, "spring_damper", **of)
+def _of_users(scenario: Scenario) -> Iterator[Element]:
+    for user in scenario.users:
+        of: dict[str, Any] = {"user": f"{user.name}."}
+        for name, unit in (("friction", "N"), ("encoder_step_m", "m")):
+            value = getattr(user.device, name)
+            if np.any(np.asarray(value) > 0.0):
+                yield _element(f"device.{name}", value, 0, unit=unit, **of)
+        for group, port in (("master", user.master), ("server", user.contact)):
+            if port.deadband.is_on:
+                yield _element(f"{group}.deadband.kind", port.deadband.kind, "none", **of)
+        for way, link in (("up", user.link_up), ("down", user.link_down)):
+            for effect in active(link):
+                if effect.linear is None:
+                    parameter, off = effect.switch
+                    unit = specs(type(link))[parameter].unit.replace("-", "")
+                    value = getattr(link, parameter)
+                    yield _element(f"link.{way}.{parameter}", value, off, unit=unit, **of)
+        position, local = user.master.position, user.master.local_model
+        if position.adapts:
+            yield _element("master.position.adapts", "true", False, **of)
+        if position.is_paid:
+            near = "none" if scenario.strict else "printed"
+            yield _element("master.position.feedback", position.feedback, near, **of)
+        if user.master.bank.is_on and local.is_plugin:
+            yield _element("master.local_model.kind", local.kind, "spring_damper", **of)
 
 
-def notes_of(scenario: Scenario, *, live: bool = False) -> list[str]:
+def notes_of(scenario: Scenario) -> list[str]:
     """Return, in sentences, where the linear model stands for something else."""
-    users = scenario.users
-    found = outside_words(scenario)
-    if any(user.contact.grips for user in users):
-        found.append("Grip contacts are modelled as two-sided: valid while all users touch.")
-    if any(
-        user.master.bank.is_on and user.master.local_model.acts != "everywhere" for user in users
-    ):
-        found.append("One-sided local models are modelled as always in contact.")
-    if any(user.operator.answers for user in users):
-        found.append("Hands are modelled as applied forces, without stiffness and mass.")
-    if scenario.changes:
-        found.append("Changes of parameters are not modelled: those at the start hold.")
-    effects = left_out(scenario)
-    if effects:
-        found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")
-    if scenario.dof > axes_of(scenario):
-        found.append("One axis is analysed: all axes have the same model.")
-    found.append("Limits of force, speed and workspace are not modelled.")
-    return found
+    users, effects = scenario.users, "; ".join(left_out(scenario))
+    models = [user.master.local_model for user in users if user.master.bank.is_on]
+    notes = {
+        "Grip contacts are modelled as two-sided: valid while all users touch.": any(
+            user.contact.grips for user in users
+        ),
+        "One-sided local models are modelled as always in contact.": any(
+            local.acts != "everywhere" for local in models
+        ),
+        "Hands are modelled as applied forces, without stiffness and mass.": any(
+            user.operator.answers for user in users
+        ),
+        "Changes of parameters are not modelled: those at the start hold.": scenario.changes,
+        f"Left out, as every packet takes delay_s: {effects}.": effects,
+        "One axis is analysed: all axes have the same model.": scenario.dof > axes_of(scenario),
+        "Limits of force, speed and workspace are not modelled.": True,
+    }
+    return [*outside_words(scenario), *(note for note, holds in notes.items() if holds)]
 
 
 def tried_strictly(scenario: Scenario) -> bool:

@@ -1,31 +1,43 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The exact linear model of a scenario: the laws of a session, perturbed.
+"""The exact linear model of a scenario: the laws of a session, perturbed over one hyperperiod.
+
+All periods (frames of every user, steps of the server) fit into the hyperperiod a whole number of
+times. Over it the state goes on by a constant matrix::
+
+    z(n+1) = A z(n) + B f(n),      y(n) = C z(n) + D f(n)
+
+with f the hands' forces held over every tick, and y motion and force at the start of every tick,
+both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix:
+stable is what has no eigenvalue outside the unit circle, apart from motions that are no
+instability (:mod:`.motions.rigid`).
 
 Both ends and the devices are brought to rest, where all signals are zero. Then every state and
 every packet under way is set to one in a column of its own, and all columns are stepped side by
-side once around the hyperperiod (:mod:`.hyperperiod`). What the states are
-at the end is a row each of the transition matrix, on the states that matter: those that are
-not read, not driven, or present twice are left out. None of that changes an eigenvalue other than
-zero, nor what follows from the inputs. Structure counts, not size: a state is left out where its
-entries are exactly zero, or two rows exactly equal, in every run.
-
-Not here: motions that are no instability (:mod:`.rigid`).
+side once around the hyperperiod (:mod:`.hyperperiod`). What the states are at the end is a row
+each of A, on the states that matter: those that are not read, not driven, or present twice are
+left out. None of that changes an eigenvalue other than zero, nor what follows from the inputs.
+Structure counts, not size: a state is left out where its entries are exactly zero, or two rows
+exactly equal, in every run.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import Hyperperiod
+from pmwvc_analysis.models.hyperperiod import Hyperperiod, StateName
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.outside import checked
 from pmwvc_analysis.models.variation import lengths
-from pmwvc_core.numeric import Array
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
+
+LARGEST_LIFTED = 4000  # users times ticks times axes
+LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB
 
 
 class Output(NamedTuple):
@@ -86,7 +98,7 @@ class Linear:
 
     @cached_property
     def rigid(self) -> list[rigid.Family]:
-        """Motions that are no instability; see :mod:`.rigid`."""
+        """Motions that are no instability; see :mod:`.motions.rigid`."""
         return rigid.families(self)
 
     @cached_property
@@ -96,7 +108,9 @@ class Linear:
 
     def radii(self) -> Array:
         """Return the spectral radius of every run on that quotient."""
-        return rigid.radius(self.left)
+        if not self.left.shape[-1]:
+            return np.zeros(len(self.left))
+        return np.asarray(np.abs(np.linalg.eigvals(self.left)).max(axis=-1))
 
 
 def linearize(
@@ -107,7 +121,7 @@ def linearize(
     """
     loop_of = kept_loop.__wrapped__ if any(lengths(scenario)) else kept_loop
     loop = loop_of(scenario, live, tuple(weights))
-    return model_of(loop, *loop.around(outputs=outputs))
+    return model_of(loop, list(loop.paths), *loop.around(outputs=outputs))
 
 
 @lru_cache(maxsize=8)
@@ -116,79 +130,94 @@ def kept_loop(scenario: Scenario, live: bool, weights: tuple[int, ...]) -> Hyper
     return checked(scenario, live=live, weights=weights)
 
 
-def model_of(loop: Hyperperiod, rows: Array, read: dict[str, Array]) -> Linear:
-    """Return the model of what was stepped, on the states that matter."""
-    entries = loop.names
-    moving = {loop.places.body, f"{loop.places.body}d"}
-    moving |= {f"{line.name}.device.{x}" for line in loop.lines for x in ("x", "xd")}
-    moving |= {loop.places.deflection(index) for index in range(len(loop.lines))}
-    moving |= {name for name, _ in entries if name.endswith(".local.x")}  # springs
-    kept, (left, *signals) = reduced(
-        rows, list(read.values()), always=lambda j: entries[j][0] in moving
-    )
-    columns = {entries[j]: index for index, j in enumerate(kept)}
-    placed = moving & {name for name, _ in columns}
-    outputs = dict(zip(read, signals, strict=True))
-    return Linear(loop, columns, left, outputs, frozenset(placed))
+def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
+    """Return the model of a scenario of plain numbers, with inputs and outputs.
+
+    Raises
+    ------
+    NonlinearError
+        If an element is not linear.
+    PmwvcError
+        If the hyperperiod is too long, or there are too many states or inputs.
+    """
+    loop = checked(scenario, live=live, weights=weights)
+    lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.paths) * loop.dof
+    if states > LARGEST_STATES:
+        raise PmwvcError(
+            f"{scenario.name}: {states} states, nearly all of them packets in flight, "
+            f"more than {LARGEST_STATES}; shorten link.delay_s (pmwvc stability takes any delay)"
+        )
+    if lifted > LARGEST_LIFTED:
+        raise PmwvcError(
+            f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod, along each "
+            f"axis), more than {LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
+        )
+    return model_of(loop, list(loop.paths), *loop.around(inputs=True, outputs=True))
 
 
-def reduced(
-    rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]
-) -> tuple[list[int], list[Array]]:
-    """Return the states that matter, and on them the matrices given.
+def spectral_radius(model: Linear) -> float:
+    """Return the largest length of an eigenvalue of A on the quotient by rigid motions."""
+    return float(model.radii()[0])
+
+
+def model_of(
+    loop: Hyperperiod, states: Sequence[StateName], rows: Array, read: dict[str, Array]
+) -> Linear:
+    """Return the model of what was stepped, on those of its states that matter."""
+    placed = loop.moving | {loop.deflection(index) for index in range(len(loop.lines))}
+    placed |= {name for name, _ in states if name.endswith(".local.x")}  # springs
+    always = np.array([name in placed for name, _ in states], dtype=np.bool_)
+    kept, whole = reduced(np.concatenate([rows, *read.values()], axis=1), always)
+    columns = {states[j]: index for index, j in enumerate(kept)}
+    ends = np.cumsum([len(kept), *(each.shape[1] for each in read.values())])[:-1]
+    left, *signals = np.split(whole, ends, axis=1)
+    named = frozenset(name for name, _ in columns if name in placed)
+    return Linear(loop, columns, left, dict(zip(read, signals, strict=True)), named)
+
+
+def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
+    """Return the states that matter, and the matrix on them alone.
 
     Parameters
     ----------
-    rows
-        ``(runs, n, n and inputs)``: the states after a step.
-    read
-        ``(runs, signals, n and inputs)``: what is read of them otherwise.
+    whole
+        ``(runs, n and signals, n and inputs)``: the n states after a step, and what is read of
+        them otherwise.
+    always
+        ``(n,)``: states that matter in any case.
     """
-    n = rows.shape[1]
-    whole = [rows.copy(), *(each.copy() for each in read)]
-    filled = [np.any(each != 0.0, axis=0) for each in whole]  # entries other than zero in any run
-    kept = list(range(n))
+    n, whole = len(always), whole.copy()
+    filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run
+    kept = np.arange(n)
     while True:
-        twins = _twins(whole[0], kept, always)
-        for each, entries in zip(whole, filled, strict=True):
-            for twin, first in twins.items():
-                each[:, :, first] += each[:, :, twin]
-                each[:, :, twin] = 0.0
-                entries[:, [first, twin]] = np.any(each[:, :, [first, twin]] != 0.0, axis=0)
-        still = [j for j in kept if j not in twins]
-        moved = filled[0][still]  # (still, n and inputs)
-        own = np.zeros_like(moved)
-        own[np.arange(len(still)), still] = True
-        columns = still + list(range(n, rows.shape[2]))
-        driven = np.any((moved & ~own)[:, columns], axis=1)
-        others = moved & ~(own & (whole[0][0][still] == 1.0))  # a sum that only it reads is none
-        seen = np.any(np.concatenate([others, *filled[1:]]), axis=0)
-        left = [
-            j
-            for j, is_driven in zip(still, driven, strict=True)
-            if always(j) or (is_driven and seen[j])
-        ]
-        gone = list(set(still) - set(left))
-        for each, entries in zip(whole, filled, strict=True):
-            each[:, :, gone] = 0.0
-            entries[:, gone] = False
-        if left == kept:
-            break
+        twins = _twins(whole, kept, always)
+        for twin, first in twins.items():
+            whole[:, :, first] += whole[:, :, twin]
+            filled[:, first] = np.any(whole[:, :, first] != 0.0, axis=0)
+        still = np.setdiff1d(kept, list(twins))
+        own = still[:, np.newaxis] == np.arange(whole.shape[2])
+        columns = np.r_[still, n : whole.shape[2]]
+        driven = np.any((filled[still] & ~own)[:, columns], axis=1)
+        others = filled[still] & ~(own & (whole[0, still] == 1.0))  # a sum only it reads is none
+        seen = others.any(axis=0) | filled[n:].any(axis=0)
+        left = still[always[still] | (driven & seen[still])]
+        gone = np.setdiff1d(kept, left)
+        whole[:, :, gone], filled[:, gone] = 0.0, False
+        if len(left) == len(kept):
+            rows = np.r_[kept, n : whole.shape[1]]
+            return kept.tolist(), whole[:, rows[:, np.newaxis], np.r_[kept, n : whole.shape[2]]]
         kept = left
-    columns = kept + list(range(n, rows.shape[2]))
-    found, *outputs = (each[:, :, columns] for each in whole)
-    return kept, [found[:, kept], *outputs]
 
 
-def _twins(rows: Array, kept: list[int], always: Callable[[int], bool]) -> dict[int, int]:
+def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
     """Return states that are equal to an earlier one after every step."""
     first: dict[bytes, list[int]] = {}  # by their rows in the first run
     found = {}
-    for j in kept:
-        alike = first.setdefault((rows[0, j] + 0.0).tobytes(), [])
-        earlier = next((i for i in alike if np.array_equal(rows[:, i], rows[:, j])), None)
+    for j in kept.tolist():
+        alike = first.setdefault((whole[0, j] + 0.0).tobytes(), [])
+        earlier = next((i for i in alike if np.array_equal(whole[:, i], whole[:, j])), None)
         if earlier is None:
             alike.append(j)
-        elif not always(j):
+        elif not always[j]:
             found[j] = earlier
     return found

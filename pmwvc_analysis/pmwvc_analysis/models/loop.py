@@ -19,12 +19,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_analysis.models.elements import lifted
-from pmwvc_analysis.models.ends import Ends, made
+from pmwvc_analysis.models.ends import State, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
-from pmwvc_analysis.models.links import Line, line_of, modelled_ticks, sums_anew
+from pmwvc_analysis.models.links import Line, Sent, arrived, hyperperiod_ticks, line_of, sums_anew
 from pmwvc_analysis.models.variation import lengths
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
-from pmwvc_core.law.channel.playout import Playout, add
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.sensing import Sample
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
@@ -32,11 +34,11 @@ from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.scenario.scenario import Scenario
 
-SEND, BEGIN, TICK = lifted(send), lifted(begin), lifted(user_tick)
-STEP, DEVICE = lifted(server_step), lifted(device_step)
+AT_REST = send, begin, user_tick, server_step, device_step  # on plain numbers, quicker
+LIFTED = tuple(map(lifted, AT_REST))
+LONGEST = 20000  # ticks of a hyperperiod
 SETTLED_S = 30.0  # many times as long as the lag takes to follow
 STORE_S = 0.1  # more than a settled playout has in store
-AT_REST = send, begin, user_tick, server_step, device_step  # on plain numbers, quicker
 
 
 class Loop:
@@ -67,95 +69,99 @@ class Loop:
     ) -> None:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
-        self._tick_ns = round(scenario.tick_s * 1e9)
         self.live, self.weights = live, weights
-        self.ticks, self.dof = modelled_ticks(scenario), axes_of(scenario)
-        ports, users = itertools.count(), range(len(scenario.users))
+        self.ticks, self.dof = hyperperiod_ticks(scenario), axes_of(scenario)
+        if self.ticks > LONGEST:
+            raise PmwvcError(
+                f"{scenario.name}: frames and server period fit together only after {self.ticks} "
+                f"ticks, more than {LONGEST}; choose rate_drop and period_s with common factors"
+            )
+        ports = itertools.count()
         self.lines = [
-            line_of(scenario, i, tuple(itertools.islice(ports, n)), live=live)
-            for i, n in zip(users, weights or [1 for _ in users], strict=True)
+            line_of(user, scenario, tuple(itertools.islice(ports, n)), live=live)
+            for user, n in zip(scenario.users, weights or [1] * len(scenario.users), strict=True)
         ]
         self.serve = self.lines[0].serve
         self.runs = max(lengths(scenario), default=1)
         self.s, self.p = made(scenario, self.lines, self.dof)
         self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
-        self._start, settled = rest_of(scenario, self.lines, self.ticks)
-        self._laws: Any = AT_REST if self.runs == 1 else ()
+        self._start, settled = _rest_of(scenario, self.lines, self.ticks)
+        laws = AT_REST if self.runs == 1 else LIFTED
         for tick in range(self._start, 0):
             if self.paces and tick == settled:
-                self.s = with_settled_paces(self.s, self.lines, self.paces)
-            self.advance(tick, self.still)
-        self._laws = ()
-        for line in self.lines:
-            line.up.settle()
-            line.down.settle()
+                self.s = _with_paces(self.s, self.lines, self.paces)
+            self.advance(tick, self.still, laws)
 
     @property
     def still(self) -> list[Vector]:
         """No force on any device."""
         return [(0.0,) * self.dof for _ in self.lines]
 
-    def advance(self, tick: int, forces: Sequence[Vector]) -> list[tuple[Vector, Vector, Vector]]:
+    def advance(
+        self, tick: int, forces: Sequence[Vector], laws: tuple[Any, ...] = ()
+    ) -> list[tuple[Vector, Vector, Vector]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""
-        send_, begin_, tick_, step_, device_ = self._laws or (SEND, BEGIN, TICK, STEP, DEVICE)
+        send_, begin_, tick_, step_, device_ = laws or LIFTED
         number = tick - self._start
-        now_ns = number * self._tick_ns
-        loops, devices, server = list(self.s.loops), list(self.s.devices), self.s.server
+        now_ns = number * round(self.tick_s * 1e9)
+        s, server = self.s, self.s.server
+        loops, devices, up, down = map(list, (s.loops, s.devices, s.up, s.down))
         samples = [Sample(device.read_x, device.read_xd, True, now_ns) for device in devices]
         for i, line in enumerate(self.lines):
             if line.frame.due(tick):
                 p = self.p.loops[i]
                 loops[i], packet, _ = send_(loops[i], now_ns, samples[i], False, p)
                 loops[i] = begin_(loops[i], number, p)
-                line.up.send(tick, packet)
+                up[i] += (Sent(tick, tick + line.delay_up, packet),)
         if self.serve.due(tick):
-            came: list[list[Any]] = []  # by port: equal users have the same
-            for line in self.lines:
-                came += [line.up.collect(tick)] * len(line.ports)
+            came: list[list[Packet]] = []  # by port: equal users have the same
+            for i, line in enumerate(self.lines):
+                up[i], packets = arrived(up[i], tick)
+                came += [packets] * len(line.ports)
             server = server._replace(guests=tuple(map(sums_anew, server.guests)))
             server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
-            for line in self.lines:
+            for i, line in enumerate(self.lines):
                 answer = answers[line.ports[0]]
                 if answer.sends:
-                    line.down.send(tick, answer.packet)
+                    down[i] += (Sent(tick, tick + line.delay_down, answer.packet),)
         out = []
-        for i, line in enumerate(self.lines):
-            packets, sample = line.down.collect(tick), samples[i]
+        for i, sample in enumerate(samples):
+            down[i], packets = arrived(down[i], tick)
             loop = sums_anew(loops[i]) if packets else loops[i]
             loops[i], done = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
             devices[i], _, _ = device_(devices[i], forces[i], done.f, self.p.devices[i])
             out.append((sample.x, sample.xd, done.f_m))
-        self.s = Ends(tuple(loops), tuple(devices), server)
+        self.s = State(tuple(loops), tuple(devices), server, tuple(up), tuple(down))
         return out
 
 
-def rest_of(scenario: Scenario, lines: list[Line], ticks: int) -> tuple[int, int]:
+def _rest_of(scenario: Scenario, lines: list[Line], ticks: int) -> tuple[int, int]:
     """Return the tick with which a loop begins, whole hyperperiods of so many ticks before tick 0,
     and that before which the clocks of its playouts are set: every link has answered by tick 0,
     and what playouts had in store before is played.
     """
     apart = 4 * max(max(line.frame.period, line.serve.period) for line in lines)
-    answered, played = max(line.delay for line in lines) + apart, 0
+    answered, played = max(line.delay_up + line.delay_down for line in lines) + apart, 0
     if scenario.strict:
         played = apart + math.ceil(STORE_S / scenario.tick_s)
     settled = -ticks * -(-played // ticks)
     return settled - ticks * (-(-answered // ticks) + 2 * scenario.strict), settled
 
 
-def with_settled_paces(s: Ends, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> Ends:
+def _with_paces(s: State, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> State:
     """Return both ends with playouts whose clocks have settled."""
+
+    def settled(end: Any, pace: Pace) -> Any:
+        playout = end.arrivals.playout
+        stored = add(playout, zero(playout.undelivered), 0.0, STORE_S)
+        return end._replace(arrivals=end.arrivals._replace(playout=stored._replace(pace=pace)))
+
     loops, guests = list(s.loops), list(s.server.guests)
     for i, (line, (up, down)) in enumerate(zip(lines, paces, strict=True)):
-        loops[i] = _with_pace(loops[i], down)
+        loops[i] = settled(loops[i], down)
         for port in line.ports:
-            guests[port] = _with_pace(guests[port], up)
+            guests[port] = settled(guests[port], up)
     return s._replace(loops=tuple(loops), server=s.server._replace(guests=tuple(guests)))
-
-
-def _with_pace(s: Any, pace: Pace) -> Any:
-    playout = s.arrivals.playout
-    stored = add(playout, zero(playout.undelivered), 0.0, STORE_S)
-    return s._replace(arrivals=s.arrivals._replace(playout=Playout(pace, *stored[1:])))
 
 
 def settled_paces(line: Line) -> tuple[Pace, Pace]:
@@ -163,18 +169,15 @@ def settled_paces(line: Line) -> tuple[Pace, Pace]:
     device.
     """
     frame, step, serve = line.frame.period, line.serve.period, line.serve.phase
-    up, down = line.delay - line.delay_down, line.delay_down
     return (
-        _settled(frame, step, up % frame, serve, line.tick_s),
-        _settled(step, 1, (serve + down) % step, 0, line.tick_s),
+        _settled(frame, step, line.delay_up % frame, serve, line.tick_s),
+        _settled(step, 1, (serve + line.delay_down) % step, 0, line.tick_s),
     )
 
 
 @functools.lru_cache(maxsize=4096)
 def _settled(frame: int, step: int, arrival: int, phase: int, tick_s: float) -> Pace:
-    """Return the same by ticks: length of frame and step, phase of arrivals and of
-    steps.
-    """
+    """Return the same by ticks: length of frame and step, phases of arrivals and of steps."""
     ticks = math.lcm(frame, step)
     until = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
     pace = RESTING_PACE

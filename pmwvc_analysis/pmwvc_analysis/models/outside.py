@@ -17,6 +17,7 @@ seen. The notes of every answer say so.
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -79,26 +80,25 @@ def trial(scenario: Scenario) -> Scenario:
 def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int]) -> None:
     tried = trial(scenario)
 
-    def made() -> Hyperperiod:
-        return Hyperperiod(tried, live=live, weights=weights)
+    def around(**asked: Any) -> tuple[Hyperperiod, Array]:
+        loop = Hyperperiod(tried, live=live, weights=weights)
+        return loop, loop.around(**asked)[0]
 
-    loop = made()
-    once, _ = loop.around()
-    twice, _ = made().around(rounds=2)
-    if names := _other(loop, (once @ once), twice):
+    def other(one: Array, another: Array) -> str:
+        """Return the names of the states that differ; empty where none does."""
+        off = np.abs(one - another).max(axis=(0, 2), initial=0.0) > EQUAL * np.abs(one).max()
+        names = [name for name, _ in loop.paths]
+        return ", ".join(sorted({names[row] for row in np.flatnonzero(off)}))
+
+    loop, once = around()
+    if names := other(once @ once, around(rounds=2)[1]):
         raise NonlinearError(
             f"{what}: two hyperperiods in a row are not the model applied twice, in {names}: "
             "it keeps state elsewhere than in what it returns, or changes with time"
         )
     amplitude = amplitude_of(scenario)
-    if names := _other(loop, once, made().around(one=amplitude)[0]):
+    if names := other(once, around(one=amplitude)[1]):
         raise NonlinearError(
             f"{what}: not linear: signals of {amplitude:.2g} and of {ONE:.1g} (in SI units) "
             f"give different models, in {names}; use 'pmwvc simulate'"
         )
-
-
-def _other(loop: Hyperperiod, one: Array, another: Array) -> str:
-    """Return the names of the states that differ; empty where none does."""
-    off = np.abs(one - another).max(axis=(0, 2), initial=0.0) > EQUAL * np.abs(one).max()
-    return ", ".join(sorted({loop.names[row][0] for row in np.flatnonzero(off)}))

@@ -54,16 +54,16 @@ def radii(scenario: Scenario, *, live: bool = False) -> Array:
     """Return the spectral radii ``(runs,)`` over the hyperperiod, where numbers may be columns;
     UnknownError where that is more work than allowed.
     """
-    work = Work(scenario)
     found = [
-        (loop.radii(), loop.ticks) for loop in _loops(scenario, work, live=live, circles=RADIUS)
+        (model.radii(), model.ticks)
+        for model in _models(scenario, Work(scenario), live=live, circles=RADIUS)
     ]
     ticks = math.lcm(*(length for _, length in found))
     radii_of = [values ** (ticks // length) for values, length in found]
     return np.asarray(np.max(np.broadcast_arrays(*radii_of), axis=0))
 
 
-def _loops(
+def _models(
     scenario: Scenario, work: Work, *, live: bool, circles: int
 ) -> Iterator[Linear | Opened]:
     """Yield the models of the smaller problems of a scenario; work is counted before it is done,
@@ -82,22 +82,12 @@ def _loops(
             yield dense
 
 
-def _flags(scenario: Scenario, work: Work, *, live: bool) -> Array:
-    """Return 0.5 where runs are stable and 2 where not: faster than radii at long delays."""
-    found = [
-        loop.stable() if isinstance(loop, Opened) else are_stable(loop.radii())
-        for loop in _loops(scenario, work, live=live, circles=1)
-    ]
-    return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
-
-
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
     """Return the largest contact stiffness [N/m], all contacts in proportion; unknown where it is
     more work than allowed.
     """
     work, smaller = Work(scenario), subproblems(scenario)
-    decades = np.log10(bound / LOWEST)
-    fine, first = 0.2, list[bool]()
+    fine = 0.2
     try:
         if not any(is_long(part.scenario, live=live) for part in smaller):
             states = 1
@@ -106,23 +96,31 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
                 model = linearize(part.scenario, live=live, weights=part.weights)
                 states = max(states, len(model.columns))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
-        grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
+        points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
 
         def at(stiffness: Array) -> Array:
-            flags = _flags(with_stiffness(scenario, stiffness), work, live=live)
-            first.append(bool(are_stable(flags[0])))
-            return flags
+            """Return 0.5 where stable and 2 where not: faster than radii at long delays."""
+            stiff = with_stiffness(scenario, stiffness)
+            found = [
+                model.stable() if isinstance(model, Opened) else are_stable(model.radii())
+                for model in _models(stiff, work, live=live, circles=1)
+            ]
+            return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
 
-        found = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
+        grid = np.geomspace(LOWEST, bound, points)
+        changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
     except UnknownError as error:
         return Limit(None, bound, [], str(error))
-    return limit_of(found, stable_at_first=first[0], bound=bound)
+    values = [*(value for value, _ in changes), bound]
+    islands = list(zip(values[1::2], values[2::2], strict=False))
+    return Limit(values[0] if changes else None, bound, islands)
 
 
 def crossings(
     at: Radii, grid: Array, *, within: float = 1e-6, parts: int = 17
 ) -> list[tuple[float, bool]]:
-    """Return where stability changes on a grid, and whether it is regained there.
+    """Return where stability changes on a grid, and whether it is regained there; first of all 0
+    where the lowest value is unstable.
 
     Parameters
     ----------
@@ -135,8 +133,9 @@ def crossings(
     parts
         Into how many an interval is divided at a time.
     """
-    flags = are_stable(_batched(at, grid))
-    found = []
+    column, batches = grid[:, np.newaxis], range(0, len(grid), LARGEST_BATCH)
+    flags = are_stable(np.concatenate([at(column[i : i + LARGEST_BATCH]) for i in batches]))
+    found = [] if flags[0] else [(0.0, False)]
     for index in np.flatnonzero(flags[1:] != flags[:-1]):
         low, high, begins = float(grid[index]), float(grid[index + 1]), bool(flags[index])
         while high - low > within * max(abs(high), abs(low)):
@@ -147,17 +146,6 @@ def crossings(
             low, high = ends[step], ends[step + 1]
         found.append((0.5 * (low + high), not begins))
     return found
-
-
-def limit_of(found: list[tuple[float, bool]], *, stable_at_first: bool, bound: float) -> Limit:
-    """Return first crossing and islands from the changes found."""
-    if not stable_at_first:
-        found = [(0.0, False), *found]
-    if not found:
-        return Limit(None, bound, [])
-    ends = [*[value for value, _ in found[1:]], bound]
-    islands = [(ends[i], ends[i + 1]) for i in range(0, len(ends) - 1, 2)]
-    return Limit(found[0][0], bound, islands)
 
 
 def z_width(
@@ -171,11 +159,6 @@ def z_width(
 def are_stable(radius: Array) -> Flags:
     """Tell of every spectral radius whether it means stable."""
     return np.asarray(radius <= 1.0 + ROUNDING)
-
-
-def _batched(at: Radii, grid: Array) -> Array:
-    parts = range(0, len(grid), LARGEST_BATCH)
-    return np.concatenate([at(grid[i : i + LARGEST_BATCH, np.newaxis]) for i in parts])
 
 
 def stable(radius: float) -> bool:

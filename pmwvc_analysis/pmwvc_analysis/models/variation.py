@@ -6,16 +6,14 @@ Whatever decides when things happen (delays, periods, counts, names) is the same
 """
 
 import dataclasses
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.names import resolved, spec_of
 from pmwvc_core.scenario.scenario import Scenario, User
 
-Path = tuple[Any, ...]
 TIMES = ("delay_s", "tick_s", "period_s")  # numbers that decide when things happen
 
 
@@ -61,45 +59,45 @@ def with_impedances(user: User, master: float, server: float | None) -> User:
     )
 
 
-def lengths(scenario: Any) -> Iterator[int]:
-    """Yield the lengths of all columns among the parameters."""
-    return (len(column) for _, column in _columns(scenario))
+def lengths(scenario: Scenario) -> list[int]:
+    """Return the lengths of all columns among the parameters."""
+    found, left = [], [_columns(scenario)]
+    while left:
+        columns = left.pop()
+        if isinstance(columns, dict):
+            left += columns.values()
+        elif columns is not None:
+            found.append(len(columns))
+    return found
 
 
 def runs_of(scenario: Scenario) -> list[Scenario]:
     """Return the scenarios that columns stand for, one by one."""
-    columns = list(_columns(scenario))
-    if not columns:
-        return [scenario]
-    runs = max(len(column) for _, column in columns)
-    rows = [np.broadcast_to(column[:, 0], runs).tolist() for _, column in columns]
-    paths = [path for path, _ in columns]
-    return [
-        _with(scenario, dict(zip(paths, values, strict=True)))
-        for values in zip(*rows, strict=True)
-    ]
+    columns, runs = _columns(scenario), max(lengths(scenario), default=0)
+    return [_run(scenario, columns, run) for run in range(runs)] or [scenario]
 
 
-def _columns(value: Any, path: Path = ()) -> Iterator[tuple[Path, Array]]:
-    """Yield the columns among the parameters, with their paths."""
+def _columns(value: Any) -> Any:
+    """Return the columns among parameters, by their names or numbers there; None: there are
+    none.
+    """
     if isinstance(value, np.ndarray) and value.ndim == 2:
-        yield path, value
-    elif isinstance(value, tuple):
-        for index, each in enumerate(value):
-            yield from _columns(each, (*path, index))
-    elif dataclasses.is_dataclass(value):
-        for field in dataclasses.fields(value):
-            yield from _columns(getattr(value, field.name), (*path, field.name))
-
-
-def _with(value: Any, numbers: dict[Path, float]) -> Any:
-    """Return parameters with other numbers at some paths."""
-    if () in numbers:
-        return numbers[()]
-    of: dict[Any, dict[Path, float]] = {}
-    for (first, *rest), number in numbers.items():
-        of.setdefault(first, {})[tuple(rest)] = number
+        return value
+    parts: dict[Any, Any] = {}
     if isinstance(value, tuple):
-        return tuple(_with(each, of[i]) if i in of else each for i, each in enumerate(value))
-    new = {name: _with(getattr(value, name), inside) for name, inside in of.items()}
+        parts = dict(enumerate(value))
+    elif dataclasses.is_dataclass(value):
+        parts = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    found = {name: _columns(part) for name, part in parts.items()}
+    return {name: column for name, column in found.items() if column is not None} or None
+
+
+def _run(value: Any, columns: Any, run: int) -> Any:
+    """Return parameters with the numbers of a run in place of columns."""
+    if not isinstance(columns, dict):
+        return float(columns[run % len(columns), 0])  # as broadcast
+    if isinstance(value, tuple):
+        pairs = enumerate(value)
+        return tuple(_run(each, columns[i], run) if i in columns else each for i, each in pairs)
+    new = {name: _run(getattr(value, name), inside, run) for name, inside in columns.items()}
     return dataclasses.replace(value, **new)

@@ -31,9 +31,8 @@ import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.linearize import Linear
+from pmwvc_analysis.models.linearize import Linear, build, spectral_radius
 from pmwvc_analysis.models.motions.groups import groups_of, together
-from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.transparency.frequency import (
     first_peak_hz,
     limit_at_rest,
@@ -128,7 +127,7 @@ def transparency(
     model = build(pressed, live=live, weights=weights)
     link, admittance = rendered(model, forces[first])
     balanced = link.admittance_dc is not None
-    notes = [*notes_of(pressed, live=live), how(scenario, user, forces, balanced=balanced)]
+    notes = [*notes_of(pressed), how(scenario, user, forces, balanced=balanced)]
     notes += scale_notes(scenario, user)
     if balanced:
         notes += across_notes(model, own, axis, forces[first], link.first_peak_hz)

@@ -22,7 +22,6 @@ import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of, outside
 from pmwvc_analysis.models.variation import with_impedances
-from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
 
@@ -38,15 +37,25 @@ class Subproblem(NamedTuple):
 
 def subproblems(scenario: Scenario) -> list[Subproblem]:
     """Return smaller problems with, together, all eigenvalues of a scenario."""
-    return [part for single in _along_axes(scenario) for part in _by_groups(single)]
+    wall, found = scenario.server, []
+    if scenario.environment.movable:  # a wall is kept: a slope it reports is part of its law
+        wall = dataclasses.replace(wall, environment="wall")
+    for single in _along_axes(scenario):
+        groups = groups_of(single)
+        found.append(together(single, groups))
+        for group in groups:
+            if len(group) > 1:
+                alone, _ = together(single, [group])
+                found.append(Subproblem(dataclasses.replace(alone, server=wall), (1,)))
+    return found
 
 
 def _along_axes(scenario: Scenario) -> list[Scenario]:
     """Return the scenario along each principal axis, equal ones once; the scenario itself where an
     axis is all there is or the impedances share none.
     """
-    dof = axes_of(scenario)
-    ends = [b for user in scenario.users for b in (user.impedance, user.server_impedance)]
+    dof, users = axes_of(scenario), scenario.users
+    ends = [b for user in users for b in (user.impedance, user.server_impedance)]
     if dof == 1 or any(np.ndim(b) for b in ends if not isinstance(b, MatrixImpedance)):
         return [scenario]
     matrices = [
@@ -58,34 +67,32 @@ def _along_axes(scenario: Scenario) -> list[Scenario]:
     if any(np.abs(b - np.diag(np.diag(b))).max() > ROUNDING * np.abs(b).max() for b in turned):
         return [scenario]
     along = np.stack([np.diag(b) for b in turned], axis=1).reshape(dof, -1, 2)
-    equal = [np.isclose(along[k], along[:k], rtol=ROUNDING).all(axis=(1, 2)) for k in range(dof)]
-    return [_along(scenario, along[k]) for k in range(dof) if not equal[k].any()]
-
-
-def _along(scenario: Scenario, impedances: Array) -> Scenario:
-    """Return the scenario with these impedances ``(users, 2)`` at master and server [N s/m]."""
-    pairs = zip(scenario.users, impedances.tolist(), strict=True)
-    users = tuple(with_impedances(user, *own) for user, own in pairs)
-    return dataclasses.replace(scenario, users=users)
+    found = []
+    for k, impedances in enumerate(along):  # (users, 2), at master and server [N s/m]
+        if not np.isclose(impedances, along[:k], rtol=ROUNDING).all(axis=(1, 2)).any():
+            pairs = zip(users, impedances.tolist(), strict=True)
+            own = tuple(with_impedances(user, *both) for user, both in pairs)
+            found.append(dataclasses.replace(scenario, users=own))
+    return found
 
 
 def groups_of(scenario: Scenario, marks: Sequence[object] = ()) -> list[list[int]]:
     """Return the numbers of users that are equal (and their marks), group by group."""
     users, marks = scenario.users, marks or [None] * len(scenario.users)
     unknown_cube = scenario.coupling.black_box and scenario.environment.movable
-    apart = unknown_cube or outside(scenario)
+    apart = unknown_cube or bool(outside(scenario))
+
+    def alike(i: int, j: int) -> bool:
+        pairs = ((getattr(users[i], name), getattr(users[j], name)) for name in COMPARED_FIELDS)
+        return not apart and marks[i] == marks[j] and all(_equal(*pair) for pair in pairs)
+
     groups: list[list[int]] = []
-    for i, user in enumerate(users):
-        for group in groups:
-            first = users[group[0]]
-            alike = not apart and marks[i] == marks[group[0]]
-            if alike and all(
-                _equal(getattr(user, name), getattr(first, name)) for name in COMPARED_FIELDS
-            ):
-                group.append(i)
-                break
-        else:
+    for i in range(len(users)):
+        group = next((group for group in groups if alike(i, group[0])), None)
+        if group is None:
             groups.append([i])
+        else:
+            group.append(i)
     return groups
 
 
@@ -95,20 +102,6 @@ def together(scenario: Scenario, groups: Sequence[Sequence[int]]) -> Subproblem:
     # What is done to nodes names users, of which there are fewer here.
     fewer = dataclasses.replace(scenario, users=users, disturbances="")
     return Subproblem(fewer, tuple(map(len, groups)))
-
-
-def _by_groups(scenario: Scenario) -> list[Subproblem]:
-    """Return smaller problems by users that are equal."""
-    groups = groups_of(scenario)
-    wall = scenario.server
-    if scenario.environment.movable:  # a wall is kept: a slope it reports is part of its law
-        wall = dataclasses.replace(wall, environment="wall")
-    found = [together(scenario, groups)]
-    for group in groups:
-        if len(group) > 1:
-            alone, _ = together(scenario, [group])
-            found.append(Subproblem(dataclasses.replace(alone, server=wall), (1,)))
-    return found
 
 
 def _equal(left: Any, right: Any) -> bool:

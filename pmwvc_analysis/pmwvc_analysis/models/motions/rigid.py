@@ -21,15 +21,14 @@ Equations: docs/theory.md 15.2.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_analysis.models.motions import freedom
-from pmwvc_analysis.models.motions.freedom import per_run
-from pmwvc_core.controllers.library import has_waves, record_of
-from pmwvc_core.numeric import Array
+from pmwvc_analysis.models.links import Line
+from pmwvc_core.controllers.library import record_of
+from pmwvc_core.numeric import Array, Flags, Value, root
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
 if TYPE_CHECKING:
     from pmwvc_analysis.models.linearize import Linear
@@ -43,7 +42,7 @@ class Motion(NamedTuple):
 
     pivot: str
     axis: int
-    mask: NDArray[np.bool_]  # (runs or 1,): which runs have it
+    mask: Flags  # (runs or 1,): which runs have it
     position: Signals  # where it begins, else zero; there of velocities their value
     velocity: Signals  # how fast positions change, else they stay
 
@@ -53,14 +52,45 @@ class Family(NamedTuple):
 
     vector: Array  # (runs, n), 1 at the pivot where the mask is set
     pivot: int
-    mask: NDArray[np.bool_]  # (runs or 1,)
+    mask: Flags  # (runs or 1,)
+
+
+class Freedom(NamedTuple):
+    """What of a user's line decides which motions it leaves free, a row per run ``(runs or 1, 1)``
+    each.
+    """
+
+    loose: Flags  # no spring in the contact
+    alone: Flags  # nothing in the contact that exerts a force
+    tied: Flags  # the device goes where its avatar does: by a position feedback, or without waves
+    braked: Flags  # the device is damped
+
+
+def freedom_of(line: Line) -> Freedom:
+    """Return the freedom of a user's line."""
+    contact, position = line.user.contact, line.user.master.position
+    loose = per_run(contact.contact_stiffness) == 0.0
+    gain = position.gain if position.is_on else 0.0
+    return Freedom(
+        loose,
+        loose & (per_run(contact.contact_damping) == 0.0),
+        per_run(gain if line.waves else 1.0) > 0.0,
+        per_run(line.user.device.damping) > 0.0,
+    )
+
+
+def per_run(value: Value) -> Array:
+    """Return a number, or one per run, as a row per run."""
+    return np.asarray(value, dtype=float).reshape(-1, 1)
 
 
 def motions(linear: "Linear") -> list[Motion]:
     """Return the motions of a loop, translations first."""
-    axes = range(linear.loop.dof)
-    still = [motion for axis in axes for motion in _free_positions(linear, axis)]
-    return still + [motion for axis in axes for motion in _drifting(linear, axis)]
+    loop = linear.loop
+    found = [motion for axis in range(loop.dof) for motion in _translations(linear, axis)]
+    if record_of(loop.scenario.controller).drifts:
+        found += [motion for axis in range(loop.dof) for motion in _drifting(linear, axis)]
+    return found
 
 
 def families(linear: "Linear") -> list[Family]:
@@ -70,18 +100,15 @@ def families(linear: "Linear") -> list[Family]:
     = z0 + n z1, z(n+1) = A z(n).
     """
     loop, n, found = linear.loop, len(linear.columns), motions(linear)
-    matrices = linear.matrices
+    matrices, period_s = linear.matrices, loop.ticks * loop.tick_s
     now, change = np.zeros((2, len(matrices), n, len(found)))
     given = np.zeros(n, dtype=np.bool_)
     for (name, axis), column in linear.columns.items():
-        if name not in linear.placed:
-            continue
-        given[column] = True
+        given[column] = name in linear.placed
         for index, motion in enumerate(found):
             if name in motion.position:
                 now[:, column, index] = motion.position[name][:, axis]
             if name in motion.velocity:
-                period_s = loop.ticks * loop.tick_s
                 change[:, column, index] = motion.velocity[name][:, axis] * period_s
     p, s = np.flatnonzero(given), np.flatnonzero(~given)
     if len(s) and found:
@@ -102,31 +129,17 @@ def quotient(matrices: Array, found: list[Family]) -> Array:
     A motion that some runs have and others do not leaves a zero eigenvalue behind.
     """
     matrices = matrices.copy()
-    runs, states = matrices.shape[0], matrices.shape[-1]
-    gone: list[int] = []
-    vectors = [np.broadcast_to(f.vector, (runs, states)).copy() for f in found]
-    for index, family in enumerate(found):
-        j = family.pivot
-        mask = np.broadcast_to(family.mask, runs)[:, np.newaxis]
-        t = np.where(mask, vectors[index], 0.0)
+    zero = np.zeros(matrices.shape[:2])
+    vectors = [np.where(family.mask[:, np.newaxis], family.vector, zero) for family in found]
+    for index, (t, (_, j, mask)) in enumerate(zip(vectors, found, strict=True)):
         matrices -= t[:, :, np.newaxis] * matrices[:, j : j + 1, :]
-        keep = np.where(mask, 0.0, 1.0)
-        matrices[:, j, :] *= keep
-        matrices[:, :, j] *= keep
+        of = np.broadcast_to(mask, len(matrices))
+        matrices[of, j, :] = matrices[of, :, j] = 0.0
         for other in vectors[index + 1 :]:
             other -= t * other[:, j : j + 1]
-        if mask.all():
-            gone.append(j)
-    left = np.setdiff1d(np.arange(states), gone)
+    gone = [family.pivot for family in found if family.mask.all()]
+    left = np.setdiff1d(np.arange(matrices.shape[-1]), gone)
     return matrices[:, left[:, np.newaxis], left]
-
-
-def radius(matrices: Array) -> Array:
-    """Return the spectral radius of each matrix."""
-    if matrices.shape[-1] == 0:
-        return np.zeros(len(matrices))
-    found: Array = np.abs(np.linalg.eigvals(matrices)).max(axis=-1)
-    return found
 
 
 def count(found: Sequence[Family | Motion]) -> int:
@@ -134,29 +147,26 @@ def count(found: Sequence[Family | Motion]) -> int:
     return sum(bool(each.mask[0]) for each in found)
 
 
-def _free_positions(linear: "Linear", axis: int) -> list[Motion]:
-    loop, body = linear.loop, linear.loop.places.body
-    if not has_waves(loop.scenario.controller):
-        return _translations_without_waves(linear, axis)
-    one, always = np.eye(loop.dof)[axis : axis + 1], np.array([True])
-    tied = [freedom.tied(line) for line in loop.lines]
-    devices = [f"{line.name}.device.x" for line in loop.lines]
+def _translations(linear: "Linear", axis: int) -> list[Motion]:
+    """Return the translations: of devices, of the object, and of springs that exert nothing, in
+    contacts and local models.
+    """
+    loop, one = linear.loop, np.eye(linear.loop.dof)[axis : axis + 1]
+    free = {f"{line.name}.device.x": freedom_of(line) for line in loop.lines}
     found = [
-        Motion(device, axis, ~bound[:, 0], {device: one}, {})
-        for device, bound in zip(devices, tied, strict=True)
-        if not bound.all()
+        Motion(x, axis, ~each.tied[:, 0], {x: one}, {})
+        for x, each in free.items()
+        if not each.tied.all()
     ]
-    together = {device: bound * one for device, bound in zip(devices, tied, strict=True)}
-    if body in linear.placed:
-        found.append(Motion(body, axis, always, {body: one} | together, {}))
-    for index, line in enumerate(loop.lines):
-        loose = freedom.stiffness(line)[:, 0] == 0.0
-        if loose.any():
-            e = loop.places.deflection(index)
-            moved = {e: one, devices[index]: together[devices[index]]}
-            found.append(Motion(e, axis, loose, moved, {}))
+    if loop.body in linear.placed:
+        together = {x: each.tied * one for x, each in free.items()}
+        found.append(Motion(loop.body, axis, np.array([True]), {loop.body: one} | together, {}))
+    for index, (line, (x, each)) in enumerate(zip(loop.lines, free.items(), strict=True)):
+        if each.loose.any():
+            e = loop.deflection(index)
+            found.append(Motion(e, axis, each.loose[:, 0], {e: one, x: each.tied * one}, {}))
         loose = per_run(line.user.master.local_model.stiffness)[:, 0] == 0.0
-        if loose.any():  # the spring of a local model that exerts nothing
+        if loose.any():
             found += [
                 Motion(spring, axis, loose, {spring: one}, {})
                 for spring in linear.placed
@@ -165,40 +175,26 @@ def _free_positions(linear: "Linear", axis: int) -> list[Motion]:
     return found
 
 
-def _translations_without_waves(linear: "Linear", axis: int) -> list[Motion]:
-    """Return the common translation, and those of users whose position acts on nothing."""
-    loop, body, found = linear.loop, linear.loop.places.body, []
-    one = np.eye(loop.dof)[axis : axis + 1]
-    for index, line in enumerate(loop.lines):
-        loose, device = freedom.stiffness(line)[:, 0] == 0.0, f"{line.name}.device.x"
-        if loose.any():
-            moved = {device: one, loop.places.deflection(index): one}
-            found.append(Motion(device, axis, loose, moved, {}))
-    if body in linear.placed:
-        all_of_them = {f"{line.name}.device.x": one for line in loop.lines} | {body: one}
-        found.append(Motion(body, axis, np.array([True]), all_of_them, {}))
-    return found
-
-
 def _drifting(linear: "Linear", axis: int) -> list[Motion]:
     """Return the uniform motions: of all that hang together, and of users by themselves.
 
     A virtual coupling pulls back what moves on: it receives the other end late. So does a contact
-    with damping behind a playout whose lag follows uneven packets.
+    with damping behind a playout whose lag follows uneven packets, or, without waves, one that is
+    told of the motion not equally late at every step: it is stretched in turns.
     """
-    loop, body = linear.loop, linear.loop.places.body
-    if not record_of(loop.scenario.controller).drifts:
-        return []
-    one, found = np.eye(loop.dof)[axis : axis + 1], []
-    for line in loop.lines:
-        mask = freedom.alone(line) & ~freedom.braked(line) & ~freedom.tied(line)
+    loop, found = linear.loop, []
+    one = np.eye(loop.dof)[axis : axis + 1]
+    for index, line in enumerate(loop.lines):
+        _, alone, tied, braked = freedom_of(line)
+        mask = alone & ~braked & ~(tied & line.waves)
         if mask.any():
-            x, xd = f"{line.name}.device.x", f"{line.name}.device.xd"
-            e = loop.places.deflection(loop.lines.index(line))
-            avatar = freedom.moves_avatar(line, one)
-            found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
+            x, xd, e = f"{line.name}.device.x", f"{line.name}.device.xd", loop.deflection(index)
+            b = line.user.impedance, line.user.server_impedance
+            rates = {x: one, e: _passed(line, one, *b)}
+            found.append(Motion(xd, axis, mask[:, 0], {xd: one}, rates))
     steady = all(abs(pace.shift_s) < ROUNDING_S for pair in loop.paces for pace in pair)
-    if body in linear.placed and steady and all(map(freedom.steady_age, loop.lines)):
+    steady &= all(line.waves or len(set(line.ages(loop.ticks))) == 1 for line in loop.lines)
+    if loop.body in linear.placed and steady:
         found += _common_drift(linear, axis)
     return found
 
@@ -209,23 +205,33 @@ def _common_drift(linear: "Linear", axis: int) -> list[Motion]:
     The two ends of a wave link move as sqrt(b of the server / b of the master). A position
     feedback receives the avatar in steps: only with a packet at every tick is there no force.
     """
-    loop, body = linear.loop, linear.loop.places.body
-    waves, serve = has_waves(loop.scenario.controller), loop.serve
+    loop, body, serve = linear.loop, linear.loop.body, linear.loop.serve
     one = np.eye(loop.dof)[axis : axis + 1]
     mask = ~(per_run(loop.scenario.server.object_damping) > 0.0)
     now = {body: one * ((serve.phase - serve.period) * loop.tick_s), f"{body}d": one}
     rates = {body: one}
     for index, line in enumerate(loop.lines):
-        off, tied = freedom.alone(line), freedom.tied(line)
-        rates[loop.places.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
-        ratio = freedom.moves_device(line, one)
-        rate = np.where(off, 0.0, ratio)
-        steady = freedom.steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)
-        mask = mask & (off | ~freedom.braked(line)) & (off | ~tied | steady)
-        late = tied * freedom.received_at(line, 0) if waves else line.up.ages()[0]
+        _, off, tied, braked = freedom_of(line)
+        rates[loop.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
+        ratio = _passed(line, one, line.user.server_impedance, line.user.impedance)
+        same = np.all(ratio == one, axis=1, keepdims=True)
+        steady = (same & (line.answer.period == serve.period == 1)) | ~tied | (not line.waves)
+        mask = mask & (off | ~braked) & (off | steady)
+        received = serve.last(line.answer.last(0) - line.delay_down)  # sent at, of the answer
+        late = tied * received if line.waves else line.ages(loop.ticks)[0]
         x = f"{line.name}.device.x"
-        now |= {x: rate * (late * loop.tick_s), f"{x}d": rate}
-        rates[x] = rate
-    if not mask.any():
-        return []
-    return [Motion(f"{body}d", axis, mask[:, 0], now, rates)]
+        rates[x] = np.where(off, 0.0, ratio)
+        now |= {x: rates[x] * (late * loop.tick_s), f"{x}d": rates[x]}
+    return [Motion(f"{body}d", axis, mask[:, 0], now, rates)] if mask.any() else []
+
+
+def _passed(line: Line, xd: Array, sent: Impedance, received: Impedance) -> Array:
+    """Return the velocity of one end of a line while the other one moves with xd, both without a
+    force: that of the wave at a port of another impedance; without waves it is the same.
+    """
+    if not line.waves:
+        return xd
+    ends: list[Any] = [
+        b if isinstance(b, MatrixImpedance) else per_run(b) for b in (sent, received)
+    ]
+    return np.asarray(root(ends[0]) * xd / root(ends[1]))

@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> Result:
         )
     import numpy as np
 
-    from pmwvc_analysis.models.multirate import build
+    from pmwvc_analysis.models.linearize import build
     from pmwvc_analysis.transparency.answer import answer, sentences
     from pmwvc_analysis.transparency.frequency import response
     from pmwvc_analysis.transparency.pressing import pressing
