@@ -12,8 +12,7 @@ from typing import Any
 
 from pmwvc_core.law.channel.silence import LATENESSES
 from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.port.filter_bank import Bank, BankFilters, resting_bank
-from pmwvc_core.law.port.local_model import changed_local
+from pmwvc_core.law.port.filter_bank import Bank, BankFilters, changed_local, resting_bank
 from pmwvc_core.law.port.plain_master import PlainMaster
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams

@@ -11,27 +11,34 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
-from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
-from pmwvc_core.law.port.local_model import SpringDamper, acts_of
+from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, bank_of, resting_bank
 from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
-from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, same_gain
+from pmwvc_core.law.port.port_filters import (
+    Filtered,
+    FilteredParams,
+    InForce,
+    InWaves,
+    VelocityParams,
+    same_gain,
+)
 from pmwvc_core.law.port.strict_master import (
     Node,
     StrictEnergies,
     StrictMaster,
     StrictMasterParams,
 )
-from pmwvc_core.law.port.velocity_filter import resting_velocity, velocity_params
 from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
 from pmwvc_core.law.position.feedback import Budgeted, Line, OnStrict, Published, position_lent
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
+from pmwvc_core.law.wave.cascade import resting_cascade, sections_of
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.design.aliasing import delay_of
+from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
 
 
 def made_impedance(b: Any) -> Any:
@@ -85,17 +92,24 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
         )
     if not own.is_on and not master.bank.is_on:
         return NOTHING
-    velocity = velocity_params(master) if own.is_on else NOTHING
+    velocity = _velocity_params(master) if own.is_on else NOTHING
     in_force = own.is_on and own.in_force
     far = bank_of(master, _local(master, b)) if master.bank.is_on else NOTHING
     near, force = (NOTHING, velocity) if in_force else (velocity, NOTHING)
     return FilteredParams(near, far, force, b)
 
 
+def _velocity_params(master: MasterParams) -> VelocityParams:
+    own, high = master.velocity_filter, sections_of(high_pass(master))
+    if not own.splits:
+        return VelocityParams(high, (), own.share, master.tick_s)
+    return VelocityParams(high + high, sections_of(low_pass(master)), own.share, master.tick_s)
+
+
 def _local(master: MasterParams, b: Any) -> Any:
     """Return the parameters of the local model behind an impedance."""
     local = master.local_model
-    place = acts_of(local), local.begins_m, master.tick_s
+    place = ACTS.index(local.acts), local.begins_m, master.tick_s
     if not local.is_plugin:
         return SpringDamper(local.stiffness, local.damping, *place)
     return PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
@@ -105,13 +119,14 @@ def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothi
     """Return these filters at rest."""
     if not isinstance(p, FilteredParams):
         return NOTHING
-    own = master.velocity_filter
-    force = resting_velocity(master, p.force, axes) if own.in_force else NOTHING
-    near: Any = NOTHING
-    if own.is_on and not own.in_force:
-        near = resting_velocity(master, p.near, axes)
+    rest, near, force = (0.0,) * axes, p.near, p.force
+    if isinstance(force, VelocityParams):
+        force = InForce((resting_cascade(force.high),) * axes, 0.0)
+    if isinstance(near, VelocityParams):
+        low, high = ((resting_cascade(each),) * axes for each in (near.low, near.high))
+        near = InWaves(low, low, high, rest, rest, 0.0)
     far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
-    return Filtered(near, far, force, (0.0,) * axes, same_gain(p.impedance, 0.0))
+    return Filtered(near, far, force, rest, same_gain(p.impedance, 0.0))
 
 
 def resting_waves(
