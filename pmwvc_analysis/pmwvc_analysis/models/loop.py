@@ -122,9 +122,9 @@ class Loop:
         for i, line in enumerate(self.lines):
             packets, sample = line.down.collect(tick), samples[i]
             loop = sums_anew(loops[i]) if packets else loops[i]
-            loops[i], done = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
-            devices[i], _, _ = device_(devices[i], forces[i], done.f, self.p.devices[i])
-            out.append((sample.x, sample.xd, done.f_m))
+            loops[i], f_m, f = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
+            devices[i], _, _ = device_(devices[i], forces[i], f, self.p.devices[i])
+            out.append((sample.x, sample.xd, f_m))
         self.s = Ends(tuple(loops), tuple(devices), server)
         return out
 
