@@ -12,7 +12,7 @@ from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, bank_of, resting_bank
-from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
+from pmwvc_core.law.port.plain_master import PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import (
     Filtered,
     FilteredParams,
@@ -21,12 +21,7 @@ from pmwvc_core.law.port.port_filters import (
     VelocityParams,
     same_gain,
 )
-from pmwvc_core.law.port.strict_master import (
-    Node,
-    StrictEnergies,
-    StrictMaster,
-    StrictMasterParams,
-)
+from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
 from pmwvc_core.law.position.feedback import Budgeted, Line, OnStrict, Published, position_lent
@@ -139,13 +134,12 @@ def resting_waves(
     waves = rest, rest, rest
     if isinstance(p, StrictMasterParams):
         return StrictMaster(
-            Node(position_lent(position, p.position), 0.0, 0.0, 0.0),
+            position_lent(position, p.position), 0.0, 0.0, 0.0,
             filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
-            rest, rest, rest, True, False, 0.0, (False, False), StrictEnergies(0.0, 0.0, 0.0),
+            rest, rest, rest, True, False, 0.0, False, False, 0.0, 0.0, 0.0,
         )  # fmt: skip
-    energies = PlainEnergies(0.0, 0.0, 0.0, 0.0, 0.0)
     hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, p.filter)
-    return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, energies)
+    return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5)
 
 
 def filter_lag_s(master: MasterParams) -> float:
