@@ -173,7 +173,7 @@ def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[Strict
 
 def _needed_j(s: Playout) -> float:
     """Return the free energy that makes up what is undelivered beside the present wave [J]."""
-    return SPARED_J + length(s.undelivered) * length(s.concealed.wave)
+    return SPARED_J + length(s.undelivered) * length(s.wave)
 
 
 def is_short(s: Playout) -> bool:
