@@ -19,7 +19,6 @@ Equations: docs/theory.md 17.19.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.counting import Counting, count, resting_counting
 from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import (
@@ -35,7 +34,9 @@ from pmwvc_core.law.channel.playout import (
     resting_playout,
 )
 from pmwvc_core.law.channel.silence import (
+    Counting,
     Silence,
+    counted,
     followed,
     is_unreceived,
     noted_packet,
@@ -119,7 +120,7 @@ interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 @arrivals_of.member(StrictStart)
 def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
     playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
-    counting = resting_counting(nothing, start.period_s)
+    counting = Counting(nothing, 0.0, 0, False, start.period_s, start.period_s, False)
     return StrictArrivals(start.silence, playout, counting, nothing, False)
 
 
@@ -147,14 +148,14 @@ def _arrive_strict(
     s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams
 ) -> StrictArrivals:
     passed_s = (now_ns - s.silence.accepted_ns) * 1e-9
-    counting, segment = count(s.counting, packet, passed_s, p.longest)
+    counting, goes_on, moved, paid_j, lasted_s = counted(s.counting, packet, passed_s, p.longest)
     silence = noted_packet(s.silence, packet.number, now_ns, packet.waits)
     playout = s.playout
-    if segment.begins:
-        playout = begin(playout)
+    if goes_on:
+        silence = followed(silence, passed_s, lasted_s, packet.period_s, p.timeout_s)
     else:
-        silence = followed(silence, passed_s, segment.lasted_s, packet.period_s, p.timeout_s)
-    playout = add(playout, segment.integral, segment.energy_j, segment.lasted_s)
+        playout = begin(playout)
+    playout = add(playout, moved, paid_j, lasted_s)
     return StrictArrivals(silence, playout, counting, packet.position, packet.short)
 
 
