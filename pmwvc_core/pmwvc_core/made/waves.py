@@ -24,7 +24,7 @@ from pmwvc_core.law.port.port_filters import (
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
-from pmwvc_core.law.position.feedback import Budgeted, Line, OnStrict, Published, position_lent
+from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published, position_lent
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.wave.cascade import resting_cascade, sections_of
@@ -181,7 +181,7 @@ def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool
         return p
     error = resting_error(rest)
     if strict:
-        return OnStrict(error, Line(rest, 0.0, 0.0, 0.0, rest), 0.0)
+        return OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
     if master.position.as_published:
         return Published(error, 0.0)
     return Budgeted(error, resting_tank(rest, p.lent_j))
