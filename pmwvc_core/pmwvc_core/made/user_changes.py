@@ -20,7 +20,7 @@ from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import resting_filter
 from pmwvc_core.law.wave.hold import Hold
-from pmwvc_core.made.waves import position_params, resting_filters, resting_position
+from pmwvc_core.made.waves import lent_of, position_params, resting_filters, resting_position
 from pmwvc_core.params import MasterParams
 
 # What may change without a new beginning of what is around the port.
@@ -57,7 +57,9 @@ def changed_master(
         if isinstance(port, PlainMaster):
             port, of_port = _plain(port, p.port, of_port, new, anew)
         else:
-            of_port = of_port._replace(lends=not isinstance(position, Nothing))
+            of_port = of_port._replace(
+                lends=not isinstance(position, Nothing), lent_j=lent_of(of_position)
+            )
     return s._replace(port=port), q._replace(port=of_port, limits=limits, arrivals=p.arrivals)
 
 

@@ -24,7 +24,7 @@ from pmwvc_core.law.port.port_filters import (
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
-from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published, position_lent
+from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
 from pmwvc_core.law.wave.cascade import resting_cascade, sections_of
@@ -68,13 +68,24 @@ def waves_params(
     filters = filters_params(master, impedance_)
     if strict:
         return StrictMasterParams(
-            impedance_, master.tick_s, filters, position, master.position.is_on, playout
+            impedance_,
+            master.tick_s,
+            filters,
+            position,
+            master.position.is_on,
+            lent_of(position),
+            playout,
         )
     chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     ticks = master.rate_drop if master.ramps else 1
     return PlainMasterParams(
         impedance_, master.tick_s, master.frame_s, ticks, chosen, filters, position
     )
+
+
+def lent_of(position: Any) -> float:
+    """Return the energy that position feedback of these parameters borrows at the start [J]."""
+    return position.lent_j if isinstance(position, PositionParams) else 0.0
 
 
 def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
@@ -134,7 +145,7 @@ def resting_waves(
     waves = rest, rest, rest
     if isinstance(p, StrictMasterParams):
         return StrictMaster(
-            position_lent(position, p.position), 0.0, 0.0, 0.0,
+            p.lent_j, 0.0, 0.0, 0.0,
             filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
             rest, rest, rest, True, False, 0.0, False, False, 0.0, 0.0, 0.0,
         )  # fmt: skip

@@ -19,7 +19,7 @@ Equations: docs/theory.md 17.19.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
+from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import (
     FEW,
@@ -34,13 +34,13 @@ from pmwvc_core.law.channel.playout import (
     resting_playout,
 )
 from pmwvc_core.law.channel.silence import (
+    NEVER_NS,
     Counting,
     Silence,
     counted,
     followed,
     is_unreceived,
     noted_packet,
-    resting_silence,
 )
 from pmwvc_core.law.family import Family, never, none_j, same
 from pmwvc_core.law.vectors import Vector, length, squared, zero
@@ -128,7 +128,8 @@ def start_of(
     strict: bool, axes: int, timeout_s: float, period_s: float
 ) -> PlainArrivals | StrictStart:
     """Return arrivals before the first packet."""
-    silence, nothing = resting_silence(timeout_s, period_s), (0.0,) * axes
+    limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
+    silence = Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
     if strict:
         return StrictStart(silence, period_s)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
@@ -219,7 +220,7 @@ def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
 
 @waits.member(StrictArrivals)
 def _waits_strict(s: StrictArrivals) -> bool:
-    return pace_waits(s.playout.pace)
+    return s.playout.pace.silent_s > REPORTED_S
 
 
 @lacks.member(StrictArrivals)

@@ -55,11 +55,6 @@ class Pace(NamedTuple):
 RESTING_PACE = Pace(0.0, 0.0, 0.0, 1.0, BURST_S, 0.0, True)
 
 
-def pace_waits(s: Pace) -> bool:
-    """Tell whether nothing has come for so long that the other end is told."""
-    return s.silent_s > REPORTED_S
-
-
 def pace_brakes(s: Pace) -> bool:
     """Tell whether the wave has been predicted for so long that this end brakes."""
     return s.silent_s > OUTAGE_S

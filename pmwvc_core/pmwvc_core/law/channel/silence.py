@@ -43,12 +43,6 @@ class Silence(NamedTuple):
     number: int  # of the newest packet; 0: none yet
 
 
-def resting_silence(timeout_s: float, period_s: float) -> Silence:
-    """Return the silence before the first packet, with the least time until it counts [s]."""
-    limit_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
-    return Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
-
-
 def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
     """Note a packet by its number; ``waits``: its sender has no waves of this end."""
     unreceived_ns = s.unreceived_ns

@@ -32,13 +32,12 @@ from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, s
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
 from pmwvc_core.law.port import master
-from pmwvc_core.law.port.counts import Counts, counts, may_count, resting_counts, rough_count
+from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
-    position_lent,
     position_opened,
     position_packet,
     position_send,
@@ -93,7 +92,8 @@ class StrictMasterParams(NamedTuple):
     tick_s: float
     filters: Any
     position: Any
-    lends: bool  # whether the position feedback borrowed from the node
+    lends: bool  # whether the position feedback borrows from the node
+    lent_j: float  # what the node begins with for it
     playout: PlayoutParams
 
 
@@ -126,11 +126,10 @@ def _send(
     """Send the mean wave of the frame [sqrt(W)], and pay for it."""
     playout, unpaid, deficit_j = a.playout, s.unpaid, s.deficit_j
     wave = scaled(s.integral, 1.0 / frame_s)
-    needed, lent = wave_j(wave, frame_s), position_lent(s.position, p.position)
-    kept = KEPT_J + lent
+    needed, kept = wave_j(wave, frame_s), KEPT_J + p.lent_j
     node_j, withheld_j, counting = s.node_j, s.withheld_j, False
     for i in range(len(s.counts)):
-        counting = counting or may_count(s.counts[i])
+        counting = counting or s.counts[i].step_m >= LEAST_M
     if counting:
         rough = each(rough_count, (s.counts,))
         withheld_j = dot(damper(p.impedance, rough), rough) * (WITHHELD / p.tick_s)
@@ -144,7 +143,7 @@ def _send(
     own = node_j - held_j  # what the hand can have back is not paid out
     paid = max(min(own, needed), own - kept)
     if counting:
-        paid = max(paid, min(own - lent, needed + deficit_j))
+        paid = max(paid, min(own - p.lent_j, needed + deficit_j))
     paid = max(paid, 0.0)
     if paid < needed and withheld_j <= 0.0:  # not for its rough counts
         unpaid += (1.0 - math.sqrt(paid / needed)) * length(wave) * frame_s

@@ -28,7 +28,7 @@ Equations: docs/theory.md 17.8, 17.16.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.family import Family, no_accounts, none_j, passed, same
+from pmwvc_core.law.family import Family, no_accounts, passed, same
 from pmwvc_core.law.position.energy_tank import (
     SPREAD_S,
     Tank,
@@ -64,7 +64,6 @@ position_there = Family("position_there", same)  # (s, there) -> s
 position_down = Family("position_down", passed)
 position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of a tick that goes on
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
-position_lent = Family("position_lent", none_j)  # (s, p) -> energy lent at the start [J]
 position_opened = Family("position_opened", same)  # (s) -> s, its lists made here
 # (s) -> sums and levels [J], as they are named
 position_energies = Family("position_energies", no_accounts)
@@ -193,11 +192,6 @@ def _strict_down(
     wanted, cost = affordable(v, wanted, max(free_j, 0.0) * (2.0 / SPREAD_S))
     spent_j = s.spent_j + cost * (0.5 * p.tick_s)
     return OnStrict(error, at, share, s.under, left_s, s.integral, spent_j), plus(v, wanted)
-
-
-@position_lent.member(OnStrict)
-def _strict_lent(s: OnStrict, p: PositionParams) -> float:
-    return p.lent_j
 
 
 @position_there.member(Published, Budgeted, OnStrict)
