@@ -170,26 +170,16 @@ class BankFilters(NamedTuple):
 def bank_of(master: MasterParams, local: Any) -> BankFilters:
     """Return the parameters of the bank of a master around a local model."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
-    return BankFilters(
-        () if found.low_up is None else sections_of(found.low_up),
-        () if found.low_down is None else sections_of(found.low_down),
-        sections_of(found.high_up),
-        sections_of(found.high_down),
-        local,
-        master.tick_s,
-    )
+    filters = found.low_up, found.low_down, found.high_up, found.high_down
+    sections = [() if each is None else sections_of(each) for each in filters]
+    return BankFilters(*sections, local, master.tick_s)
 
 
 def resting_bank(axes: int, p: BankFilters) -> Bank:
     """Return a bank at rest."""
-    return Bank(
-        (resting_cascade(p.low_up),) * axes,
-        (resting_cascade(p.low_down),) * axes,
-        (resting_cascade(p.high_up),) * axes,
-        (resting_cascade(p.high_down),) * axes,
-        resting_local(p.local, axes),
-        (0.0,) * 4,
-    )
+    filters = p.low_up, p.low_down, p.high_up, p.high_down
+    cascades = [(resting_cascade(sections),) * axes for sections in filters]
+    return Bank(*cascades, resting_local(p.local, axes), (0.0,) * 4)
 
 
 @port_filters.part_down.member(Bank)
