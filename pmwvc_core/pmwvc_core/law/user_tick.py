@@ -115,11 +115,11 @@ def user_tick(
     """
     if packets is not None:
         s = receive(s, packets, now_ns, p)
-    next_answer, arrivals, heard = s.next_answer, s.arrivals, s.servers > 0
+    next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0
     port, limit, coupled = s.port, s.limits, s.coupled
     if tick >= next_answer:
         next_answer += p.rate_drop
-        if heard:
+        if known_server:
             port = port_packet(port, arrivals, s.newest, p.port)
             least_s = max(p.limits.timeout_s, arrivals.silence.limit_ns / 1e9)
             limit = limit._replace(silence_s=least_s)
@@ -134,7 +134,7 @@ def user_tick(
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
     silence = arrivals.silence
     limit, f = limits(
-        limit, f_m, x, xd, silence_s(silence, now_ns), heard, known,
+        limit, f_m, x, xd, silence_s(silence, now_ns), known_server, known,
         interrupted(arrivals, now_ns), is_unreceived(silence, now_ns), p.limits,
     )  # fmt: skip
     port = port_applied(port, f, p.port)

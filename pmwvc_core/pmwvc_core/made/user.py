@@ -120,15 +120,9 @@ def user_params(
         port = waves_params(master, b, arrivals.playout, strict=strict)
     else:
         port = DeviceEndParams(tick_s, CONTROLLERS[controller].law(user.baseline, tick_s))
-    return UserParams(
-        master.rate_drop,
-        answer_tick,
-        tick_s,
-        packing_params(master.deadband),
-        arrivals,
-        port,
-        limits_params(user.safety, tick_s, packet_s, reach, stiffness),
-    )
+    limits = limits_params(user.safety, tick_s, packet_s, reach, stiffness)
+    packing = packing_params(master.deadband)
+    return UserParams(master.rate_drop, answer_tick, tick_s, packing, arrivals, port, limits)
 
 
 def resting_user(
@@ -148,20 +142,8 @@ def resting_user(
         port = resting_waves(master, p.port, axes)
     else:
         port = resting_end(CONTROLLERS[controller].at_device(user.baseline, axes), axes)
+    arrivals = start_of(p.arrivals.plays_on, axes, timeout_s, packet_s)
     return User(
-        0,
-        0,
-        master.rate_drop,
-        master.frame_s,
-        resting_packing(axes),
-        start_of(p.arrivals.plays_on, axes, timeout_s, packet_s),
-        packet,
-        0,
-        port,
-        resting_limits(nothing, p.limits),
-        nothing,
-        NEVER_NS,
-        0,
-        NEVER,
-        False,
-    )
+        0, 0, master.rate_drop, master.frame_s, resting_packing(axes), arrivals, packet, 0, port,
+        resting_limits(nothing, p.limits), nothing, NEVER_NS, 0, NEVER, False,
+    )  # fmt: skip

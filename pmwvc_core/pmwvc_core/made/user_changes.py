@@ -57,9 +57,8 @@ def changed_master(
         if isinstance(port, PlainMaster):
             port, of_port = _plain(port, p.port, of_port, new, anew)
         else:
-            of_port = of_port._replace(
-                lends=not isinstance(position, Nothing), lent_j=lent_of(of_position)
-            )
+            lends, lent_j = not isinstance(position, Nothing), lent_of(of_position)
+            of_port = of_port._replace(lends=lends, lent_j=lent_j)
     return s._replace(port=port), q._replace(port=of_port, limits=limits, arrivals=p.arrivals)
 
 

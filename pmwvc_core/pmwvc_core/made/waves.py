@@ -173,17 +173,9 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionPa
     position = master.position
     lags = (0.0, 0.0) if strict else (filter_lag_s(master), hold_lag_s(master))
     return PositionParams(
-        b,
-        master.tick_s,
-        master.frame_s,
-        *lags,
-        position.of_residual,
-        master.rate_drop,
-        float(position.gain),
-        position.adapts,
-        float(position.storage_j),
-        float(position.most_j),
-    )
+        b, master.tick_s, master.frame_s, *lags, position.of_residual, master.rate_drop,
+        float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
+    )  # fmt: skip
 
 
 def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool) -> Any:

@@ -171,15 +171,18 @@ def bank_of(master: MasterParams, local: Any) -> BankFilters:
     """Return the parameters of the bank of a master around a local model."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
     filters = found.low_up, found.low_down, found.high_up, found.high_down
-    sections = [() if each is None else sections_of(each) for each in filters]
-    return BankFilters(*sections, local, master.tick_s)
+    low_up, low_down, high_up, high_down = (
+        () if each is None else sections_of(each) for each in filters
+    )
+    return BankFilters(low_up, low_down, high_up, high_down, local, master.tick_s)
 
 
 def resting_bank(axes: int, p: BankFilters) -> Bank:
     """Return a bank at rest."""
     filters = p.low_up, p.low_down, p.high_up, p.high_down
-    cascades = [(resting_cascade(sections),) * axes for sections in filters]
-    return Bank(*cascades, resting_local(p.local, axes), (0.0,) * 4)
+    low_up, low_down, high_up, high_down = ((resting_cascade(each),) * axes for each in filters)
+    local, nothing = resting_local(p.local, axes), (0.0, 0.0, 0.0, 0.0)
+    return Bank(low_up, low_down, high_up, high_down, local, nothing)
 
 
 @port_filters.part_down.member(Bank)
