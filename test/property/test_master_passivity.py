@@ -57,12 +57,12 @@ class Account:
 
     @property
     def deficit_j(self):
-        return self.port.s.energies.deficit_j
+        return self.port.s.deficit_j
 
     @property
     def tolerance(self):
-        energies = self.port.s.energies
-        return 1e-12 * (1.0 + energies.v_m + energies.u_m)
+        s = self.port.s
+        return 1e-12 * (1.0 + s.v_m_j + s.u_m_j)
 
 
 def draw(axes, rng, scale):
@@ -195,8 +195,8 @@ def test_packets_carry_no_more_than_packets_and_hand_brought(impedance, seed, pa
     xd = 0.0
     for _ in range(60):
         port.send()
-        brought = port.s.energies.v_rx + taken + account.deficit_j
-        assert port.s.energies.u_tx <= brought + account.tolerance
+        brought = port.s.v_rx_j + taken + account.deficit_j
+        assert port.s.u_tx_j <= brought + account.tolerance
         port.receive(float(rng.normal(0.0, 1.0)))
         for _ in range(M):
             xd = 0.97 * xd + float(rng.normal(0.0, 0.05))

@@ -188,7 +188,7 @@ def test_limits_of_force_and_slew_leave_only_their_own_debt(kind, data, axes, se
 
     for _ in range(40):
         ends.frame(wave=0.3, lost=0, late=False, change=limited)
-        assert ends.balance + ends.port.s.energies.deficit_j >= -ends.tolerance()
+        assert ends.balance + ends.port.s.deficit_j >= -ends.tolerance()
 
 
 @pytest.mark.parametrize("kind", PAID)
@@ -198,7 +198,7 @@ def test_any_force_at_all_leaves_only_its_own_debt(kind, data, axes, seed, force
     ends = Ends(data.draw(masters(kind)), axes, seed)
     for _ in range(40):
         ends.frame(wave=0.3, lost=0, late=False, change=lambda asked, xd: ends.draw(force))
-        assert ends.balance + ends.port.s.energies.deficit_j >= -ends.tolerance()
+        assert ends.balance + ends.port.s.deficit_j >= -ends.tolerance()
 
 
 @pytest.mark.parametrize("gain", [5.0, 20.0, 100.0])

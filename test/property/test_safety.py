@@ -12,7 +12,7 @@ from support.law_rigs import ForceLimits
 
 from pmwvc_analysis.models.elements import as_columns, elements, lifted, stacked
 from pmwvc_core.ends.forms import vector
-from pmwvc_core.law.safety.limits import LimitsInput, limits
+from pmwvc_core.law.safety.limits import limits
 from pmwvc_core.master.safety import SafetyState, state_of, text_of
 from pmwvc_core.unrolled import unrolled
 
@@ -154,9 +154,9 @@ def test_limits_of_many_runs_are_those_of_each_by_itself(rows, story, seed):
         inputs = (elements(f),), (1.0,), (elements(xd),), elements(silence_s)
         together, alone = [], []
         for _ in range(part.ticks):
-            asked = LimitsInput(*inputs, part.coupled, True, False, False)
+            asked = *inputs, part.coupled, True, False, False
             with np.errstate(all="ignore"):
-                s, (stepped,) = step(s, asked, p)
+                s, (stepped,) = step(s, *asked, p)
             together.append(as_columns(stepped, 1, runs)[0])
             alone.append(
                 [
@@ -223,9 +223,9 @@ def test_the_limits_as_a_loop_runs_them_have_the_same_bits(params, calm, story):
         for part in story
     ]
     for f, xd, silence_s, x, coupled, count in ticks:
-        inputs = (vector(value, 1) for value in (float(f), float(x), float(xd)))
-        asked = LimitsInput(*inputs, silence_s, coupled, True, False, False)
+        inputs = [vector(value, 1) for value in (float(f), float(x), float(xd))]
+        asked = *inputs, silence_s, coupled, True, False, False
         for _ in range(count):
-            s, applied = running(s, asked, written.p)
+            s, applied = running(s, *asked, written.p)
             assert applied == (written(f, xd, x=x, silence_s=silence_s, coupled=coupled),)
         assert repr(s) == repr(written.s)  # not-a-number equals itself

@@ -18,7 +18,11 @@ from pmwvc_core.law.motion import advanced, motion
 from support.law_rigs import Port, Users
 
 # Sums of squares, which no signal depends on while nothing limits a force, and ratios.
-SUMS = ("energies", "kept_j", "dissipated_j", "gain", "gains", "slope")
+SUMS = ("energies", "gain", "gains", "slope")
+
+
+def is_sum(name):
+    return name in SUMS or name.endswith("_j")
 
 
 def floats(state):
@@ -29,7 +33,7 @@ def floats(state):
         return []
     names = getattr(state, "_fields", [""] * len(state))
     parts = zip(names, state, strict=True)
-    return [x for name, part in parts if name not in SUMS for x in floats(part)]
+    return [x for name, part in parts if not is_sum(name) for x in floats(part)]
 
 
 def filled(state, values):
@@ -40,7 +44,7 @@ def filled(state, values):
         return state
     names = getattr(state, "_fields", [""] * len(state))
     parts = [
-        part if name in SUMS else filled(part, values)
+        part if is_sum(name) else filled(part, values)
         for name, part in zip(names, state, strict=True)
     ]
     return type(state)(*parts) if hasattr(state, "_fields") else tuple(parts)

@@ -22,11 +22,9 @@ from pmwvc_core.law.port.master import (
 )
 from pmwvc_core.law.safety.limits import (
     LARGEST,
-    LimitsInput,
     limits,
     limits_params,
     limits_restart,
-    rearm,
     resting_limits,
 )
 from pmwvc_core.law.server.server_port import (
@@ -61,9 +59,9 @@ class ForceLimits:
 
     def __call__(self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, ticks=1):
         f, x, xd = (vector(signal, self.axes) for signal in (f, x, xd))
-        asked = LimitsInput(f, x, xd, silence_s, coupled, True, False, False)
+        asked = f, x, xd, silence_s, coupled, True, False, False
         for _ in range(ticks):
-            self.s, applied = limits(self.s, asked, self.p)
+            self.s, applied = limits(self.s, *asked, self.p)
         return value(applied)
 
     def configure(self, **params):
@@ -71,7 +69,7 @@ class ForceLimits:
         self.p = limits_params(self.params, *self._times)
 
     def rearm(self):
-        self.s = rearm(self.s)
+        self.s = self.s._replace(faulty=False)
 
     def restart(self):
         self.s = limits_restart(self.s)
@@ -79,7 +77,7 @@ class ForceLimits:
     state = property(lambda self: state_of(self.s.cause))
     reason = property(lambda self: text_of(self.s.cause, self.params))
     events = property(lambda self: self.s.events)
-    ready = property(lambda self: self.s.fading.ready)
+    ready = property(lambda self: self.s.ready)
 
 
 class Port:

@@ -49,12 +49,11 @@ def opened(end, x_m):
     endless = {name: math.inf for name in p._fields if isinstance(getattr(p, name), float)}
     limits = p._replace(**endless | {"soft_start_s": 1e-9, "tick_s": p.tick_s, "brakes": False})
     end.p = end.p._replace(limits=limits)
-    fading = s.limits.fading._replace(ready=True)
     port = s.port
     if hasattr(port, "counts"):
         exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in x_m)
         port = port._replace(x=x_m, counts=exact, begun=True)
-    end.s = s._replace(limits=s.limits._replace(fading=fading), port=port)
+    end.s = s._replace(limits=s.limits._replace(ready=True), port=port)
 
 
 def scenario(**overrides):

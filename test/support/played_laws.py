@@ -80,7 +80,7 @@ class Laws:
         )
         samples = [Sample(device.read_x, device.read_xd, True, now_ns) for device in devices]
         for i, (p, sample) in enumerate(zip(self.made.users, samples, strict=True)):
-            if tick >= users[i].frames.next_frame:
+            if tick >= users[i].next_frame:
                 user, packet, sends = self.send(users[i], now_ns, sample, False, p.user)
                 users[i] = self.begin(user, tick, p.user)
                 found.append(packet)
@@ -96,13 +96,13 @@ class Laws:
         down, packets = taken(down, rng)
         for i, (p, sample) in enumerate(zip(self.made.users, samples, strict=True)):
             device = devices[i]
-            if users[i].limits.fading.ready:
+            if users[i].limits.ready:
                 hands[i], f_h = hand_force(hands[i], device.x, device.xd, p.hand)
             else:
                 hands[i], f_h = hand_hold(hands[i], device.x, p.hand)
-            users[i], out = self.tick(users[i], tick, now_ns, sample, packets[i], p.user)
-            devices[i], *read = device_step(device, f_h, out.f, p.device)
-            found += [out, f_h, read, users[i].limits.cause]
+            users[i], f_m, f = self.tick(users[i], tick, now_ns, sample, packets[i], p.user)
+            devices[i], *read = device_step(device, f_h, f, p.device)
+            found += [f_m, f, f_h, read, users[i].limits.cause]
         return Session(tuple(users), server, *map(tuple, (devices, hands, up, down)))
 
 

@@ -16,7 +16,7 @@ from support.strategies import signals
 
 from pmwvc_core.controllers import plugged_local
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.port.local_model import (
+from pmwvc_core.law.port.filter_bank import (
     local_answer,
     local_offer,
     local_stored_j,

@@ -54,7 +54,7 @@ def test_without_safety_the_port_is_its_equations(hold):
         last = packet
     for name, energy in sums.items():
         assert port.energies[name] == pytest.approx(energy, rel=1e-12)
-    assert port.s.energies.deficit_j == 0.0
+    assert port.s.deficit_j == 0.0
 
 
 def test_silence_becomes_a_matched_damper_through_the_hold():

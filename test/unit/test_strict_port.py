@@ -66,7 +66,7 @@ def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
 def test_energy_sent_is_what_channel_and_hand_gave(seed, limited, count_m):
     before = 0.0
     for port, work, _, _ in ends(seed, limited=limited, count_m=count_m):
-        sent_j, node_j = port.sent.energy_j, port.s.node.node_j
+        sent_j, node_j = port.sent.energy_j, port.s.node_j
         assert sent_j + node_j == pytest.approx(came_j(port) + work, rel=1e-9, abs=1e-12)
         assert sent_j >= before
         assert sent_j == before or node_j >= -1e-15  # nothing is paid that is not there
@@ -108,7 +108,7 @@ def test_a_node_with_a_deficit_lets_the_returning_wave_wait():
         port.step(x, 0.5)
         port.applied(-2.0)
         x += 0.5 * TICK_S
-    assert port.s.node.node_j < -LIMIT_J
+    assert port.s.node_j < -LIMIT_J
     assert port.v_m == 0.0
     assert waiting(port.playout)[0] > 0.0  # and is not lost
     assert came_j(port) <= port.playout.moved.received_j
@@ -119,7 +119,7 @@ def test_deficit_of_packets_is_rendered_as_damping_and_no_force_at_rest(share):
     port = made()
     port.step(0.0, 0.0)
     port.applied(0.0)
-    port.s = port.s._replace(node=port.s.node._replace(deficit_j=share * MUCH_J))
+    port.s = port.s._replace(deficit_j=share * MUCH_J)
     assert port.step(1e-9, 0.02) == pytest.approx((1.0 + min(share, 1.0) * MORE) * B * 0.02)
     port.applied(0.0)
     assert port.step(1e-9, 0.0) == 0.0
@@ -134,7 +134,7 @@ def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
         if k % M == 0:
             port.measure(read, (read - before) / TICK_S)
             wave_j += port.send() ** 2 * M * TICK_S / 2.0
-            deficit_j.append(port.s.node.deficit_j)
+            deficit_j.append(port.s.deficit_j)
         f = port.step(read, (read - before) / TICK_S)
         port.applied(0.0 if 10 * M <= k < 12 * M else f)
         before, read = read, float(np.floor(0.05 * (k + 1) * TICK_S / 55e-6) * 55e-6)
@@ -145,4 +145,4 @@ def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
 
 def test_an_exact_device_has_no_deficit():
     for port, *_ in ends(3, limited=0.5):
-        assert port.s.node.deficit_j == 0.0
+        assert port.s.deficit_j == 0.0

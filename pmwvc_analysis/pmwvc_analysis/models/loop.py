@@ -128,9 +128,9 @@ class Loop:
         for i, sample in enumerate(samples):
             down[i], packets = arrived(down[i], tick)
             loop = sums_anew(loops[i]) if packets else loops[i]
-            loops[i], done = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
-            devices[i], _, _ = device_(devices[i], forces[i], done.f, self.p.devices[i])
-            out.append((sample.x, sample.xd, done.f_m))
+            loops[i], f_m, f = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
+            devices[i], _, _ = device_(devices[i], forces[i], f, self.p.devices[i])
+            out.append((sample.x, sample.xd, f_m))
         self.s = State(tuple(loops), tuple(devices), server, tuple(up), tuple(down))
         return out
 

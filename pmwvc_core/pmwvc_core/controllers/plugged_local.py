@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS, reason
-from pmwvc_core.law.port.local_model import (
+from pmwvc_core.law.port.filter_bank import (
     changed_local,
     is_there,
     local_moved,

@@ -27,7 +27,6 @@ from pmwvc_core.frame.schedule import FrameSchedule
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.master import port_opened, port_signals
 from pmwvc_core.law.port.sensing import NEVER_NS, Sample
-from pmwvc_core.law.safety.limits import rearm
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.made.user_changes import changed_master, changed_safety
@@ -118,11 +117,11 @@ class UserEnd(UserView, Changing):
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
-        self.s = self.s._replace(limits=rearm(self.s.limits))
+        self.s = self.s._replace(limits=self.s.limits._replace(faulty=False))
 
     def starts(self, tick: int) -> bool:
         """Tell whether a tick is the first of its frame to run."""
-        return tick >= self.s.frames.next_frame
+        return tick >= self.s.next_frame
 
     def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
         """Return the packet where a frame starts with this tick; None inside a frame, and where
@@ -165,19 +164,19 @@ class UserEnd(UserView, Changing):
             self.ended = self.report()
         taken = self.inbox.take(packets, now_ns) if packets else None
         sensed = self._known(sample, now_ns)
-        self.s, out = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
+        self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
         if taken:
             self.inbox.expect(self.s.arrivals.silence.limit_ns)
         u_m, u_m_lp, v_m = port_signals(self.s.port)
-        if len(out.f) == 1:
-            signals = sample.f_h, out.f_m[0], out.f[0], u_m[0], u_m_lp[0], v_m[0]
-            return out.f[0], packet, (sample.x, sample.xd, *signals)
-        f, arrays = value(out.f), (value(u_m), value(u_m_lp), value(v_m))
-        return f, packet, (sample.x, sample.xd, sample.f_h, value(out.f_m), f, *arrays)
+        if len(f) == 1:
+            signals = sample.f_h, f_m[0], f[0], u_m[0], u_m_lp[0], v_m[0]
+            return f[0], packet, (sample.x, sample.xd, *signals)
+        applied, arrays = value(f), (value(u_m), value(u_m_lp), value(v_m))
+        return applied, packet, (sample.x, sample.xd, sample.f_h, value(f_m), applied, *arrays)
 
     def leave(self, now_ns: int) -> WavePacket:
         """Return the last packet: the user leaves."""
-        x = self.s.sensing.x
+        x = self.s.x
         packet = self._sent(now_ns, Sample(x, x, False, NEVER_NS), leaves=True)
         assert packet is not None  # no deadband holds a goodbye back
         return packet

@@ -27,12 +27,12 @@ class UserView:
     @property
     def rate_drop(self) -> int:
         """Ticks of a frame."""
-        return self.p.frames.rate_drop  # type: ignore[no-any-return]
+        return self.p.rate_drop  # type: ignore[no-any-return]
 
     @property
     def next_frame(self) -> int:
         """Tick with which the next frame starts."""
-        return self.s.frames.next_frame
+        return self.s.next_frame
 
     @property
     def ready(self) -> bool:
@@ -41,7 +41,7 @@ class UserView:
         From then on a simulated hand may act against the force that the controller renders;
         before, it would push the device away from its avatar against a force held back.
         """
-        return self.s.limits.fading.ready
+        return self.s.limits.ready
 
     @property
     def coupled(self) -> bool:
@@ -51,12 +51,12 @@ class UserView:
     @property
     def x(self) -> Value:
         """Last valid position [m]."""
-        return value(self.s.sensing.x)
+        return value(self.s.x)
 
     @property
     def late_samples(self) -> int:
         """Ticks so far with an old sample, or none."""
-        return self.s.sensing.late
+        return self.s.late
 
     @property
     def other_controller(self) -> int:

@@ -34,18 +34,14 @@ class Motion(NamedTuple):
 def motion(mass: float, damping: float, time_s: float) -> Motion:
     """Return the exact motion of a mass [kg] with a damper [N s/m] over a time."""
     z, rate = damping * time_s / mass, time_s / mass
-    phi1 = -math.expm1(-z) / z if z else 1.0
-    return Motion(time_s * phi1, time_s * rate * _phi2(z), math.exp(-z), rate * phi1)
-
-
-def _phi2(z: float) -> float:
+    phi1, phi2, term = -math.expm1(-z) / z if z else 1.0, 0.0, 0.5
     if z >= SERIES_BELOW:
-        return (z + math.expm1(-z)) / (z * z)
-    total, term = 0.0, 0.5
-    for n in range(TERMS):
-        total += term
-        term *= -z / (n + 3)
-    return total
+        phi2 = (z + math.expm1(-z)) / (z * z)
+    else:
+        for n in range(TERMS):
+            phi2 += term
+            term *= -z / (n + 3)
+    return Motion(time_s * phi1, time_s * rate * phi2, math.exp(-z), rate * phi1)
 
 
 def advanced(x: Vector, xd: Vector, force: Vector, p: Motion) -> tuple[Vector, Vector]:

@@ -29,39 +29,18 @@ from pmwvc_core.law.port.master import (
     port_send,
     port_tick,
 )
-from pmwvc_core.law.port.sensing import STALE_NS, Sample, Sensing, age_ns, sensed
+from pmwvc_core.law.port.sensing import LATE_NS, STALE_NS, Sample, age_ns
 from pmwvc_core.law.safety.brakes import brake_stored_j
-from pmwvc_core.law.safety.limits import (
-    Limits,
-    LimitsInput,
-    LimitsParams,
-    expect,
-    limits,
-    limits_restart,
-)
-from pmwvc_core.law.vectors import Vector
-
-
-class Frames(NamedTuple):
-    """Ticks that start the next frame and take the next answer; length on whose grid it lies."""
-
-    next_frame: int
-    next_answer: int
-    rate_drop: int
-
-
-class FrameParams(NamedTuple):
-    """Ticks of a frame, M; which of them takes the answer; period of a tick [s]."""
-
-    rate_drop: int
-    answer_tick: int
-    tick_s: float
+from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_restart
+from pmwvc_core.law.vectors import Vector, zero
 
 
 class User(NamedTuple):
     """A user's force loop."""
 
-    frames: Frames
+    next_frame: int  # tick that starts it
+    next_answer: int  # tick that takes it
+    rate_drop: int  # on whose grid the present frame lies
     frame_s: float  # length of the present frame
     packing: Packing
     arrivals: Any
@@ -69,26 +48,23 @@ class User(NamedTuple):
     servers: int  # that were ever heard: one that starts again is another one
     port: Any
     limits: Limits
-    sensing: Sensing
+    x: Vector  # [m] of the last good sample
+    measured_ns: int  # when the newest sample was
+    late: int  # ticks with an old sample, or none
     due: int  # tick after the last one that ran
     coupled: bool  # an answer came when the force had been let through in full
 
 
 class UserParams(NamedTuple):
-    """Parameters of the parts of a force loop."""
+    """Parameters of a force loop and its parts."""
 
-    frames: FrameParams
+    rate_drop: int  # M, ticks of a frame
+    answer_tick: int  # which of them takes the answer
+    tick_s: float
     packing: PackingParams
     arrivals: Any
     port: Any
     limits: LimitsParams
-
-
-class Tick(NamedTuple):
-    """Motion as the loop had it, force wanted and force for the device [N]."""
-
-    f_m: Vector
-    f: Vector
 
 
 def send(
@@ -96,7 +72,7 @@ def send(
 ) -> tuple[User, Packet, bool]:
     """Return the packet of the frame that ends, and whether it is sent; the last one is."""
     port, arrivals, number = s.port, s.arrivals, s.packing.number + 1
-    if age_ns(s.sensing, sample, now_ns) <= STALE_NS:
+    if age_ns(sample, s.measured_ns, now_ns) <= STALE_NS:
         port = port_measure(port, sample.x, sample.xd, p.port)
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
@@ -113,10 +89,11 @@ def next_on_grid(now: int, every: int, phase: int) -> int:
 
 def begin(s: User, tick: int, p: UserParams) -> User:
     """Begin a frame with a tick."""
-    every, of_frame = p.frames.rate_drop, tick - tick % s.frames.rate_drop
-    ends = next_on_grid(tick, every, 0)
-    frames = Frames(ends, min(of_frame + p.frames.answer_tick, ends - 1), every)
-    return s._replace(frames=frames, frame_s=(ends - of_frame) * p.frames.tick_s)
+    of_frame, ends = tick - tick % s.rate_drop, next_on_grid(tick, p.rate_drop, 0)
+    return s._replace(
+        next_frame=ends, next_answer=min(of_frame + p.answer_tick, ends - 1),
+        rate_drop=p.rate_drop, frame_s=(ends - of_frame) * p.tick_s,
+    )  # fmt: skip
 
 
 def receive(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
@@ -132,31 +109,38 @@ def receive(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
 
 def user_tick(
     s: User, tick: int, now_ns: int, sample: Sample, packets: list[Packet] | None, p: UserParams
-) -> tuple[User, Tick]:
-    """Run one tick of a frame that has begun; ``packets`` are None where none came."""
+) -> tuple[User, Vector, Vector]:
+    """Run one tick of a frame that has begun; ``packets`` are None where none came. Return the
+    force wanted and the force for the device [N].
+    """
     if packets is not None:
         s = receive(s, packets, now_ns, p)
-    frames, arrivals, servers = s.frames, s.arrivals, s.servers
+    next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0
     port, limit, coupled = s.port, s.limits, s.coupled
-    if tick >= frames.next_answer:
-        frames = frames._replace(next_answer=frames.next_answer + p.frames.rate_drop)
-        if servers > 0:
+    if tick >= next_answer:
+        next_answer += p.rate_drop
+        if known_server:
             port = port_packet(port, arrivals, s.newest, p.port)
-            limit = expect(limit, arrivals.silence.limit_ns / 1e9, p.limits)
+            least_s = max(p.limits.timeout_s, arrivals.silence.limit_ns / 1e9)
+            limit = limit._replace(silence_s=least_s)
         arrivals, wave = answer_of(arrivals, s.frame_s, p.arrivals)
         port = port_answer(port, wave, is_silent(arrivals.silence, now_ns), s.frame_s, p.port)
-        coupled = coupled or limit.fading.ready
+        coupled = coupled or limit.ready
     if tick > s.due:
-        arrivals = missed(arrivals, (tick - s.due) * p.frames.tick_s)
-    sensing, x, xd, known = sensed(s.sensing, sample, now_ns)
+        arrivals = missed(arrivals, (tick - s.due) * p.tick_s)
+    age = age_ns(sample, s.measured_ns, now_ns)
+    known = age <= STALE_NS
+    x, xd = (sample.x, sample.xd) if known else (s.x, zero(s.x))
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
-    silent_s, brakes = silence_s(arrivals.silence, now_ns), interrupted(arrivals, now_ns)
-    unreceived = is_unreceived(arrivals.silence, now_ns)
-    asked = LimitsInput(f_m, x, xd, silent_s, servers > 0, known, brakes, unreceived)
-    limit, f = limits(limit, asked, p.limits)
+    silence = arrivals.silence
+    limit, f = limits(
+        limit, f_m, x, xd, silence_s(silence, now_ns), known_server, known,
+        interrupted(arrivals, now_ns), is_unreceived(silence, now_ns), p.limits,
+    )  # fmt: skip
     port = port_applied(port, f, p.port)
     s = s._replace(
-        frames=frames, arrivals=arrivals, port=port, limits=limit, sensing=sensing, due=tick + 1,
-        coupled=coupled,
+        next_answer=next_answer, arrivals=arrivals, port=port, limits=limit, x=x,
+        measured_ns=max(s.measured_ns, sample.measured_ns), late=s.late + (age > LATE_NS),
+        due=tick + 1, coupled=coupled,
     )  # fmt: skip
-    return s, Tick(f_m, f)
+    return s, f_m, f

@@ -13,10 +13,10 @@ from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.packet import no_packet, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING
-from pmwvc_core.law.port.sensing import NEVER_NS, Sensing
+from pmwvc_core.law.port.sensing import NEVER_NS
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
 from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
-from pmwvc_core.law.user_tick import FrameParams, Frames, User, UserParams
+from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
 from pmwvc_core.law.without_waves.direct import Direct, Held
 from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
@@ -120,13 +120,9 @@ def user_params(
         port = waves_params(master, b, arrivals.playout, strict=strict)
     else:
         port = DeviceEndParams(tick_s, CONTROLLERS[controller].law(user.baseline, tick_s))
-    return UserParams(
-        FrameParams(master.rate_drop, answer_tick, tick_s),
-        packing_params(master.deadband),
-        arrivals,
-        port,
-        limits_params(user.safety, tick_s, packet_s, reach, stiffness),
-    )
+    limits = limits_params(user.safety, tick_s, packet_s, reach, stiffness)
+    packing = packing_params(master.deadband)
+    return UserParams(master.rate_drop, answer_tick, tick_s, packing, arrivals, port, limits)
 
 
 def resting_user(
@@ -146,16 +142,8 @@ def resting_user(
         port = resting_waves(master, p.port, axes)
     else:
         port = resting_end(CONTROLLERS[controller].at_device(user.baseline, axes), axes)
+    arrivals = start_of(p.arrivals.plays_on, axes, timeout_s, packet_s)
     return User(
-        Frames(0, 0, master.rate_drop),
-        master.frame_s,
-        resting_packing(axes),
-        start_of(p.arrivals.plays_on, axes, timeout_s, packet_s),
-        packet,
-        0,
-        port,
-        resting_limits(nothing, p.limits),
-        Sensing(nothing, NEVER_NS, 0),
-        NEVER,
-        False,
-    )
+        0, 0, master.rate_drop, master.frame_s, resting_packing(axes), arrivals, packet, 0, port,
+        resting_limits(nothing, p.limits), nothing, NEVER_NS, 0, NEVER, False,
+    )  # fmt: skip

@@ -12,8 +12,7 @@ from typing import Any
 
 from pmwvc_core.law.channel.silence import LATENESSES
 from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.port.filter_bank import Bank, BankFilters, resting_bank
-from pmwvc_core.law.port.local_model import changed_local
+from pmwvc_core.law.port.filter_bank import Bank, BankFilters, changed_local, resting_bank
 from pmwvc_core.law.port.plain_master import PlainMaster
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
@@ -21,7 +20,7 @@ from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import resting_filter
 from pmwvc_core.law.wave.hold import Hold
-from pmwvc_core.made.waves import position_params, resting_filters, resting_position
+from pmwvc_core.made.waves import lent_of, position_params, resting_filters, resting_position
 from pmwvc_core.params import MasterParams
 
 # What may change without a new beginning of what is around the port.
@@ -58,7 +57,8 @@ def changed_master(
         if isinstance(port, PlainMaster):
             port, of_port = _plain(port, p.port, of_port, new, anew)
         else:
-            of_port = of_port._replace(lends=not isinstance(position, Nothing))
+            lends, lent_j = not isinstance(position, Nothing), lent_of(of_position)
+            of_port = of_port._replace(lends=lends, lent_j=lent_j)
     return s._replace(port=port), q._replace(port=of_port, limits=limits, arrivals=p.arrivals)
 
 

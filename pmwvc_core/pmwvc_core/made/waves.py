@@ -11,27 +11,29 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
-from pmwvc_core.law.port.filter_bank import bank_of, resting_bank
-from pmwvc_core.law.port.local_model import SpringDamper, acts_of
-from pmwvc_core.law.port.plain_master import PlainEnergies, PlainMaster, PlainMasterParams
-from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, same_gain
-from pmwvc_core.law.port.strict_master import (
-    Node,
-    StrictEnergies,
-    StrictMaster,
-    StrictMasterParams,
+from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, bank_of, resting_bank
+from pmwvc_core.law.port.plain_master import PlainMaster, PlainMasterParams
+from pmwvc_core.law.port.port_filters import (
+    Filtered,
+    FilteredParams,
+    InForce,
+    InWaves,
+    VelocityParams,
+    same_gain,
 )
-from pmwvc_core.law.port.velocity_filter import resting_velocity, velocity_params
+from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
-from pmwvc_core.law.position.feedback import Budgeted, Line, OnStrict, Published, position_lent
+from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
+from pmwvc_core.law.wave.cascade import resting_cascade, sections_of
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.design.aliasing import delay_of
+from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
 
 
 def made_impedance(b: Any) -> Any:
@@ -66,13 +68,24 @@ def waves_params(
     filters = filters_params(master, impedance_)
     if strict:
         return StrictMasterParams(
-            impedance_, master.tick_s, filters, position, master.position.is_on, playout
+            impedance_,
+            master.tick_s,
+            filters,
+            position,
+            master.position.is_on,
+            lent_of(position),
+            playout,
         )
     chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     ticks = master.rate_drop if master.ramps else 1
     return PlainMasterParams(
         impedance_, master.tick_s, master.frame_s, ticks, chosen, filters, position
     )
+
+
+def lent_of(position: Any) -> float:
+    """Return the energy that position feedback of these parameters borrows at the start [J]."""
+    return position.lent_j if isinstance(position, PositionParams) else 0.0
 
 
 def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
@@ -85,17 +98,24 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
         )
     if not own.is_on and not master.bank.is_on:
         return NOTHING
-    velocity = velocity_params(master) if own.is_on else NOTHING
+    velocity = _velocity_params(master) if own.is_on else NOTHING
     in_force = own.is_on and own.in_force
     far = bank_of(master, _local(master, b)) if master.bank.is_on else NOTHING
     near, force = (NOTHING, velocity) if in_force else (velocity, NOTHING)
     return FilteredParams(near, far, force, b)
 
 
+def _velocity_params(master: MasterParams) -> VelocityParams:
+    own, high = master.velocity_filter, sections_of(high_pass(master))
+    if not own.splits:
+        return VelocityParams(high, (), own.share, master.tick_s)
+    return VelocityParams(high + high, sections_of(low_pass(master)), own.share, master.tick_s)
+
+
 def _local(master: MasterParams, b: Any) -> Any:
     """Return the parameters of the local model behind an impedance."""
     local = master.local_model
-    place = acts_of(local), local.begins_m, master.tick_s
+    place = ACTS.index(local.acts), local.begins_m, master.tick_s
     if not local.is_plugin:
         return SpringDamper(local.stiffness, local.damping, *place)
     return PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
@@ -105,13 +125,14 @@ def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothi
     """Return these filters at rest."""
     if not isinstance(p, FilteredParams):
         return NOTHING
-    own = master.velocity_filter
-    force = resting_velocity(master, p.force, axes) if own.in_force else NOTHING
-    near: Any = NOTHING
-    if own.is_on and not own.in_force:
-        near = resting_velocity(master, p.near, axes)
+    rest, near, force = (0.0,) * axes, p.near, p.force
+    if isinstance(force, VelocityParams):
+        force = InForce((resting_cascade(force.high),) * axes, 0.0)
+    if isinstance(near, VelocityParams):
+        low, high = ((resting_cascade(each),) * axes for each in (near.low, near.high))
+        near = InWaves(low, low, high, rest, rest, 0.0)
     far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
-    return Filtered(near, far, force, (0.0,) * axes, same_gain(p.impedance, 0.0))
+    return Filtered(near, far, force, rest, same_gain(p.impedance, 0.0))
 
 
 def resting_waves(
@@ -124,13 +145,12 @@ def resting_waves(
     waves = rest, rest, rest
     if isinstance(p, StrictMasterParams):
         return StrictMaster(
-            Node(position_lent(position, p.position), 0.0, 0.0, 0.0),
+            p.lent_j, 0.0, 0.0, 0.0,
             filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
-            rest, rest, rest, True, False, 0.0, (False, False), StrictEnergies(0.0, 0.0, 0.0),
+            rest, rest, rest, True, False, 0.0, False, False, 0.0, 0.0, 0.0,
         )  # fmt: skip
-    energies = PlainEnergies(0.0, 0.0, 0.0, 0.0, 0.0)
     hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, p.filter)
-    return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, energies)
+    return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5)
 
 
 def filter_lag_s(master: MasterParams) -> float:
@@ -153,17 +173,9 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionPa
     position = master.position
     lags = (0.0, 0.0) if strict else (filter_lag_s(master), hold_lag_s(master))
     return PositionParams(
-        b,
-        master.tick_s,
-        master.frame_s,
-        *lags,
-        position.of_residual,
-        master.rate_drop,
-        float(position.gain),
-        position.adapts,
-        float(position.storage_j),
-        float(position.most_j),
-    )
+        b, master.tick_s, master.frame_s, *lags, position.of_residual, master.rate_drop,
+        float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
+    )  # fmt: skip
 
 
 def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool) -> Any:
@@ -172,7 +184,7 @@ def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool
         return p
     error = resting_error(rest)
     if strict:
-        return OnStrict(error, Line(rest, 0.0, 0.0, 0.0, rest), 0.0)
+        return OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
     if master.position.as_published:
         return Published(error, 0.0)
     return Budgeted(error, resting_tank(rest, p.lent_j))

@@ -19,8 +19,7 @@ Equations: docs/theory.md 17.19.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.counting import Counting, count, resting_counting
-from pmwvc_core.law.channel.pace import pace_brakes, pace_waits
+from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import (
     FEW,
@@ -35,11 +34,13 @@ from pmwvc_core.law.channel.playout import (
     resting_playout,
 )
 from pmwvc_core.law.channel.silence import (
+    NEVER_NS,
+    Counting,
     Silence,
+    counted,
     followed,
     is_unreceived,
     noted_packet,
-    resting_silence,
 )
 from pmwvc_core.law.family import Family, never, none_j, same
 from pmwvc_core.law.vectors import Vector, length, squared, zero
@@ -119,7 +120,7 @@ interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 @arrivals_of.member(StrictStart)
 def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
     playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
-    counting = resting_counting(nothing, start.period_s)
+    counting = Counting(nothing, 0.0, 0, False, start.period_s, start.period_s, False)
     return StrictArrivals(start.silence, playout, counting, nothing, False)
 
 
@@ -127,7 +128,8 @@ def start_of(
     strict: bool, axes: int, timeout_s: float, period_s: float
 ) -> PlainArrivals | StrictStart:
     """Return arrivals before the first packet."""
-    silence, nothing = resting_silence(timeout_s, period_s), (0.0,) * axes
+    limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
+    silence = Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
     if strict:
         return StrictStart(silence, period_s)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
@@ -147,14 +149,14 @@ def _arrive_strict(
     s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams
 ) -> StrictArrivals:
     passed_s = (now_ns - s.silence.accepted_ns) * 1e-9
-    counting, segment = count(s.counting, packet, passed_s, p.longest)
+    counting, goes_on, moved, paid_j, lasted_s = counted(s.counting, packet, passed_s, p.longest)
     silence = noted_packet(s.silence, packet.number, now_ns, packet.waits)
     playout = s.playout
-    if segment.begins:
-        playout = begin(playout)
+    if goes_on:
+        silence = followed(silence, passed_s, lasted_s, packet.period_s, p.timeout_s)
     else:
-        silence = followed(silence, passed_s, segment.lasted_s, packet.period_s, p.timeout_s)
-    playout = add(playout, segment.integral, segment.energy_j, segment.lasted_s)
+        playout = begin(playout)
+    playout = add(playout, moved, paid_j, lasted_s)
     return StrictArrivals(silence, playout, counting, packet.position, packet.short)
 
 
@@ -173,7 +175,7 @@ def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[Strict
 
 def _needed_j(s: Playout) -> float:
     """Return the free energy that makes up what is undelivered beside the present wave [J]."""
-    return SPARED_J + length(s.undelivered) * length(s.concealed.wave)
+    return SPARED_J + length(s.undelivered) * length(s.wave)
 
 
 def is_short(s: Playout) -> bool:
@@ -218,7 +220,7 @@ def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
 
 @waits.member(StrictArrivals)
 def _waits_strict(s: StrictArrivals) -> bool:
-    return pace_waits(s.playout.pace)
+    return s.playout.pace.silent_s > REPORTED_S
 
 
 @lacks.member(StrictArrivals)

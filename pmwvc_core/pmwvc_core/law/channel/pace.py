@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The clock of a playout: how fast it plays the sender's time, and how far beyond what has come.
+"""The clock of a playout: how fast it plays the sender's time, and how far beyond what has come;
+and the segments that it has in store.
 
 Let e be the end of the newest segment and p the sender's time played. ``store_s`` is e - p: time
 in store, or, below zero, -c, the time concealed by a predicted wave. Per step h::
@@ -19,10 +20,16 @@ first one of a step, of length dt, shifts p by::
 except within ``BURST_S`` after an outage, a standstill or the start. More than ``LONGEST_S`` in
 store (then: more than one segment) is skipped.
 
+A segment has its integral and the reserve of energy that its smoothest wave takes, |dU|^2/(2 dt).
+Of the knots between segments the first is the beginning of the first segment, at zero. Their list
+is never changed: whoever adds or drops one makes another list.
+
 Equations: docs/theory.md 17.18.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
+
+from pmwvc_core.law.vectors import Vector, between, minus
 
 HOLD_S, FADE_S, RISE_S = 0.024, 0.03, 0.02
 CORRECT_S, CORRECTED = 0.05, 0.3
@@ -30,7 +37,7 @@ LATE_S, EARLY_S = 0.2, 0.8
 REPORTED_S, OUTAGE_S = 0.016, 0.04
 BURST_S = 0.1
 LONGEST_S = 0.3
-ROUNDING_S = 1e-9
+ROUNDING_S = 1e-9  # of times
 
 
 class Pace(NamedTuple):
@@ -46,11 +53,6 @@ class Pace(NamedTuple):
 
 
 RESTING_PACE = Pace(0.0, 0.0, 0.0, 1.0, BURST_S, 0.0, True)
-
-
-def pace_waits(s: Pace) -> bool:
-    """Tell whether nothing has come for so long that the other end is told."""
-    return s.silent_s > REPORTED_S
 
 
 def pace_brakes(s: Pace) -> bool:
@@ -100,3 +102,31 @@ def pace_step(s: Pace, h: float) -> tuple[Pace, float, float]:
     burst_s = max(s.burst_s - h, 0.0)
     s = Pace(store_s, silent_s, shift_s, ratio, burst_s, s.segment_s, True)
     return s, skipped_s, beyond_s
+
+
+class Knot(NamedTuple):
+    """The end of a segment: when [s], integral [sqrt(W) s] and reserve [J] up to there."""
+
+    end_s: float
+    integral: Vector
+    reserve_j: float
+
+
+Knots: TypeAlias = list[Knot]
+
+
+def forgotten(knots: Knots, count: int) -> Knots:
+    """Return the knots without the first segments; the rest begins at zero."""
+    e, u, j = knots[count]
+    return [Knot(k.end_s - e, minus(k.integral, u), k.reserve_j - j) for k in knots[count:]]
+
+
+def played_to(knots: Knots, store_s: float) -> tuple[Vector, float]:
+    """Return integral and reserve up to where so much is left in store [s], even in a segment."""
+    time_s, i = knots[len(knots) - 1].end_s - max(store_s, 0.0), 1
+    while i < len(knots) - 1 and knots[i].end_s <= time_s:
+        i += 1
+    before, after = knots[i - 1], knots[i]
+    ratio = (time_s - before.end_s) / (after.end_s - before.end_s)
+    integral = between(before.integral, after.integral, ratio)
+    return integral, before.reserve_j + (after.reserve_j - before.reserve_j) * ratio

@@ -122,7 +122,9 @@ def pack(
     news = about.events != s.events  # all of this changes with what a packet says
     flags = news * 8 + about.waits * 4 + about.anew * 2 + about.leaves
     number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
-    held_back = _is_held_back(s, sent.wave, period_s, flags, p)
+    same = p.ratio >= 0.0 and s.number > 0 and flags == s.flags
+    fits = held_s + 2.0 * period_s <= p.longest_s
+    held_back = same and fits and squared(minus(wave, s.wave)) <= p.ratio**2 * squared(s.wave)
     if held_back:
         before = s.sent_integral if held_s > 0.0 else s.integral
         s = s._replace(
@@ -140,11 +142,3 @@ def pack(
         about.waits, about.anew, about.leaves, sent.extra, about.echo, False, 0, 0,
     )  # fmt: skip
     return s, packet, not held_back
-
-
-def _is_held_back(s: Packing, wave: Vector, period_s: float, flags: int, p: PackingParams) -> bool:
-    if p.ratio < 0.0 or s.number == 0 or flags != s.flags:
-        return False
-    if s.held_s + 2.0 * period_s > p.longest_s:
-        return False
-    return squared(minus(wave, s.wave)) <= p.ratio**2 * squared(s.wave)

@@ -32,13 +32,17 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.pace import (
     RESTING_PACE,
+    ROUNDING_S,
+    Knot,
+    Knots,
     Pace,
+    forgotten,
     pace_arrive,
     pace_brakes,
     pace_pass_by,
     pace_step,
+    played_to,
 )
-from pmwvc_core.law.channel.segments import Knot, Store, added, forgotten, played, played_to
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
 
@@ -60,23 +64,17 @@ class Moved(NamedTuple):
     lent_j: float  # of E0
 
 
-class Concealed(NamedTuple):
-    """What is predicted [sqrt(W)], what was given out beyond the newest segment, and by how much
-    that fell short of what came [sqrt(W) s].
-    """
-
-    wave: Vector
-    guessed: Vector
-    mistaken: Vector
-
-
 class Playout(NamedTuple):
-    """See the module."""
+    """See the module; waves [sqrt(W)] and their integrals [sqrt(W) s]."""
 
     pace: Pace
-    store: Store
-    concealed: Concealed
-    undelivered: Vector  # arrived, due, and not given out yet [sqrt(W) s]
+    knots: Knots  # of the segments
+    played: Vector  # of them, as played_j [J]
+    played_j: float
+    wave: Vector  # what is predicted
+    guessed: Vector  # given out beyond the newest segment
+    mistaken: Vector  # by how much that fell short of what came
+    undelivered: Vector  # arrived, due, and not given out yet
     since_s: float  # since the last wait
     moved: Moved
 
@@ -91,11 +89,10 @@ class PlayoutParams(NamedTuple):
     store_j: float
 
 
-def resting_playout(nothing: Vector, moved: Moved) -> Playout:
+def resting_playout(rest: Vector, moved: Moved) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
-    store = Store([Knot(0.0, nothing, 0.0)], nothing, 0.0)
-    concealed = Concealed(nothing, nothing, nothing)
-    return Playout(RESTING_PACE, store, concealed, nothing, 0.0, moved)
+    knots = [Knot(0.0, rest, 0.0)]
+    return Playout(RESTING_PACE, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved)
 
 
 def begin(s: Playout) -> Playout:
@@ -103,11 +100,11 @@ def begin(s: Playout) -> Playout:
     stays.
     """
     m = s.moved
-    moved = m._replace(discarded_j=m.discarded_j + max(balance_j(m), 0.0))
+    moved = m._replace(discarded_j=m.discarded_j + max(_balance_j(m), 0.0))
     return resting_playout(zero(s.undelivered), moved)
 
 
-def balance_j(m: Moved) -> float:
+def _balance_j(m: Moved) -> float:
     """Return the energy that came and is not given out [J]."""
     return m.received_j - m.given_j - m.released_j - m.discarded_j
 
@@ -116,68 +113,67 @@ def free_j(s: Playout) -> float:
     """Return the energy beyond what was given out and what the segments in store need; below zero:
     taken from E0 [J].
     """
-    knots = s.store.knots
-    return balance_j(s.moved) - (knots[len(knots) - 1].reserve_j - s.store.reserve_j)
+    return _balance_j(s.moved) - (s.knots[len(s.knots) - 1].reserve_j - s.played_j)
 
 
 def waiting(s: Playout) -> Vector:
     """Return the integral that has arrived and is not given out [sqrt(W) s]."""
-    knots, c = s.store.knots, s.concealed
-    in_store = minus(knots[len(knots) - 1].integral, s.store.integral)
-    return minus(plus(plus(in_store, s.undelivered), c.mistaken), c.guessed)
+    in_store = minus(s.knots[len(s.knots) - 1].integral, s.played)
+    return minus(plus(plus(in_store, s.undelivered), s.mistaken), s.guessed)
 
 
 def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Playout:
     """Take a segment in: its integral [sqrt(W) s], the energy that came with it, and the time of
     the sender for which it stands, > 0 [s].
     """
-    m, store, c, undelivered = s.moved, s.store, s.concealed, s.undelivered
-    moved = m._replace(received_j=m.received_j + energy_j)
-    knots, late_s, braked = store.knots, -s.pace.store_s, pace_brakes(s.pace)
-    begun = len(knots) > 1
-    if begun:
-        gone = played(knots, knots[len(knots) - 1].end_s - max(-late_s, 0.0))
-        if gone > 0:
-            before = knots[gone]
-            left = minus(store.integral, before.integral)
-            store = Store(forgotten(knots, gone), left, store.reserve_j - before.reserve_j)
-    pace = pace_arrive(s.pace, duration_s)
-    store = store._replace(knots=added(store.knots, integral, duration_s))
-    wave, guessed, mistaken = scaled(integral, 1.0 / duration_s), c.guessed, c.mistaken
+    knots, to, to_j, undelivered = s.knots, s.played, s.played_j, s.undelivered
+    guessed, mistaken, late_s = s.guessed, s.mistaken, -s.pace.store_s
+    begun, gone, time_s = len(knots) > 1, 0, knots[len(knots) - 1].end_s - max(-late_s, 0.0)
+    while gone + 1 < len(knots) and knots[gone + 1].end_s <= time_s + ROUNDING_S:
+        gone += 1
+    if gone > 0:
+        to, to_j = minus(to, knots[gone].integral), to_j - knots[gone].reserve_j
+        knots = forgotten(knots, gone)
+    last, pace = knots[len(knots) - 1], pace_arrive(s.pace, duration_s)
+    reserve_j = last.reserve_j + squared(integral) * (0.5 / duration_s)
+    knots = [*knots, Knot(last.end_s + duration_s, plus(last.integral, integral), reserve_j)]
     if begun and late_s > 0.0:
         settled = scaled(guessed, min(duration_s / late_s, 1.0))
         of_it = scaled(integral, min(late_s / duration_s, 1.0))
         guessed = minus(guessed, settled)
         mistaken = minus(plus(mistaken, of_it), settled)
-        store = played_to(store, pace.store_s)
-        if braked:
+        to, to_j = played_to(knots, pace.store_s)
+        if pace_brakes(s.pace):
             undelivered = plus(undelivered, mistaken)
             mistaken = zero(mistaken)
-    concealed = Concealed(wave, guessed, mistaken)
-    return Playout(pace, store, concealed, undelivered, s.since_s, moved)
+    wave, moved = scaled(integral, 1.0 / duration_s), s.moved
+    moved = moved._replace(received_j=moved.received_j + energy_j)
+    return Playout(
+        pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved
+    )  # fmt: skip
 
 
 def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     """Return the wave of the next h seconds [sqrt(W)]."""
-    if len(s.store.knots) == 1:
+    if len(s.knots) == 1:
         return s, zero(s.undelivered)
-    c, m, undelivered = s.concealed, s.moved, s.undelivered
+    m, before, undelivered = s.moved, s.played, s.undelivered
     in_store_s = max(s.pace.store_s, 0.0)
     pace, skipped_s, beyond_s = pace_step(s.pace, h)
-    before = s.store
     if skipped_s > 0.0:
-        before = played_to(s.store, in_store_s - skipped_s)
-        undelivered = plus(undelivered, minus(before.integral, s.store.integral))
-    since_s = 0.0 if pace_brakes(pace) else s.since_s + h
-    store = played_to(before, pace.store_s)
-    guess, mended = scaled(c.wave, beyond_s), scaled(c.mistaken, min(h / MEND_S, 1.0))
-    asked = plus(plus(minus(store.integral, before.integral), guess), mended)
-    concealed = Concealed(c.wave, plus(c.guessed, guess), minus(c.mistaken, mended))
-    predicts = beyond_s > 0.0
-    if predicts or not within(mended, SETTLED):
+        before, _ = played_to(s.knots, in_store_s - skipped_s)
+        undelivered = plus(undelivered, minus(before, s.played))
+    to, to_j = played_to(s.knots, pace.store_s)
+    guess, mended = scaled(s.wave, beyond_s), scaled(s.mistaken, min(h / MEND_S, 1.0))
+    asked = plus(plus(minus(to, before), guess), mended)
+    if beyond_s > 0.0 or not within(mended, SETTLED):
         m = m._replace(lent_j=p.store_j)
-    s = Playout(pace, store, concealed, undelivered, since_s, m)
-    return _given(s, asked, h, max(h, SPREAD_S) if predicts else h, p)
+    since_s = 0.0 if pace_brakes(pace) else s.since_s + h
+    s = Playout(
+        pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
+        undelivered, since_s, m,
+    )  # fmt: skip
+    return _given(s, asked, h, max(h, SPREAD_S) if beyond_s > 0.0 else h, p)
 
 
 def _given(
@@ -219,9 +215,9 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
     """Let time go by in which the loop did not step [s]: what was due then stays undelivered, and
     nothing is played later for it.
     """
-    if len(s.store.knots) == 1:
+    if len(s.knots) == 1:
         return s
     pace = pace_pass_by(s.pace, lasted_s)
-    store = played_to(s.store, pace.store_s)
-    undelivered = plus(s.undelivered, minus(store.integral, s.store.integral))
-    return s._replace(pace=pace, store=store, undelivered=undelivered)
+    to, to_j = played_to(s.knots, pace.store_s)
+    undelivered = plus(s.undelivered, minus(to, s.played))
+    return s._replace(pace=pace, played=to, played_j=to_j, undelivered=undelivered)

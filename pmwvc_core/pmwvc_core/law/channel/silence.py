@@ -1,21 +1,35 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The silence of the other end: for how long nothing may come, and what this end does meanwhile.
+"""What a receiver notes of the other end: its silence, and what is believed of its packets.
 
 On the strict channel the time follows what packets do: three of their intervals (a longer one
 counts at once), and beyond the lateness that they usually have, what the playout keeps at hand. A
 packet also tells whether its sender has waves of this end at hand; both ends brake while either
 has not.
 
-Times of this end's clock are whole nanoseconds.
+Packets carry running sums, so on the strict channel the difference of two is a segment for the
+playout, whatever was lost, repeated or reordered in between. Its length is counted in packets; the
+sender's clock counts only where packets stood for different times::
+
+    U <- U + dU     dU = packet's U - U,   |dU| <= longest legal wave * time
+    J <- J + dJ     dJ = packet's J - J,   0 <= dJ <= what that wave carries
+
+The first packet of a sender, or after the avatar was placed anew, counts with its own wave alone.
+
+Times of this end's clock are whole nanoseconds. Equations: docs/theory.md 17.24.
 """
 
 import math
 from typing import NamedTuple
 
+from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened
+from pmwvc_core.law.wave.wave import wave_j
+
 LATENESSES = 4.0  # usual ones, until silence begins
 SMOOTHED = 1.0 / 16.0  # weight of a packet in interval and lateness
 NEVER_NS = -1
+LONGEST_PERIOD_S = 10.0
 
 
 class Silence(NamedTuple):
@@ -27,12 +41,6 @@ class Silence(NamedTuple):
     lateness_s: float  # mean deviation of their arrivals from it
     unreceived_ns: int  # since when the other end waits; NEVER_NS where it does not
     number: int  # of the newest packet; 0: none yet
-
-
-def resting_silence(timeout_s: float, period_s: float) -> Silence:
-    """Return the silence before the first packet, with the least time until it counts [s]."""
-    limit_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
-    return Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
 
 
 def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
@@ -69,3 +77,41 @@ def silence_s(s: Silence, now_ns: int) -> float:
 def is_unreceived(s: Silence, now_ns: int) -> bool:
     """Tell whether the other end has had nothing of this one for too long."""
     return s.unreceived_ns != NEVER_NS and now_ns - s.unreceived_ns > s.limit_ns
+
+
+class Counting(NamedTuple):
+    """What was believed of a sender up to its newest packet."""
+
+    integral: Vector  # [sqrt(W) s]
+    energy_j: float
+    sent_ns: int  # the sender's clock
+    anew: bool
+    least_s: float  # shortest and longest time for which packets stood
+    most_s: float
+    begun: bool
+
+
+def counted(
+    s: Counting, packet: Packet, passed_s: float, longest: float
+) -> tuple[Counting, bool, Vector, float, float]:
+    """Return the segment that an accepted packet adds: whether it goes on with the one before, its
+    integral, energy and length. ``passed_s`` is the time since the packet before, by this end's
+    clock.
+    """
+    lasted_s = period_s = packet.period_s
+    noted = Counting(packet.integral, packet.energy_j, packet.sent_ns, packet.anew, period_s,
+                     period_s, True)  # fmt: skip
+    own = scaled(packet.wave, period_s)
+    if packet.fresh or not s.begun:  # what it sent before it was followed does not count
+        return noted, False, own, 0.0, period_s
+    least_s, most_s = min(s.least_s, period_s), max(s.most_s, period_s)
+    if packet.lost > 0:
+        others_s = (packet.sent_ns - s.sent_ns) * 1e-9 - period_s
+        lasted_s += min(max(others_s, packet.lost * least_s), packet.lost * most_s)
+    lasted_s = min(lasted_s, passed_s + LONGEST_PERIOD_S)
+    moved = shortened(minus(packet.integral, s.integral), longest * lasted_s)
+    paid_j = min(max(packet.energy_j - s.energy_j, 0.0), 0.5 * longest**2 * lasted_s)
+    noted = noted._replace(integral=plus(s.integral, moved), energy_j=s.energy_j + paid_j)
+    if packet.anew != s.anew:
+        return noted, False, own, min(wave_j(packet.wave, period_s), paid_j), period_s
+    return noted._replace(least_s=least_s, most_s=most_s), True, moved, paid_j, lasted_s

@@ -49,11 +49,6 @@ def resting_counts(x: float) -> Counts:
     return Counts(x, 0.0, 0.0, x, x, 0.0, SLOW_S, UNKNOWN_M, False)
 
 
-def may_count(s: Counts) -> bool:
-    """Tell whether positions may be those of counts."""
-    return s.step_m >= LEAST_M
-
-
 def rough_count(s: Counts) -> float:
     """Return the count where the velocity is the jump of the counts; else zero [m]."""
     return s.step_m if s.rough else 0.0

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Filter bank with a local model on the high-pass part of the outgoing wave (App. E).
+"""Filter bank with a local model of interaction on the high-pass part of the outgoing wave, at
+the rate of the force loop (App. E).
 
 Fig. 3::
 
@@ -15,21 +16,24 @@ wave is bounded only by (|LP1| + |LP2| |HP|) |u_m|, above 1 for the filters of T
 |u2|^2 <= |u_m|^2 and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
 local model.
 
-The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU.
+The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU. Its
+port decodes u2 and encodes the force of the model::
 
-Equations: docs/theory.md 8.4.
+    F = F0 + G xd,   xd = sqrt(2/b) u2 - F/b,   v2 = u2 - sqrt(2/b) F
+    F = (F0 + sqrt(2/b) G u2)/(1 + G/b),   v2 = (b - G)/(b + G) u2 - sqrt(2/b) F0/(1 + G/b)
+
+Spring and damper by the implicit midpoint rule: F0 = K x, G = K T_c/2 + B, x+ = x + T_c xd, so
+that F xd T_c is the gain of the spring plus B xd^2 T_c. The model acts everywhere, or while the
+device is on one side of ``begins_m``; where it ends, the energy of the spring is dropped.
+
+Equations: docs/theory.md 1.6, 8.1, 8.2, 8.3, 8.4.
 """
 
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.family import Family
 from pmwvc_core.law.port import port_filters
-from pmwvc_core.law.port.local_model import (
-    local_answer,
-    local_offer,
-    local_stored_j,
-    resting_local,
-)
-from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled
+from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared, zero
 from pmwvc_core.law.wave.cascade import (
     Cascade,
     Sections,
@@ -39,18 +43,106 @@ from pmwvc_core.law.wave.cascade import (
     resting_cascade,
     sections_of,
 )
-from pmwvc_core.law.wave.wave import along, wave_j
+from pmwvc_core.law.wave.wave import along, free_velocity, wave_j, wave_v, wave_velocity
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.design.bank_design import bank_filters
 
+ACTS = ("everywhere", "above", "below")  # where a local model is in place
+EVERYWHERE, ABOVE, BELOW = range(3)
 
-class BankEnergies(NamedTuple):
-    """Energies of the waves of either branch, to and from server and local model [J]."""
 
-    low_in: float
-    low_out: float
-    high_in: float
-    high_out: float
+class LocalModel(NamedTuple):
+    """The spring [m], its force and slope of this tick, whether it is in place, and its heat."""
+
+    x: Vector
+    f0: Vector  # [N]
+    slope: float  # [N s/m]
+    there: bool
+    dissipated_j: float
+
+
+class SpringDamper(NamedTuple):
+    """K [N/m], B [N s/m], where it is in place, and the tick."""
+
+    stiffness: float
+    damping: float
+    acts: int
+    begins_m: float
+    tick_s: float
+
+
+# Members by the type of the parameters, or of the state: what another package brings has its own.
+resting_local = Family("resting_local")  # (p, axes) -> s
+local_offered = Family("local_offered")  # (s, device_x, p) -> s: F0, G and place of this tick
+local_moved = Family("local_moved")  # (s, f, xd, p) -> s: what the tick did
+local_stored_j = Family("local_stored_j")  # (s, p) -> energy held [J]
+changed_local = Family("changed_local")  # (s, old p, p) -> s: other parameters from here on
+
+
+def local_offer(s: Any, device_x: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector]:
+    """Return v0 [sqrt(W)] and g of the answer v0 + g u2, for each eigenvalue of b."""
+    s = local_offered(s, device_x, p)
+    shares = each(_share, (b.values,), s.slope)
+    v0 = along(b, shares, wave_v(b, zero(s.f0), s.f0))
+    return s, v0, each(_reflection, (shares,))
+
+
+def _share(b: float, slope: float) -> float:
+    return 1.0 / (1.0 + slope / b)
+
+
+def _reflection(share: float) -> float:
+    return 2.0 * share - 1.0  # (b - G)/(b + G)
+
+
+def local_answer(s: Any, u2: Vector, p: Any, b: Any) -> tuple[Any, Vector]:
+    """Take the wave of the tick; return the one that comes back [sqrt(W)]."""
+    loose = plus(s.f0, scaled(free_velocity(b, u2), s.slope))
+    f = along(b, each(_share, (b.values,), s.slope), loose)
+    xd, v2 = wave_velocity(b, u2, f), wave_v(b, u2, f)
+    return local_moved(s, f, xd if s.there else zero(xd), p), v2
+
+
+def is_there(device_x: Vector, acts: int, begins_m: float) -> bool:
+    """Tell whether a model is in place."""
+    if acts == EVERYWHERE:
+        return True
+    return device_x[0] > begins_m if acts == ABOVE else device_x[0] < begins_m
+
+
+@resting_local.member(SpringDamper)
+def _resting(p: SpringDamper, axes: int) -> LocalModel:
+    return LocalModel((0.0,) * axes, (0.0,) * axes, 0.0, True, 0.0)
+
+
+@local_offered.member(LocalModel)
+def _offered(s: LocalModel, device_x: Vector, p: SpringDamper) -> LocalModel:
+    if not is_there(device_x, p.acts, p.begins_m):
+        dissipated_j = s.dissipated_j + local_stored_j(s, p)
+        return LocalModel(zero(s.x), zero(s.x), 0.0, False, dissipated_j)
+    slope = p.stiffness * (0.5 * p.tick_s) + p.damping
+    return LocalModel(s.x, scaled(s.x, p.stiffness), slope, True, s.dissipated_j)
+
+
+@local_moved.member(LocalModel)
+def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
+    dissipated_j = s.dissipated_j + squared(xd) * p.damping * p.tick_s
+    return s._replace(x=plus(s.x, scaled(xd, p.tick_s)), dissipated_j=dissipated_j)
+
+
+@local_stored_j.member(LocalModel)
+def _stored_j(s: LocalModel, p: SpringDamper) -> float:
+    """K |x|^2/2."""
+    return squared(s.x) * p.stiffness * 0.5
+
+
+@changed_local.member(LocalModel)
+def _changed(s: LocalModel, old: SpringDamper, p: SpringDamper) -> LocalModel:
+    """Drop the old spring."""
+    if p == old:
+        return s
+    lost_j = s.dissipated_j + local_stored_j(s, old)
+    return s._replace(x=zero(s.x), there=True, dissipated_j=lost_j)
 
 
 class Bank(NamedTuple):
@@ -61,7 +153,7 @@ class Bank(NamedTuple):
     high_up: tuple[Cascade, ...]
     high_down: tuple[Cascade, ...]
     local: Any
-    energies: BankEnergies
+    energies: tuple[float, float, float, float]  # to and from server and local model [J]
 
 
 class BankFilters(NamedTuple):
@@ -78,32 +170,25 @@ class BankFilters(NamedTuple):
 def bank_of(master: MasterParams, local: Any) -> BankFilters:
     """Return the parameters of the bank of a master around a local model."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
-    return BankFilters(
-        () if found.low_up is None else sections_of(found.low_up),
-        () if found.low_down is None else sections_of(found.low_down),
-        sections_of(found.high_up),
-        sections_of(found.high_down),
-        local,
-        master.tick_s,
+    filters = found.low_up, found.low_down, found.high_up, found.high_down
+    low_up, low_down, high_up, high_down = (
+        () if each is None else sections_of(each) for each in filters
     )
+    return BankFilters(low_up, low_down, high_up, high_down, local, master.tick_s)
 
 
 def resting_bank(axes: int, p: BankFilters) -> Bank:
     """Return a bank at rest."""
-    return Bank(
-        (resting_cascade(p.low_up),) * axes,
-        (resting_cascade(p.low_down),) * axes,
-        (resting_cascade(p.high_up),) * axes,
-        (resting_cascade(p.high_down),) * axes,
-        resting_local(p.local, axes),
-        BankEnergies(0.0, 0.0, 0.0, 0.0),
-    )
+    filters = p.low_up, p.low_down, p.high_up, p.high_down
+    low_up, low_down, high_up, high_down = ((resting_cascade(each),) * axes for each in filters)
+    local, nothing = resting_local(p.local, axes), (0.0, 0.0, 0.0, 0.0)
+    return Bank(low_up, low_down, high_up, high_down, local, nothing)
 
 
 @port_filters.part_down.member(Bank)
 def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
-    e = s.energies
-    energies = e._replace(low_out=e.low_out + wave_j(v, p.tick_s))
+    low_in, low_out, high_in, high_out = s.energies
+    energies = low_in, low_out + wave_j(v, p.tick_s), high_in, high_out
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
     return s._replace(low_down=low_down, energies=energies), w
 
@@ -127,14 +212,13 @@ def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, 
     local, v2 = local_answer(s.local, u2, p.local, impedance)
     high_down, _ = columns(each(cascade, (s.high_down, v2), p.high_down))
     low_up, low = columns(each(cascade, (s.low_up, u), p.low_up))
-    e, h = s.energies, p.tick_s
-    energies = BankEnergies(
-        e.low_in + wave_j(low, h), e.low_out, e.high_in + wave_j(u2, h), e.high_out + wave_j(v2, h)
-    )
+    low_in, low_out, high_in, high_out = s.energies
+    low_in, high_in = low_in + wave_j(low, p.tick_s), high_in + wave_j(u2, p.tick_s)
+    energies = low_in, low_out, high_in, high_out + wave_j(v2, p.tick_s)
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
 
 
 @port_filters.part_energies.member(Bank)
 def _bank_energies(s: Bank, p: BankFilters) -> Vector:
-    e, local, stored_j = s.energies, s.local, local_stored_j(s.local, p.local)
-    return e.low_in, e.low_out, e.high_in, e.high_out, stored_j, local.dissipated_j
+    of_local = local_stored_j(s.local, p.local), s.local.dissipated_j
+    return s.energies + of_local

@@ -43,18 +43,8 @@ from pmwvc_core.law.wave.hold import Hold, hold, load
 from pmwvc_core.law.wave.wave import wave_force, wave_j, wave_u
 
 
-class PlainEnergies(NamedTuple):
-    """Running sums [J]: u_m, sent, received, v_m; and what force limits gave away."""
-
-    u_m: float
-    u_tx: float
-    v_rx: float
-    v_m: float
-    deficit_j: float
-
-
 class PlainMaster(NamedTuple):
-    """The wave port of a device."""
+    """The wave port of a device, with the energies of its waves since the start [J]."""
 
     hold: Hold
     filter: Any
@@ -64,7 +54,11 @@ class PlainMaster(NamedTuple):
     x: Vector  # [m] last good one
     xd: Vector  # [m/s] of the tick
     f_m: Vector  # [N] wanted in the tick
-    energies: PlainEnergies
+    u_m_j: float
+    u_tx_j: float
+    v_rx_j: float
+    v_m_j: float
+    deficit_j: float  # what force limits gave away
 
 
 class PlainMasterParams(NamedTuple):
@@ -90,11 +84,10 @@ def _send(
     s: PlainMaster, arrivals: Any, frame_s: float, number: int, held_j: float, p: PlainMasterParams
 ) -> tuple[PlainMaster, Any, Sent]:
     """Send the filter's output after the last tick [sqrt(W)]."""
-    e = s.energies
     after, wave = filter_sample(s.filter, p.filter)
     position, wave = position_send(s.position, wave, number, p.frame_s, p.position)
-    energies = e._replace(u_tx=e.u_tx + wave_j(wave, p.frame_s))
-    s = s._replace(filter=after, position=position, energies=energies)
+    u_tx_j = s.u_tx_j + wave_j(wave, p.frame_s)
+    s = s._replace(filter=after, position=position, u_tx_j=u_tx_j)
     return s, arrivals, Sent(wave, s.x, -1.0, ())
 
 
@@ -108,11 +101,9 @@ def _answer(
     s: PlainMaster, wave: Vector, silent: bool, frame_s: float, p: PlainMasterParams
 ) -> PlainMaster:
     """Take the newest wave; it stands for the frame that begins. A silence is a wave of zero."""
-    e = s.energies
     wave = zero(wave) if silent else wave
-    energies = e._replace(v_rx=e.v_rx + wave_j(wave, p.frame_s))
-    position = position_there(s.position, not silent)
-    return s._replace(hold=load(s.hold, wave), position=position, energies=energies)
+    position, v_rx_j = position_there(s.position, not silent), s.v_rx_j + wave_j(wave, p.frame_s)
+    return s._replace(hold=load(s.hold, wave), position=position, v_rx_j=v_rx_j)
 
 
 @master.port_tick.member(PlainMaster)
@@ -135,21 +126,20 @@ def _tick(
 @master.port_applied.member(PlainMaster)
 def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     """Pay for the force that was applied [N], then let the wave pass on to the filter."""
-    e, half_s, deficit_j = s.energies, 0.5 * p.tick_s, s.energies.deficit_j
-    u_m, _, v_m = s.waves
+    half_s, deficit_j, (u_m, _, v_m) = 0.5 * p.tick_s, s.deficit_j, s.waves
     if f != s.f_m or deficit_j > 0.0:
         # The difference is formed from the two forces, so that equal forces cancel exactly.
         missing = 2.0 * dot(minus(f, s.f_m), s.xd) - deficit_j / half_s
         u_m, v_m, deficit = wave_shortened(s.filters, u_m, v_m, missing, p.impedance)
         deficit_j = deficit * half_s
-    spent, came = wave_j(u_m, p.tick_s), wave_j(v_m, p.tick_s)
-    energies = PlainEnergies(e.u_m + spent, e.u_tx, e.v_rx, e.v_m + came, deficit_j)
     filters, on = filters_up(s.filters, u_m, p.filters)
     position = position_up(s.position, on, f, s.xd, p.position)
     after, y = filter_step(s.filter, on, p.filter)
     return s._replace(
-        filter=after, filters=filters, position=position, waves=(u_m, y, v_m), energies=energies
-    )
+        filter=after, filters=filters, position=position, waves=(u_m, y, v_m),
+        u_m_j=s.u_m_j + wave_j(u_m, p.tick_s), v_m_j=s.v_m_j + wave_j(v_m, p.tick_s),
+        deficit_j=deficit_j,
+    )  # fmt: skip
 
 
 @master.port_signals.member(PlainMaster)
@@ -159,9 +149,8 @@ def _signals(s: PlainMaster) -> tuple[Vector, Vector, Vector]:
 
 @master.port_energies.member(PlainMaster)
 def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
-    e = s.energies
-    others = filters_energies(s.filters, p.filters) + position_energies(s.position)
-    return (e.u_m, e.u_tx, e.v_rx, e.v_m) + others  # noqa: RUF005
+    own = s.u_m_j, s.u_tx_j, s.v_rx_j, s.v_m_j
+    return own + filters_energies(s.filters, p.filters) + position_energies(s.position)
 
 
 @master.port_opened.member(PlainMaster)

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The filters between a device and its wave port, and the loop through them.
+"""The filters between a device and its wave port, the loop through them, and the velocity filter
+among them, which feeds back the high-pass part of the outgoing wave (App. D).
 
 A filter lets through w of the returning wave v, and answers the outgoing wave u_m within the tick,
 with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
@@ -9,15 +10,31 @@ with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
 
 One that filters the velocity of the force alone has no part in the waves. Order within a tick:
 ``answered``, ``force_velocity``, then ``wave_shortened`` where the limits let another force
-through, and ``filters_up``. Members are chosen by their state; by default nothing is between.
+through, and ``filters_up``. By default nothing is between.
+
+The velocity filter; s is the share that comes back (half in App. D):
+
+exact (App. D Fig. 1)
+    v_m = w + s H_HP u_m: F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Passive with the
+    low-pass filter behind it where ``|H_LP| + s |H_HP| <= 1``
+    (:mod:`pmwvc_core.wave.design.branches`).
+equivalent (App. D Fig. 2, Eq. 3 and 2)
+    F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m. Generates b (2 s H_HP xd)
+    xd, which the account shows.
+complementary (ours)
+    v_m = H_1 w + s H_2 H_2 u_m, and H_1 u_m goes on, with |H_1|^2 + |H_2|^2 = 1. Passive at every
+    tick for s <= 1.
+
+Equations: docs/theory.md 7.1, 7.2, 7.3.
 """
 
 import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts, passed
-from pmwvc_core.law.vectors import Vector, dot, each, plus, scaled, squared, zero
-from pmwvc_core.law.wave.wave import along, wave_u
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.wave.cascade import Cascade, Sections, cascade, gain_of, rest_of
+from pmwvc_core.law.wave.wave import along, damper, wave_u
 
 
 def _wave_shortened(
@@ -46,7 +63,7 @@ def _same(value: float, gain: float) -> float:
     return gain
 
 
-def _both(gain: float, other: float) -> float:
+def _sum(gain: float, other: float) -> float:
     return gain + other
 
 
@@ -103,7 +120,7 @@ def _filtered(
     far, answer, gains = part_offer(far, x, p.far, impedance)
     near, v = part_down(s.near, v, p.near)
     near, own, others = part_offer(near, x, p.near, impedance)
-    held, gains = plus(v, plus(answer, own)), each(_both, (gains, others))
+    held, gains = plus(v, plus(answer, own)), each(_sum, (gains, others))
     natural = wave_u(impedance, xd, held)
     v_m = plus(held, along(impedance, each(_closed, (gains,)), natural))
     return Filtered(near, far, s.force, held, gains), v_m
@@ -145,5 +162,74 @@ def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, V
 
 @filters_energies.member(Filtered)
 def _filtered_energies(s: Filtered, p: FilteredParams) -> Vector:
-    outer: Vector = part_energies(s.near, p.near) + part_energies(s.far, p.far)
+    outer = part_energies(s.near, p.near) + part_energies(s.far, p.far)
     return outer + part_energies(s.force, p.force)
+
+
+class InWaves(NamedTuple):
+    """The exact and the complementary velocity filter: cascades of every axis, the wave from the
+    server, what of it passed [sqrt(W)], and the energy kept [J].
+    """
+
+    up: tuple[Cascade, ...]
+    down: tuple[Cascade, ...]
+    back: tuple[Cascade, ...]
+    w: Vector
+    passed: Vector
+    kept_j: float
+
+
+class InForce(NamedTuple):
+    """The equivalent one: the high-pass filter of every axis, and the energy kept [J]."""
+
+    high: tuple[Cascade, ...]
+    kept_j: float
+
+
+class VelocityParams(NamedTuple):
+    """Filters of what comes back, and of both waves (H_1; without sections a wire); the share s
+    that comes back, and the tick.
+    """
+
+    high: Sections
+    low: Sections
+    share: float
+    tick_s: float
+
+
+@part_down.member(InWaves)
+def _velocity_down(s: InWaves, v: Vector, p: VelocityParams) -> tuple[InWaves, Vector]:
+    down, passed = columns(each(cascade, (s.down, v), p.low))
+    return s._replace(down=down, w=v, passed=passed), passed
+
+
+@part_offer.member(InWaves)
+def _velocity_offer(
+    s: InWaves, x: Vector, p: VelocityParams, impedance: Any
+) -> tuple[InWaves, Vector, Vector]:
+    rest = each(rest_of, (s.back,), p.high)
+    return s, scaled(rest, p.share), same_gain(impedance, p.share * gain_of(p.high))
+
+
+@part_up.member(InWaves)
+def _velocity_up(
+    s: InWaves, u: Vector, p: VelocityParams, impedance: Any
+) -> tuple[InWaves, Vector]:
+    up, on = columns(each(cascade, (s.up, u), p.low))
+    high, y = columns(each(cascade, (s.back, u), p.high))
+    back = plus(s.passed, scaled(y, p.share))
+    kept = squared(u) - squared(on) + squared(s.w) - squared(back)
+    return InWaves(up, s.down, high, s.w, s.passed, s.kept_j + kept * (0.5 * p.tick_s)), on
+
+
+@part_velocity.member(InForce)
+def _in_force(s: InForce, xd: Vector, p: VelocityParams, impedance: Any) -> tuple[InForce, Vector]:
+    high, y = columns(each(cascade, (s.high, xd), p.high))
+    less = scaled(y, 2.0 * p.share)
+    kept_j = s.kept_j - dot(damper(impedance, less), xd) * p.tick_s
+    return InForce(high, kept_j), minus(xd, less)
+
+
+@part_energies.member(InWaves, InForce)
+def _velocity_energies(s: Any, p: VelocityParams) -> Vector:
+    return (s.kept_j,)

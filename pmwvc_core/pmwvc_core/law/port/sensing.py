@@ -25,28 +25,12 @@ class Sample(NamedTuple):
     measured_ns: int  # when; NEVER_NS where nothing new came since the last sample
 
 
-class Sensing(NamedTuple):
-    """The last good sample, and how many ticks had an old one, or none."""
-
-    x: Vector  # [m]
-    measured_ns: int
-    late: int
-
-
-def age_ns(s: Sensing, sample: Sample, now_ns: int) -> float:
-    """Return how old a sample is; infinite where it is none."""
-    measured_ns = max(s.measured_ns, sample.measured_ns)
-    old = now_ns - measured_ns
+def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
+    """Return how old a sample is, the newest before having been taken at ``measured_ns``; infinite
+    where it is none.
+    """
+    old = now_ns - max(measured_ns, sample.measured_ns)
     return float(old) if sample.valid and old >= 0 else math.inf
-
-
-def sensed(s: Sensing, sample: Sample, now_ns: int) -> tuple[Sensing, Vector, Vector, bool]:
-    """Return position and velocity for the loop, and whether the device knows them."""
-    age = age_ns(s, sample, now_ns)
-    measured_ns, late = max(s.measured_ns, sample.measured_ns), s.late + (age > LATE_NS)
-    if age <= STALE_NS:
-        return Sensing(sample.x, measured_ns, late), sample.x, sample.xd, True
-    return Sensing(s.x, measured_ns, late), s.x, zero(s.x), False
 
 
 def known_motion(x: Vector, xd: Vector, last: Vector) -> tuple[Vector, Vector]:

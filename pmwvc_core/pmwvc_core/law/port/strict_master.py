@@ -32,13 +32,12 @@ from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, s
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
 from pmwvc_core.law.port import master
-from pmwvc_core.law.port.counts import Counts, counts, may_count, resting_counts, rough_count
+from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
 from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
-    position_lent,
     position_opened,
     position_packet,
     position_send,
@@ -58,27 +57,15 @@ WITHHELD = 1.0  # of b q^2/h: so far ahead of the true work the one counted may 
 SPARED_J = 1e-3  # left to the playout for catching up when the node takes what is free there
 
 
-class Node(NamedTuple):
-    """Energies at the device's node [J]."""
+class StrictMaster(NamedTuple):
+    """The wave port of a device on the strict channel; energies at its node, and those of its
+    waves since the start [J].
+    """
 
     node_j: float  # came in from both sides and is not paid to a packet yet
     deficit_j: float  # packets needed it and have not been paid with it yet
     withheld_j: float  # for rough counts
     due_j: float  # what the next packet needs at most, with position feedback
-
-
-class StrictEnergies(NamedTuple):
-    """Running sums [J]: u_m, sent, v_m."""
-
-    u_m: float
-    u_tx: float
-    v_m: float
-
-
-class StrictMaster(NamedTuple):
-    """The wave port of a device on the strict channel."""
-
-    node: Node
     filters: Any
     position: Any
     waves: tuple[Vector, Vector, Vector]  # u_m, u after the filters, v_m [sqrt(W)]
@@ -91,8 +78,11 @@ class StrictMaster(NamedTuple):
     settled: bool  # the tick is over and accounted for
     begun: bool  # a tick ever was
     unpaid: float  # integral sent without its energy while the server is short [sqrt(W) s]
-    asks: tuple[bool, bool]  # energy is wanted at the other end, is short here
-    energies: StrictEnergies
+    wanted: bool  # energy is, at the other end
+    short: bool  # it is, here
+    u_m_j: float
+    u_tx_j: float
+    v_m_j: float
 
 
 class StrictMasterParams(NamedTuple):
@@ -102,7 +92,8 @@ class StrictMasterParams(NamedTuple):
     tick_s: float
     filters: Any
     position: Any
-    lends: bool  # whether the position feedback borrowed from the node
+    lends: bool  # whether the position feedback borrows from the node
+    lent_j: float  # what the node begins with for it
     playout: PlayoutParams
 
 
@@ -110,7 +101,7 @@ class StrictMasterParams(NamedTuple):
 def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> StrictMaster:
     """Account for the tick that ended with this motion; once."""
     x, xd = known_motion(x, xd, s.x)
-    h, node = p.tick_s, s.node
+    h = p.tick_s
     if s.settled:
         if s.begun:
             return s
@@ -120,12 +111,10 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
     u = wave_u(p.impedance, scaled(dx, 1.0 / h), s.waves[2])
     filters, u = filters_up(s.filters, u, p.filters)
     position = position_up(s.position, u, s.f, xd, p.position)
-    node_j = node.node_j + wave_j(s.v, h) + dot(s.f, moved)
-    due_j = node.due_j + wave_j(u, h)
     return s._replace(
-        node=node._replace(node_j=node_j, due_j=due_j), filters=filters, position=position,
-        waves=(s.waves[0], u, s.waves[2]), x=x, xd=xd, counts=tracked,
-        integral=plus(s.integral, scaled(u, h)), settled=True, begun=True,
+        node_j=s.node_j + wave_j(s.v, h) + dot(s.f, moved), due_j=s.due_j + wave_j(u, h),
+        filters=filters, position=position, waves=(s.waves[0], u, s.waves[2]), x=x, xd=xd,
+        counts=tracked, integral=plus(s.integral, scaled(u, h)), settled=True, begun=True,
     )  # fmt: skip
 
 
@@ -135,40 +124,38 @@ def _send(
     p: StrictMasterParams,
 ) -> tuple[StrictMaster, StrictArrivals, Sent]:  # fmt: skip
     """Send the mean wave of the frame [sqrt(W)], and pay for it."""
-    playout, node, e, unpaid = a.playout, s.node, s.energies, s.unpaid
+    playout, unpaid, deficit_j = a.playout, s.unpaid, s.deficit_j
     wave = scaled(s.integral, 1.0 / frame_s)
-    needed, lent = wave_j(wave, frame_s), position_lent(s.position, p.position)
-    kept = KEPT_J + lent
-    node_j, withheld_j, counting = node.node_j, node.withheld_j, False
+    needed, kept = wave_j(wave, frame_s), KEPT_J + p.lent_j
+    node_j, withheld_j, counting = s.node_j, s.withheld_j, False
     for i in range(len(s.counts)):
-        counting = counting or may_count(s.counts[i])
+        counting = counting or s.counts[i].step_m >= LEAST_M
     if counting:
         rough = each(rough_count, (s.counts,))
         withheld_j = dot(damper(p.impedance, rough), rough) * (WITHHELD / p.tick_s)
-        node_j += node.withheld_j - withheld_j
+        node_j += s.withheld_j - withheld_j
     position, wave = position_send(s.position, wave, number, frame_s, p.position)
     if p.lends:
         playout, released_j = release(playout, max(kept - node_j, 0.0), SPARED_J)
         node_j += released_j
-    playout, passed_j = spared(playout, frame_s, s.asks[0])
+    playout, passed_j = spared(playout, frame_s, s.wanted)
     node_j += passed_j
     own = node_j - held_j  # what the hand can have back is not paid out
     paid = max(min(own, needed), own - kept)
     if counting:
-        paid = max(paid, min(own - lent, needed + node.deficit_j))
-    paid, deficit_j = max(paid, 0.0), node.deficit_j
+        paid = max(paid, min(own - p.lent_j, needed + deficit_j))
+    paid = max(paid, 0.0)
     if paid < needed and withheld_j <= 0.0:  # not for its rough counts
         unpaid += (1.0 - math.sqrt(paid / needed)) * length(wave) * frame_s
     if counting:
         short = needed - paid
         deficit_j += short + (TWICE - 1.0) * max(short, 0.0)
         deficit_j = min(max(deficit_j, 0.0), MOST_DEFICIT_J) if withheld_j > 0.0 else 0.0
-    energies = e._replace(u_tx=e.u_tx + paid)
     s = s._replace(
-        node=Node(node_j - paid, deficit_j, withheld_j, 0.0), position=position,
-        integral=zero(s.integral), unpaid=unpaid, energies=energies,
+        node_j=node_j - paid, deficit_j=deficit_j, withheld_j=withheld_j, due_j=0.0,
+        position=position, integral=zero(s.integral), unpaid=unpaid, u_tx_j=s.u_tx_j + paid,
     )  # fmt: skip
-    return s, a._replace(playout=playout), Sent(wave, s.x, energies.u_tx, ())
+    return s, a._replace(playout=playout), Sent(wave, s.x, s.u_tx_j, ())
 
 
 @master.port_packet.member(StrictMaster)
@@ -176,9 +163,9 @@ def _packet(
     s: StrictMaster, a: StrictArrivals, packet: Packet, p: StrictMasterParams
 ) -> StrictMaster:
     """Note the avatar's position, and what the server lacks; the wave is the playout's."""
-    unpaid = 0.0 if s.asks[0] and not packet.short else s.unpaid
-    position = position_packet(s.position, packet, p.position)
-    return s._replace(position=position, unpaid=unpaid, asks=(packet.short, is_short(a.playout)))
+    unpaid = 0.0 if s.wanted and not packet.short else s.unpaid
+    position, short = position_packet(s.position, packet, p.position), is_short(a.playout)
+    return s._replace(position=position, unpaid=unpaid, wanted=packet.short, short=short)
 
 
 @master.port_answer.member(StrictMaster)
@@ -194,28 +181,28 @@ def _tick(
 ) -> tuple[StrictMaster, StrictArrivals, Vector]:
     """Return the force wanted for the tick that starts with this motion [N]."""
     s = _settle(s, x, xd, p)
-    node, b, x, xd = s.node, p.impedance, s.x, s.xd
+    node_j, b, x, xd = s.node_j, p.impedance, s.x, s.xd
     playout, v = play(a.playout, p.tick_s, p.playout)
-    if node.node_j < 0.0:
+    if node_j < 0.0:
         # What is free in the playout goes to the node; where it still owes too much, v waits.
-        playout, released_j = release(playout, -node.node_j, 0.0)
-        node = node._replace(node_j=node.node_j + released_j)
-        if node.node_j < -LIMIT_J - node.withheld_j:
+        playout, released_j = release(playout, -node_j, 0.0)
+        node_j += released_j
+        if node_j < -LIMIT_J - s.withheld_j:
             playout, v = take_back(playout, v, p.tick_s), zero(v)
-    free_j = node.node_j - node.due_j
-    position, w = position_down(s.position, v, x, free_j, waiting(playout), p.position)
+    spare_j = node_j - s.due_j
+    position, w = position_down(s.position, v, x, spare_j, waiting(playout), p.position)
     filters, v_m = answered(s.filters, w, x, xd, p.filters, b)
     u_m = wave_u(b, xd, v_m)
     filters, for_force = force_velocity(filters, xd, p.filters, b)
     f_m = wave_force(b, for_force, v_m)
-    more = min(node.deficit_j * (MORE / MUCH_J), MORE) if node.deficit_j > 0.0 else 0.0
-    if s.asks[0] or s.asks[1]:
+    more = min(s.deficit_j * (MORE / MUCH_J), MORE) if s.deficit_j > 0.0 else 0.0
+    if s.wanted or s.short:
         more += min(max(s.unpaid * (1.0 / MUCH), ASKED), 1.0)
     if more > 0.0:
         f_m = plus(f_m, scaled(damper(b, xd), more))
     s = s._replace(
-        node=node, filters=filters, position=position, waves=(u_m, s.waves[1], v_m), x=x, xd=xd,
-        v=v, settled=False,
+        node_j=node_j, filters=filters, position=position, waves=(u_m, s.waves[1], v_m), v=v,
+        settled=False,
     )  # fmt: skip
     return s, a._replace(playout=playout), f_m
 
@@ -223,9 +210,9 @@ def _tick(
 @master.port_applied.member(StrictMaster)
 def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     """Note the force that was let through [N]; what it cost is known when the tick is over."""
-    e, (u_m, _, v_m) = s.energies, s.waves
-    u_j, v_j = e.u_m + wave_j(u_m, p.tick_s), e.v_m + wave_j(v_m, p.tick_s)
-    return s._replace(f=f, settled=False, energies=StrictEnergies(u_j, e.u_tx, v_j))
+    u_m, _, v_m = s.waves
+    u_m_j, v_m_j = s.u_m_j + wave_j(u_m, p.tick_s), s.v_m_j + wave_j(v_m, p.tick_s)
+    return s._replace(f=f, settled=False, u_m_j=u_m_j, v_m_j=v_m_j)
 
 
 @master.port_signals.member(StrictMaster)
@@ -235,13 +222,12 @@ def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
 
 @master.port_energies.member(StrictMaster)
 def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vector:
-    e, m = s.energies, a.playout.moved
+    m = a.playout.moved
     own = (
-        e.u_m, e.u_tx, m.received_j, e.v_m, s.node.node_j, m.given_j, m.released_j,
+        s.u_m_j, s.u_tx_j, m.received_j, s.v_m_j, s.node_j, m.given_j, m.released_j,
         free_j(a.playout), m.discarded_j,
     )  # fmt: skip
-    others = filters_energies(s.filters, p.filters) + position_energies(s.position)
-    return own + others
+    return own + filters_energies(s.filters, p.filters) + position_energies(s.position)
 
 
 @master.port_opened.member(StrictMaster)

@@ -39,35 +39,25 @@ class Posted(NamedTuple):
     time_s: float
 
 
-class Sending(NamedTuple):
-    """What goes to the server. The list is never changed in place."""
+class PositionError(NamedTuple):
+    """What is known of the error: what goes to the server, the avatar by its newest packet, and
+    what follows. The list is never changed in place.
+    """
 
-    integral: Vector  # of the packets so far [sqrt(W) s]
-    time_s: float  # for which they stand
+    sent: Vector  # integral of the packets so far [sqrt(W) s]
+    sent_s: float  # for which they stand
     frame_s: float  # of the last one
     since: Vector  # integral of the waves after it
     y: Vector  # of the filter when it was sent [sqrt(W)]
     posted: list[Posted]
-
-
-class Seen(NamedTuple):
-    """The avatar by the newest packet; ``answered``: U_tx(echo), where it is remembered."""
-
-    epoch: int  # -1: none yet
+    epoch: int  # of the newest packet; -1: none yet
     number: int
     anew: bool
-    x: Vector  # [m]
+    x: Vector  # [m] of the avatar
     wave: Vector  # w T [sqrt(W) s]
-    answered: Vector
+    answered: Vector  # U_tx(echo), where it is remembered
     remembered: bool
     fresh: bool  # since the last tick
-
-
-class PositionError(NamedTuple):
-    """What is known of the error."""
-
-    sending: Sending
-    seen: Seen
     v: Vector  # of the tick before
     reference: Vector  # [m]
     referenced: bool
@@ -93,60 +83,62 @@ class PositionParams(NamedTuple):
     most_j: float
 
 
-def resting_error(nothing: Vector) -> PositionError:
+def resting_error(rest: Vector) -> PositionError:
     """Return what is known before the first packet."""
-    sending = Sending(nothing, 0.0, 0.0, nothing, nothing, [Posted(0, nothing, 0.0)])
-    seen = Seen(-1, 0, False, nothing, nothing, nothing, False, False)
-    return PositionError(sending, seen, nothing, nothing, False, nothing, 0, 0.0, False)
+    return PositionError(
+        rest, 0.0, 0.0, rest, rest, [Posted(0, rest, 0.0)], -1, 0, False, rest, rest, rest, False,
+        False, rest, rest, False, rest, 0, 0.0, False,
+    )  # fmt: skip
 
 
 def error_sent(
     s: PositionError, y: Vector, wave: Vector, number: int, frame_s: float
 ) -> PositionError:
     """Note the filter's output, and what of it a packet carries [sqrt(W)]."""
-    d = s.sending
-    integral, time_s = plus(d.integral, scaled(wave, frame_s)), d.time_s + frame_s
-    kept = d.posted[1:] if len(d.posted) > KEPT else d.posted
-    posted = [*kept, Posted(number, integral, time_s)]
-    return s._replace(sending=Sending(integral, time_s, frame_s, zero(y), y, posted))
+    sent, sent_s = plus(s.sent, scaled(wave, frame_s)), s.sent_s + frame_s
+    kept = s.posted[1:] if len(s.posted) > KEPT else s.posted
+    posted = [*kept, Posted(number, sent, sent_s)]
+    return s._replace(
+        sent=sent, sent_s=sent_s, frame_s=frame_s, since=zero(y), y=y, posted=posted
+    )  # fmt: skip
 
 
 def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
     """Note the wave of a tick that goes on to the server [sqrt(W)]."""
-    d = s.sending
-    return s._replace(sending=d._replace(since=plus(d.since, scaled(u, h))))
+    return s._replace(since=plus(s.since, scaled(u, h)))
 
 
 def is_news(s: PositionError, packet: Packet) -> bool:
     """Tell whether a packet is another one than the newest so far."""
-    return packet.epoch != s.seen.epoch or packet.number != s.seen.number
+    return packet.epoch != s.epoch or packet.number != s.number
 
 
 def is_same_avatar(s: PositionError, packet: Packet) -> bool:
     """Tell whether a packet is of the avatar seen last."""
-    return packet.epoch == s.seen.epoch and packet.anew == s.seen.anew
+    return packet.epoch == s.epoch and packet.anew == s.anew
 
 
 def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
     """Note the newest packet, where it is news."""
     if not is_news(s, packet):
         return s
-    d, place, round_trip_s = s.sending, -1, s.round_trip_s
-    for i in range(len(d.posted)):
-        if d.posted[i].number == packet.echo and packet.echo > 0:
+    posted, place, answered, round_trip_s = s.posted, -1, s.answered, s.round_trip_s
+    for i in range(len(posted)):
+        if posted[i].number == packet.echo and packet.echo > 0:
             place = i
-    referenced, answered = s.referenced and is_same_avatar(s, packet), s.seen.answered
     if place >= 0:
-        answered = d.posted[place].integral
-        waiting_s = p.filter_s + 0.5 * d.frame_s + d.time_s - d.posted[place].time_s
+        answered = posted[place].integral
+        waiting_s = p.filter_s + 0.5 * s.frame_s + s.sent_s - posted[place].time_s
         now_s = waiting_s + packet.period_s + p.hold_s
         ratio = packet.period_s / SMOOTHED_S if round_trip_s > 0.0 else 1.0
         round_trip_s += min(ratio, 1.0) * (now_s - round_trip_s)
-        d = d._replace(posted=d.posted[place:])
-    wave = scaled(packet.wave, packet.period_s)
-    seen = Seen(packet.epoch, packet.number, packet.anew, packet.position, wave, answered,
-                place >= 0, True)  # fmt: skip
-    return s._replace(sending=d, seen=seen, referenced=referenced, round_trip_s=round_trip_s)
+        posted = posted[place:]
+    return s._replace(
+        posted=posted, epoch=packet.epoch, number=packet.number, anew=packet.anew,
+        x=packet.position, wave=scaled(packet.wave, packet.period_s), answered=answered,
+        remembered=place >= 0, fresh=True, referenced=s.referenced and is_same_avatar(s, packet),
+        round_trip_s=round_trip_s,
+    )  # fmt: skip
 
 
 def error_tick(
@@ -157,16 +149,14 @@ def error_tick(
     ``avatar_x`` is where the avatar is taken to be, ``down`` the integral of the waves on their
     way back [sqrt(W) s], v the wave of the tick.
     """
-    seen, reference, referenced = s.seen, s.reference, s.referenced
-    residual, left, error = s.residual, s.left, zero(x)
-    rested = seen.fresh and seen.remembered
-    rest = reference
+    rest = reference = s.reference
+    referenced, residual, left, error = s.referenced, s.residual, s.left, zero(x)
+    rested = s.fresh and s.remembered
     if rested:
-        d = s.sending
-        up = plus(scaled(d.y, p.filter_s), d.since)
-        up = plus(up, minus(d.integral, seen.answered))
+        up = plus(scaled(s.y, p.filter_s), s.since)
+        up = plus(up, minus(s.sent, s.answered))
         lag = scaled(free_velocity(p.impedance, minus(up, down)), 0.5)
-        rest = minus(minus(x, seen.x), lag)
+        rest = minus(minus(x, s.x), lag)
         if not referenced:
             reference, referenced = rest, True
     if referenced and p.of_residual:
@@ -176,10 +166,8 @@ def error_tick(
         error = residual if left >= 0 else error
     elif referenced:
         error = minus(minus(x, avatar_x), reference)
-    if seen.fresh:
-        seen = seen._replace(fresh=False)
-    s = PositionError(s.sending, seen, v, reference, referenced, residual, left, s.round_trip_s,
-                      s.there)  # fmt: skip
+    s = s._replace(fresh=False, v=v, reference=reference, referenced=referenced,
+                   residual=residual, left=left)  # fmt: skip
     return s, error
 
 

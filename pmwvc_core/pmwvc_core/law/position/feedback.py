@@ -28,7 +28,7 @@ Equations: docs/theory.md 17.8, 17.16.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.family import Family, no_accounts, none_j, passed, same
+from pmwvc_core.law.family import Family, no_accounts, passed, same
 from pmwvc_core.law.position.energy_tank import (
     SPREAD_S,
     Tank,
@@ -64,7 +64,6 @@ position_there = Family("position_there", same)  # (s, there) -> s
 position_down = Family("position_down", passed)
 position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of a tick that goes on
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
-position_lent = Family("position_lent", none_j)  # (s, p) -> energy lent at the start [J]
 position_opened = Family("position_opened", same)  # (s) -> s, its lists made here
 # (s) -> sums and levels [J], as they are named
 position_energies = Family("position_energies", no_accounts)
@@ -88,7 +87,7 @@ def _error(
     s: PositionError, v: Vector, x: Vector, p: PositionParams
 ) -> tuple[PositionError, Vector]:
     """Return the error; what comes down is the newest packet, and the hold's wave before."""
-    return error_tick(s, x, s.seen.x, v, plus(s.seen.wave, scaled(s.v, p.hold_s)), p)
+    return error_tick(s, x, s.x, v, plus(s.wave, scaled(s.v, p.hold_s)), p)
 
 
 @position_packet.member(Published)
@@ -141,69 +140,58 @@ def _budgeted_energies(s: Budgeted) -> Vector:
     return tank.spent_j, tank_free_j(tank), tank.discarded_j, tank.deficit_j
 
 
-class Line(NamedTuple):
-    """The avatar's position and the share of the error that counts, on a line from packet to
-    packet; and the integral of the newest one.
+class OnStrict(NamedTuple):
+    """Feedback paid out of the node: the avatar's position and the share of the error that counts,
+    on a line from packet to packet.
     """
 
+    error: PositionError
     x: Vector  # [m]
     share: float
     under: float  # the share by the newest packet's force
     left_s: float  # until the line is there
-    integral: Vector  # [sqrt(W) s]
-
-
-class OnStrict(NamedTuple):
-    """Feedback paid out of the node; what it took so far, less what it brought [J]."""
-
-    error: PositionError
-    line: Line
-    spent_j: float
+    integral: Vector  # of the newest packet [sqrt(W) s]
+    spent_j: float  # what it took so far, less what it brought
 
 
 @position_packet.member(OnStrict)
 def _strict_packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
     if not is_news(s.error, packet):
         return s
-    line, seen = s.line, s.error.seen
-    x, under, left_s = line.x, line.under, line.left_s
+    x, under, left_s = s.x, s.under, s.left_s
     if is_same_avatar(s.error, packet):
         left_s = packet.period_s
-        wave = scaled(minus(packet.integral, line.integral), 2.0)
-        rest = wave_u(p.impedance, minus(packet.position, seen.x), wave)
-        lasted_s = (packet.number - seen.number) * packet.period_s
+        wave = scaled(minus(packet.integral, s.integral), 2.0)
+        rest = wave_u(p.impedance, minus(packet.position, s.error.x), wave)
+        lasted_s = (packet.number - s.error.number) * packet.period_s
         force = scaled(wave_u(p.impedance, rest, scaled(rest, 0.0)), 0.5 / lasted_s)
         under = min(squared(force) * FORCE_N**-2, 1.0)
     else:
         x = packet.position
-    line = Line(x, line.share, under, left_s, packet.integral)
-    return OnStrict(error_packet(s.error, packet, p), line, s.spent_j)
+    error = error_packet(s.error, packet, p)
+    return OnStrict(error, x, s.share, under, left_s, packet.integral, s.spent_j)
 
 
 @position_down.member(OnStrict)
 def _strict_down(
     s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
 ) -> tuple[OnStrict, Vector]:
-    line = s.line
-    if line.left_s > 0.0:
-        ratio = min(p.tick_s / line.left_s, 1.0)
-        at = plus(line.x, scaled(minus(s.error.seen.x, line.x), ratio))
-        share = line.share + ratio * (line.under - line.share)
-        line = Line(at, share, line.under, line.left_s - p.tick_s, line.integral)
-    error, e = error_tick(s.error, x, line.x, v, waiting, p)
+    at, share, left_s = s.x, s.share, s.left_s
+    if left_s > 0.0:
+        ratio = min(p.tick_s / left_s, 1.0)
+        at = plus(at, scaled(minus(s.error.x, at), ratio))
+        share += ratio * (s.under - share)
+        left_s -= p.tick_s
+    error, e = error_tick(s.error, x, at, v, waiting, p)
     if not error.there:
-        return OnStrict(error, line, s.spent_j), v
-    wanted = asked(error, scaled(e, line.share), p)
+        return OnStrict(error, at, share, s.under, left_s, s.integral, s.spent_j), v
+    wanted = asked(error, scaled(e, share), p)
     if p.adapts and p.lent_j > 0.0:
         used = (FULL - free_j / p.lent_j) * (1.0 / (FULL - LEAST))
         wanted = scaled(wanted, 1.0 + (MOST - 1.0) * min(max(used, 0.0), 1.0))
     wanted, cost = affordable(v, wanted, max(free_j, 0.0) * (2.0 / SPREAD_S))
-    return OnStrict(error, line, s.spent_j + cost * (0.5 * p.tick_s)), plus(v, wanted)
-
-
-@position_lent.member(OnStrict)
-def _strict_lent(s: OnStrict, p: PositionParams) -> float:
-    return p.lent_j
+    spent_j = s.spent_j + cost * (0.5 * p.tick_s)
+    return OnStrict(error, at, share, s.under, left_s, s.integral, spent_j), plus(v, wanted)
 
 
 @position_there.member(Published, Budgeted, OnStrict)
@@ -234,6 +222,4 @@ def _spent(s: Any) -> Vector:
 @position_opened.member(Published, Budgeted, OnStrict)
 def _opened(s: Any) -> Any:
     """Return the feedback before the first packet, its list made here."""
-    d = s.error.sending
-    sending = d._replace(posted=[Posted(0, d.integral, 0.0)])
-    return s._replace(error=s.error._replace(sending=sending))
+    return s._replace(error=s.error._replace(posted=[Posted(0, s.error.sent, 0.0)]))

@@ -55,17 +55,6 @@ RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ah
 LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 
 
-class Fading(NamedTuple):
-    """What is let through: of the whole force, and of what pushes while only damping is."""
-
-    gain: float
-    push: float
-    ready: bool  # the force has been let through in full
-    damped: bool  # in the tick before
-    returns: bool  # rises after a silence of the same server
-    quiet: bool  # the tick before saw a silence and nothing else
-
-
 class Limits(NamedTuple):
     """State of the limits.
 
@@ -74,7 +63,12 @@ class Limits(NamedTuple):
     """
 
     f: Vector  # as applied last [N]
-    fading: Fading
+    gain: float  # what is let through of the whole force
+    push: float  # and of what pushes, while only damping is
+    ready: bool  # the force has been let through in full
+    damped: bool  # in the tick before
+    returns: bool  # rises after a silence of the same server
+    quiet: bool  # the tick before saw a silence and nothing else
     sensed: bool  # the device ever was
     missing_s: float  # for how long it has not been
     faulty: bool  # it ran away
@@ -102,19 +96,6 @@ class LimitsParams(NamedTuple):
     brake_stiffness: float  # [N/m]
 
 
-class LimitsInput(NamedTuple):
-    """What a tick asks for, and what is known."""
-
-    f_asked: Vector  # [N]
-    x: Vector  # [m]
-    xd: Vector  # [m/s]
-    silence_s: float  # since the last accepted packet
-    coupled: bool  # the server has answered
-    sensed: bool  # the device knows where it is and how it moves
-    interrupted: bool  # no waves come, at this end or at the server
-    unreceived: bool  # the server has had none of this user for too long
-
-
 def limits_params(
     safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
 ) -> LimitsParams:
@@ -129,60 +110,58 @@ def limits_params(
 def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
     """Return the limits before the first tick."""
     return Limits(
-        nothing, Fading(0.0, 1.0, False, False, False, False), False, 0.0, False,
+        nothing, 0.0, 1.0, False, False, False, False, False, 0.0, False,
         resting_hand_brake(nothing), 0, False, False, causes.WAITING, p.timeout_s,
     )  # fmt: skip
 
 
-def expect(s: Limits, silence_s: float, p: LimitsParams) -> Limits:
-    """Note how long packets may fail to come before the server counts as silent [s]."""
-    return s._replace(silence_s=max(p.timeout_s, silence_s))
-
-
-def rearm(s: Limits) -> Limits:
-    """Leave a fault; the force starts from zero again."""
-    return s._replace(faulty=False)
-
-
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
-    fading = s.fading._replace(gain=0.0, returns=False, quiet=False)
     brake = resting_hand_brake(zero(s.f))._replace(x=s.brake.x)
-    return s._replace(fading=fading, brake=brake, cause=causes.WAITING)
+    return s._replace(gain=0.0, returns=False, quiet=False, brake=brake, cause=causes.WAITING)
 
 
-def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
-    """Return the force for the device [N]."""
+def limits(
+    s: Limits, f: Vector, x: Vector, xd: Vector, silence_s: float, coupled: bool, sensed: bool,
+    interrupted: bool, unreceived: bool, p: LimitsParams,
+) -> tuple[Limits, Vector]:  # fmt: skip
+    """Return the force for the device [N] in the place of the one that a controller asks for.
+
+    ``silence_s`` is the time since the last accepted packet. ``coupled``: the server has answered;
+    ``sensed``: the device knows where it is and how it moves; ``interrupted``: no waves come, at
+    this end or at the server; ``unreceived``: the server has had none of this user for too long.
+    """
     brake, holds = s.brake, False
     if p.brakes:
-        brake, holds = holding(brake, x.interrupted, x.x, s.f, p.tick_s, p.brake_stiffness)
-    good = within(x.f_asked, LARGEST) and within(x.x, LARGEST) and within(x.xd, LARGEST)
-    f, xd = (x.f_asked, x.xd) if good else (zero(x.f_asked), zero(x.xd))
-    speed, active = squared(xd), x.coupled and x.sensed
-    sensed, missing_s = s.sensed or x.sensed, 0.0 if x.sensed else s.missing_s + p.tick_s
-    lost = x.coupled and missing_s > LOST_S
-    gone = x.coupled and not x.sensed and (sensed or lost)
-    overdue = x.silence_s > p.release_s
-    silent = active and x.silence_s > s.silence_s and (x.interrupted or overdue or not p.brakes)
+        brake, holds = holding(brake, interrupted, x, s.f, p.tick_s, p.brake_stiffness)
+    good = within(f, LARGEST) and within(x, LARGEST) and within(xd, LARGEST)
+    if not good:
+        f, xd = zero(f), zero(xd)
+    speed, active = squared(xd), coupled and sensed
+    ever, missing_s = s.sensed or sensed, 0.0 if sensed else s.missing_s + p.tick_s
+    lost = coupled and missing_s > LOST_S
+    gone = coupled and not sensed and (ever or lost)
+    overdue = silence_s > p.release_s
+    silent = active and silence_s > s.silence_s and (interrupted or overdue or not p.brakes)
     fast = active and speed > p.damper_velocity**2
     faulty = s.faulty or (active and speed > p.fault_velocity**2)
-    outside = active and not within(x.x, p.reach)
+    outside = active and not within(x, p.reach)
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and not faulty
-    alone = silent and not (fast or outside)
-    fading = _faded(s.fading, force, damped, fast, alone, released, p)
+    gain, push, returns = _faded(s, force, damped, fast, released, p)
+    ready = s.ready or (gain >= 1.0 and not damped)
     if damped:
-        f = _damping(f, xd, fading.push)
+        f = _damping(f, xd, push)
     if holds:
         brake, more = brake_push(brake, f, p.brake_stiffness)
         f = f if fast or outside else plus(f, more)
-    f = scaled(f, fading.gain)
+    f = scaled(f, gain)
     applied, limited = shortened(f, p.max_force), squared(f) > p.max_force**2
     change = minus(applied, s.f)
     size = length(change)
     if size > p.slew:
         applied, limited = plus(s.f, scaled(change, p.slew / size)), True
-    unreceived = x.unreceived and active
+    unreceived = unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
     limited = limited and force and not damped
     events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
@@ -205,28 +184,26 @@ def limits(s: Limits, x: LimitsInput, p: LimitsParams) -> tuple[Limits, Vector]:
         cause = causes.TOO_FAST
     elif unreceived:
         cause = causes.UNRECEIVED
-    elif fading.gain < 1.0:
+    elif gain < 1.0:
         cause = causes.SOFT_START
     elif holds and brake_limit(brake.largest) > 0.0:
         cause = causes.LATE
     s = Limits(
-        applied, fading, sensed, missing_s, faulty, brake, events, disturbed, limited, cause,
-        s.silence_s,
+        applied, gain, push, ready, damped, returns, silent and not (fast or outside), ever,
+        missing_s, faulty, brake, events, disturbed, limited, cause, s.silence_s,
     )  # fmt: skip
     return s, applied
 
 
 def _faded(
-    s: Fading, force: bool, damped: bool, fast: bool, alone: bool, released: bool, p: LimitsParams
-) -> Fading:
-    """Go one tick on: whether a force is let through at all; only damping; since it is too fast,
-    so that what pushes goes at once; since the server is silent, and for nothing else; not even
-    that any more. With a brake, which holds the hand meanwhile, the force comes back whole.
+    s: Limits, force: bool, damped: bool, fast: bool, released: bool, p: LimitsParams
+) -> tuple[float, float, bool]:
+    """Return gain and push of a tick, and whether the force returns: whether it is let through at
+    all; only damping; since it is too fast, so that what pushes goes at once; not even that any
+    more. With a brake, which holds the hand meanwhile, the force comes back whole.
     """
-    recovers = s.damped and not damped
-    quiet = s.quiet and s.ready
+    recovers, quiet, gain = s.damped and not damped, s.quiet and s.ready, s.gain
     returns = (quiet if recovers else s.returns) and force
-    gain = s.gain
     if recovers and not (quiet and p.brakes):
         gain *= s.push
     if released:
@@ -234,13 +211,10 @@ def _faded(
     else:
         rise_s = min(p.soft_start_s, RETURN_S) if returns else p.soft_start_s
         gain = min(gain + p.tick_s / rise_s, 1.0)
-    if not force:
-        gain = 0.0
-    ready = s.ready or (gain >= 1.0 and not damped)
     push = 1.0
     if damped:
         push = 0.0 if fast else max(s.push - p.tick_s / FADE_S, 0.0)
-    return Fading(gain, push, ready, damped, returns, alone)
+    return gain if force else 0.0, push, returns
 
 
 def _damping(f: Vector, xd: Vector, push: float) -> Vector:

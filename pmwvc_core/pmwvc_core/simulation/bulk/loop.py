@@ -158,24 +158,24 @@ def _ran(
             if not _receive(at, p, number, tick, now_ns, empty, down, packets, clock):
                 return False
         s = at[0]
-        device, acts = s.device, s.acts or s.user.limits.fading.ready
+        device, acts = s.device, s.acts or s.user.limits.ready
         # The hand is in touch with the device itself, not with its encoder.
         hand, f_h = hand_step(s.hand, device.x, device.xd, acts, p.hand)
         sample = Sample(device.read_x, device.read_xd, True, now_ns)
-        user, out = user_tick(s.user, tick, now_ns, sample, None, p.user)
+        user, f_m, f = user_tick(s.user, tick, now_ns, sample, None, p.user)
         u_m, u_m_lp, v_m = port_signals(user.port)
         for i in range(len(f_h)):
             signals[number, 0, tick, i] = sample.x[i]
             signals[number, 1, tick, i] = sample.xd[i]
             signals[number, 2, tick, i] = f_h[i]
-            signals[number, 3, tick, i] = out.f_m[i]
-            signals[number, 4, tick, i] = out.f[i]
+            signals[number, 3, tick, i] = f_m[i]
+            signals[number, 4, tick, i] = f[i]
             signals[number, 5, tick, i] = u_m[i]
             signals[number, 6, tick, i] = u_m_lp[i]
             signals[number, 7, tick, i] = v_m[i]
-        device, _, _ = device_step(device, f_h, out.f, p.device)
+        device, _, _ = device_step(device, f_h, f, p.device)
         at[0] = s._replace(user=user, device=device, hand=hand, acts=acts)
-        if last or tick + 1 >= user.frames.next_frame:
+        if last or tick + 1 >= user.next_frame:
             _note(at, p, number, blocks)
             if not last:
                 _sent(at, p, number, tick + 1, now_ns + clock.tick_ns, packets)
