@@ -13,8 +13,16 @@ from support import linear_loops
 from support.map_points import point
 
 from pmwvc_analysis.figures.map_figure import draw
-from pmwvc_analysis.maps.map_files import Measured, Unfinished, first_crossing, write_data
-from pmwvc_analysis.maps.maps import Axis, Grid, compute, growth_per_s
+from pmwvc_analysis.maps.maps import (
+    Axis,
+    Grid,
+    Measured,
+    Unfinished,
+    boundary_of,
+    compute,
+    growth_per_s,
+    write_data,
+)
 from pmwvc_core.errors import PmwvcError
 
 STIFFNESS = Axis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))
@@ -48,8 +56,8 @@ def test_a_map_is_what_its_points_are_one_by_one(x, y):
 
 def test_the_boundary_of_the_map_is_that_of_app_b():
     fine = Axis(STIFFNESS.name, tuple(np.linspace(2000.0, 2600.0, 61).tolist()))
-    found = compute(grid(fine))
-    crossings = [first_crossing(np.array(fine.values), row) for row in found]
+    of = grid(fine)
+    crossings = boundary_of(of, compute(of))
     assert crossings[0] is None
     assert crossings[1:] == pytest.approx([2470.8, 2166.0], rel=5e-3)
 

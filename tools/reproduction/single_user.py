@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Computations that several appendices share: one user at a wall."""
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.maps.z_width import CLEAR_RATIO, LONG_S, simulated_z_width
+from pmwvc_analysis.maps.z_width import simulated_z_width
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.transparency.transparency import transparency
@@ -89,10 +88,7 @@ def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
 
 def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
     """Return the middle of the bracket of each largest stiffness; None beyond the highest."""
-    of_one = partial(
-        simulated_z_width, of, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
-    )
-    brackets = [of_one(b) for b in damping]
+    brackets = [simulated_z_width(of, b, highest=highest) for b in damping]
     return [None if high is None else 0.5 * (low + high) for low, high in brackets]
 
 
