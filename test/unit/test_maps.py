@@ -17,10 +17,10 @@ from pmwvc_analysis.maps.maps import (
     Axis,
     Grid,
     Measured,
-    Unfinished,
     boundary_of,
     compute,
     growth_per_s,
+    unfinished,
     write_data,
 )
 from pmwvc_core.errors import PmwvcError
@@ -74,29 +74,26 @@ def test_an_interrupted_map_goes_on_where_it_stopped(tmp_path):
     class Interrupted(Exception):
         pass
 
-    def stop(points, values):
-        kept.add(points, values)
+    def stop(points):
         computed.append(points)
         if len(computed) == 2:
             raise Interrupted
 
-    kept = Unfinished(tmp_path, of)
     with pytest.raises(Interrupted):
-        compute(of, workers=1, done=stop)
-    again = Unfinished(tmp_path, of)
-    assert again.known() == sum(map(len, computed)) > 0
+        compute(of, workers=1, folder=tmp_path, done=stop)
+    assert np.sum(~np.isnan(unfinished(tmp_path, of))) == sum(map(len, computed)) > 0
     later = []
-    found = compute(of, known=again.radius, done=lambda points, values: later.append(points))
+    found = compute(of, folder=tmp_path, done=later.append)
     assert sorted(sum(computed + later, ())) == list(range(found.size))
     np.testing.assert_array_equal(found, compute(of))
 
 
 def test_a_folder_with_another_map_is_refused(tmp_path):
-    kept = Unfinished(tmp_path, grid())
-    kept.add((0, 1), np.ones(2))
-    Unfinished(tmp_path, grid())
+    small = Grid(grid().scenario, Axis(STIFFNESS.name, (500.0,)), Axis(DELAY.name, (0.0,)))
+    compute(small, folder=tmp_path / "map")
+    assert np.isfinite(unfinished(tmp_path / "map", small)).all()
     with pytest.raises(PmwvcError, match="holds a map of other parameters"):
-        Unfinished(tmp_path, grid(DAMPING))
+        compute(grid(DAMPING), folder=tmp_path / "map")
 
 
 def test_every_file_holds_the_same_map(tmp_path):

@@ -61,17 +61,19 @@ def widths(parameters: Values) -> Values:
         values = {**parameters["model"], **changed["values"]}
         of = scenario(values, users=1, controller=changed.get("controller", "pmwvc"))
         at = float(parameters["at_damping"])
+        asked = list(dict.fromkeys([*damping.tolist(), at]))
         if "highest" in changed:  # not linear: from sessions
-            found = _simulated(of, [*damping.tolist(), at], changed["highest"])
+            limits = _simulated(of, asked, changed["highest"])
         else:
-            found = [limit.first for limit in z_width(of, [*damping.tolist(), at])]
-        data[name] = found[:-1]
+            limits = [limit.first for limit in z_width(of, asked)]
+        found = dict(zip(asked, limits, strict=True))
+        data[name] = [found[b] for b in damping.tolist()]
         firsts = [first for first in data[name] if first is not None]
         largest = max(firsts) if len(firsts) == len(damping) else None
         if largest is not None and "highest" not in changed:
             largest = _largest(of, damping, firsts)
         numbers[f"largest_{name}"] = largest
-        numbers[f"at_{at:g}_{name}"] = found[-1]
+        numbers[f"at_{at:g}_{name}"] = found[at]
     return {"data": data, "numbers": numbers}
 
 

@@ -90,33 +90,17 @@ class Measured(NamedTuple):
     stable: bool
 
 
-class Unfinished:
-    """The radii of a map that is being computed, NaN where they are not known yet, in a folder
-    that is made where need be; PmwvcError where it holds another map.
+def unfinished(folder: Path, grid: Grid) -> Array:
+    """Return the radii of a map as far as a folder has them, else NaN; PmwvcError where it holds
+    another map.
     """
-
-    def __init__(self, folder: Path, grid: Grid) -> None:
-        self._path, self._key = folder / PARTS, grid.key
-        self.radius = np.full(grid.shape, np.nan)
-        folder.mkdir(parents=True, exist_ok=True)
-        if self._path.exists():
-            with np.load(self._path) as stored:
-                if str(stored["key"]) != self._key:
-                    raise PmwvcError(
-                        f"{folder}: holds a map of other parameters; give another --out"
-                    )
-                self.radius = stored["radius"]
-
-    def known(self) -> int:
-        """Return how many points are finished."""
-        return int(np.count_nonzero(~np.isnan(self.radius)))
-
-    def add(self, points: Points, values: Array) -> None:
-        """Keep some points; what is on disk is whole at any time."""
-        self.radius.flat[list(points)] = values
-        fresh = self._path.with_name("finished.new.npz")
-        np.savez(fresh, radius=self.radius, key=np.array(self._key))
-        os.replace(fresh, self._path)
+    path = folder / PARTS
+    if not path.exists():
+        return np.full(grid.shape, np.nan)
+    with np.load(path) as stored:
+        if str(stored["key"]) != grid.key:
+            raise PmwvcError(f"{folder}: holds a map of other parameters; give another --out")
+        return np.asarray(stored["radius"])
 
 
 def compute(
@@ -124,27 +108,34 @@ def compute(
     *,
     workers: int | None = None,
     dask: str | None = None,
-    known: Array | None = None,
-    done: Callable[[Points, Array], None] | None = None,
+    folder: Path | None = None,
+    done: Callable[[Points], None] = lambda points: None,
 ) -> Array:
-    """Return the spectral radii of a map ``(rows, columns)``: those known, where they are not NaN,
-    and the others computed, by workers or Dask as for :func:`.workers.finished`. ``done`` is
-    called with points and their radii as they are finished.
+    """Return the spectral radii of a map ``(rows, columns)``, computed by workers or Dask as for
+    :func:`.workers.finished`. A folder, made where need be, keeps what is finished: that is not
+    computed again. ``done`` is called with points as they are finished.
 
     Raises
     ------
     PmwvcError
-        If a parameter may not have a value of its axis, or Dask is asked for and not there.
+        If a parameter may not have a value of its axis, the folder holds another map, or Dask is
+        asked for and not there.
     """
     for axis in (grid.x, grid.y):
         for value in axis.values:
             varied(grid.scenario, axis.name, value)  # before any time is spent
-    radius = np.full(grid.shape, np.nan) if known is None else known.copy()
+    key, radius = grid.key, np.full(grid.shape, np.nan)
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+        radius = unfinished(folder, grid)
     left = [points for points in grid.batches() if np.isnan(radius.flat[list(points)]).any()]
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
-        if done is not None:
-            done(points, values)
+        if folder:  # what is on disk is whole at any time
+            fresh = folder / "finished.new.npz"
+            np.savez(fresh, radius=radius, key=np.array(key))
+            os.replace(fresh, folder / PARTS)
+        done(points)
     return radius
 
 

@@ -25,7 +25,6 @@ from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from pmwvc_analysis.maps.maps import Axis, Grid, Measured, Points
-    from pmwvc_core.numeric import Array
 
 EXAMPLES = """\
 examples:
@@ -47,8 +46,10 @@ NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety
 def run(arguments: argparse.Namespace) -> Result:
     """Compute the map and write it."""
     scenario = scenario_of(arguments)
+    import numpy as np
+
     from pmwvc_analysis.figures.map_figure import draw
-    from pmwvc_analysis.maps.maps import Grid, Unfinished, boundary_words, compute, write_data
+    from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, unfinished, write_data
     from pmwvc_analysis.models.stability import are_stable
 
     if arguments.workers is not None and arguments.workers < 1:
@@ -61,22 +62,21 @@ def run(arguments: argparse.Namespace) -> Result:
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
     folder = Path(arguments.out or default)
     console = terminal()
-    unfinished = Unfinished(folder, grid)
+    radius = unfinished(folder, grid)
+    known = finished = int(np.sum(~np.isnan(radius)))
+    size = radius.size
     with doing("computing the map") as work:
-        known = finished = unfinished.known()
-        size = unfinished.radius.size
         work(finished / size)
 
-        def done(points: "Points", values: "Array") -> None:
+        def done(points: "Points") -> None:
             nonlocal finished
-            unfinished.add(points, values)
             finished += len(points)
             work(min(finished / size, 1.0))
 
         if 0 < known < size:
             console.print(f"{known} of {size} points were already computed")
         workers, dask = arguments.workers, arguments.dask
-        radius = compute(grid, workers=workers, dask=dask, known=unfinished.radius, done=done)
+        radius = compute(grid, workers=workers, dask=dask, folder=folder, done=done)
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius, measured)
         paths += draw(folder, grid, radius, measured)
