@@ -34,10 +34,6 @@ STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
     "(channel = strict); no stability margin over delay is computed."
 )
-NO_EFFECT = (
-    "Warning: {users}: without effect: {settings}. channel = strict, the default, has neither "
-    "anti-aliasing filter nor hold; channel = plain has both."
-)
 
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
@@ -128,7 +124,10 @@ def _no_effect_lines(scenario: Scenario) -> list[str]:
     if not found:
         return []
     users, settings = (", ".join(dict.fromkeys(each)) for each in zip(*found, strict=True))
-    return [NO_EFFECT.format(users=users, settings=settings)]
+    return [
+        f"Warning: {users}: without effect: {settings}. channel = strict, the default, has "
+        "neither anti-aliasing filter nor hold; channel = plain has both."
+    ]
 
 
 def _aliasing_lines(scenario: Scenario) -> list[str]:
