@@ -11,7 +11,7 @@ from pmwvc_analysis.compare.criterion import FAILED_COST, cost_of, path_error_m
 from pmwvc_analysis.compare.settings import parameters_of, tuned
 from pmwvc_analysis.prediction.text import rule_loop
 from pmwvc_core.controllers.library import LIBRARY
-from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.simulation.session import simulate, simulate_one
 
 CASES = [(name, each) for name in ("virtual_coupling", "tdpa", "pspm") for each in (0.016, 0.05)]
 
@@ -28,14 +28,13 @@ def by_rule(controller, loop):
     return {"stiffness": stiffness, "damping": 0.5 * b}
 
 
-def cost_with(controller, delay_s, values):
-    """Simulate the session of the search with values given as settings; return its cost."""
+def session_with(controller, delay_s, values):
+    """The session of the search with values given as settings."""
     texts = [f"baseline.{controller}.{name}={value}" for name, value in values.items()]
-    scenario = load(
+    return load(
         "carry_16ms",
         settings_texts=[f"controller={controller}", f"link.delay_s={delay_s}", *texts],
     )
-    return cost_of(simulate_one(scenario), scenario)
 
 
 @pytest.mark.parametrize(("controller", "delay_s"), CASES)
@@ -55,10 +54,13 @@ def test_a_rival_found_by_search_is_better_than_by_its_rule_and_as_printed(contr
         float,
         re.findall(r"first 20 s: the least cost, (\S+), of 120 settings \((\S+) with", tuning)[0],
     )
-    assert cost_with(controller, delay_s, values) == pytest.approx(printed, rel=1e-3)
-    assert cost_with(controller, delay_s, {}) == pytest.approx(default, rel=1e-3)
+    best = session_with(controller, delay_s, values)
+    assert cost_of(simulate_one(best), best) == pytest.approx(printed, rel=1e-3)
     control = by_rule(controller, rule_loop(scenario.users[0], scenario))
-    assert printed < cost_with(controller, delay_s, control)
+    sessions = [session_with(controller, delay_s, each) for each in ({}, control)]
+    plain, ruled = simulate(sessions, keep=cost_of)
+    assert plain == pytest.approx(default, rel=1e-3)
+    assert printed < ruled
     if controller == "tdpa":  # which brakes every motion with its local damping
         assert values["damping"] < control["damping"]
 

@@ -5,6 +5,7 @@
 Files are only asked what they were made with: what they say must have come from these parameters.
 """
 
+import functools
 import json
 from pathlib import Path
 
@@ -21,8 +22,15 @@ FOLDER = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
 LARGEST_PICTURE = 170_000
 
 
+@functools.cache
+def of_the_figure(name):
+    return FIGURES[name].compute(FIGURES[name].parameters)["numbers"]
+
+
 def numbers(name, **changed):
     figure = FIGURES[name]
+    if not changed:
+        return of_the_figure(name)
     return figure.compute({**figure.parameters, **changed})["numbers"]
 
 
@@ -146,7 +154,7 @@ def test_the_contact_of_app_c_under_every_compensation():
 
 def test_the_z_width_of_app_c_with_a_ledger_is_that_without():
     curves = {name: FIGURES["C4"].parameters["curves"][name] for name in ("waves", "ledger")}
-    found = numbers("C4", damping=[0.0, 12.0, 2], curves=curves)
+    found = numbers("C4", damping=[0.0, 0.0, 1], curves=curves)
     assert found["at_0_waves"] == pytest.approx(1394.4, rel=1e-3)
     assert found["at_0_ledger"] == pytest.approx(found["at_0_waves"], rel=0.02)
 

@@ -8,12 +8,13 @@ import pytest
 from support import handmade
 from support import plain as scenarios
 
-from pmwvc_analysis.prediction.lag import lag_s, link_words, network_s, step_lag_s
+from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
 from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
     passive,
     prediction,
 )
+from pmwvc_analysis.prediction.rendering import link_words
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.params import DeviceParams, FilterParams, MasterParams

@@ -12,8 +12,7 @@ import pytest
 from support.plain import load
 
 from pmwvc_analysis.budget.criterion import judge
-from pmwvc_analysis.maps.map_files import boundary_words
-from pmwvc_analysis.maps.maps import Axis, Grid
+from pmwvc_analysis.maps.maps import Axis, Grid, boundary_words
 from pmwvc_analysis.models.answer import sentences
 from pmwvc_analysis.verdicts.passivity_words import amount
 from pmwvc_bringup import cli, scenarios

@@ -8,8 +8,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import varied
-from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import SessionTraces
 from reproduction.figure import Values
 from reproduction.scenarios import scenario
@@ -91,17 +90,19 @@ def largest_stiffness(parameters: Values) -> Values:
                 duration_s=parameters["duration_s"],
                 task="free",
             )
-            runs = [varied(base, "server.contact_stiffness", float(k)) for k in grid]
-            with np.errstate(over="ignore", invalid="ignore"):
-                resting = list(simulate(runs, keep=_rests))
-            count = resting.index(False) if False in resting else len(resting)
-            found[kind] = float(grid[count - 1]) if count else 0.0
+            found[kind] = 0.0
+            for stiffness in grid.tolist():
+                run = varied(base, "server.contact_stiffness", stiffness)
+                with np.errstate(over="ignore", invalid="ignore"):
+                    if not _rests(simulate_one(run)):
+                        break
+                found[kind] = stiffness
             numbers[f"largest_{kind}_at_{damping:g}"] = found[kind]
         numbers[f"factor_at_{damping:g}"] = found["corrected"] / found["none"]
     return numbers
 
 
-def _rests(traces: SessionTraces, _: Scenario) -> bool:
+def _rests(traces: SessionTraces) -> bool:
     velocity = traces.users[0].xd_m
     late = velocity[2 * len(velocity) // 3 :]
     return bool(np.sqrt(np.mean(late**2)) < AT_REST_M_S)

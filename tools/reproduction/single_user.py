@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Computations that several appendices share: one user at a wall."""
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.maps.z_width import CLEAR_RATIO, LONG_S, simulated_z_width
+from pmwvc_analysis.maps.z_width import simulated_z_width
 from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.transparency.transparency import transparency
@@ -62,17 +61,19 @@ def widths(parameters: Values) -> Values:
         values = {**parameters["model"], **changed["values"]}
         of = scenario(values, users=1, controller=changed.get("controller", "pmwvc"))
         at = float(parameters["at_damping"])
+        asked = list(dict.fromkeys([*damping.tolist(), at]))
         if "highest" in changed:  # not linear: from sessions
-            found = _simulated(of, [*damping.tolist(), at], changed["highest"])
+            limits = _simulated(of, asked, changed["highest"])
         else:
-            found = [limit.first for limit in z_width(of, [*damping.tolist(), at])]
-        data[name] = found[:-1]
+            limits = [limit.first for limit in z_width(of, asked)]
+        found = dict(zip(asked, limits, strict=True))
+        data[name] = [found[b] for b in damping.tolist()]
         firsts = [first for first in data[name] if first is not None]
         largest = max(firsts) if len(firsts) == len(damping) else None
         if largest is not None and "highest" not in changed:
             largest = _largest(of, damping, firsts)
         numbers[f"largest_{name}"] = largest
-        numbers[f"at_{at:g}_{name}"] = found[-1]
+        numbers[f"at_{at:g}_{name}"] = found[at]
     return {"data": data, "numbers": numbers}
 
 
@@ -89,10 +90,7 @@ def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
 
 def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
     """Return the middle of the bracket of each largest stiffness; None beyond the highest."""
-    of_one = partial(
-        simulated_z_width, of, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
-    )
-    brackets = [of_one(b) for b in damping]
+    brackets = [simulated_z_width(of, b, highest=highest) for b in damping]
     return [None if high is None else 0.5 * (low + high) for low, high in brackets]
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.figures.recorded import conditions, title
-from pmwvc_analysis.maps.map_files import Measured
-from pmwvc_analysis.maps.maps import Grid, growth_per_s
+from pmwvc_analysis.maps.maps import Grid, Measured, growth_per_s
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of
 

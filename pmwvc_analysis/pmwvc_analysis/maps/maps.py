@@ -1,29 +1,37 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stability maps over any two parameters: spectral radii on a grid.
+"""Stability maps over any two parameters: spectral radii on a grid, and as files.
 
 Points whose parameters may differ within a scenario (all numbers but delays and periods) are
 computed as one batch. Batches are independent, so they can be computed by several processes, or by
-a Dask cluster, with the same result; finished ones can be kept and the rest computed later.
+a Dask cluster, with the same result; finished ones are kept on disk and the rest computed later.
 """
 
+import hashlib
+import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.arrays import write_arrays, write_table
 from pmwvc_analysis.maps.workers import finished
+from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
+from pmwvc_analysis.models.stability import LARGEST_BATCH, are_stable, radii
 from pmwvc_analysis.models.variation import stackable
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.names import varied
+from pmwvc_core.scenario.names import spec_of, varied
 from pmwvc_core.scenario.scenario import Scenario
 
 Points = tuple[int, ...]  # of a map, counted row by row
-Done = Callable[[Points, Array], None]  # points, and their radii
 FEWEST_BATCHES = 16  # of a map that could be one: for several processes, and to be kept
+PARTS = "finished.npz"
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,11 @@ class Axis:
 
     name: str
     values: tuple[float, ...]
+
+    def words(self, value: float) -> str:
+        """Return the parameter with a value, in words."""
+        unit = spec_of(self.name).unit
+        return f"{self.name} = {value:.4g}{'' if unit in ('', '-') else f' {unit}'}"
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,13 @@ class Grid:
         """Rows (y) and columns (x)."""
         return len(self.y.values), len(self.x.values)
 
+    @property
+    def key(self) -> str:
+        """The identity of this map among others."""
+        axes = [[axis.name, list(axis.values)] for axis in (self.x, self.y)]
+        whole = json.dumps([self.scenario.to_dict(), axes, self.live], sort_keys=True)
+        return hashlib.sha256(whole.encode()).hexdigest()
+
     def batches(self) -> list[Points]:
         """Return the points that are computed together: the same ones at any time."""
         alike = np.arange(np.prod(self.shape)).reshape(self.shape)
@@ -61,32 +81,26 @@ class Grid:
         return [tuple(row[i : i + step]) for row in alike.tolist() for i in range(0, width, step)]
 
 
-def batch(grid: Grid, points: Points) -> Array:
-    """Return the spectral radii of some points of a map."""
-    scenario = grid.scenario
-    rows, columns = np.unravel_index(np.array(points), grid.shape)
-    for axis, index in ((grid.y, rows), (grid.x, columns)):
-        values = np.array(axis.values)[index]
-        same = float(values[0])
-        several = bool(np.any(values != same))
-        scenario = varied(scenario, axis.name, values[:, np.newaxis] if several else same)
-    return np.broadcast_to(radii(scenario, live=grid.live), len(points))
+class Measured(NamedTuple):
+    """A session as a point of the map."""
+
+    name: str
+    x: float
+    y: float
+    stable: bool
 
 
-def growth_per_s(grid: Grid, radius: Array) -> Array:
-    """Return the growth rate ln(radius) per second of every point: radii are per hyperperiod,
-    whose length changes along the axis of a period; growth rates compare.
+def unfinished(folder: Path, grid: Grid) -> Array:
+    """Return the radii of a map as far as a folder has them, else NaN; PmwvcError where it holds
+    another map.
     """
-
-    def hyperperiod_s(y: float, x: float) -> float:
-        scenario = varied(varied(grid.scenario, grid.y.name, y), grid.x.name, x)
-        return hyperperiod_ticks(scenario) * scenario.tick_s
-
-    x, y = (  # one value stands for all where none changes the hyperperiod
-        axis.values[:1] if stackable(axis.name) else axis.values for axis in (grid.x, grid.y)
-    )
-    seconds = np.array([[hyperperiod_s(b, a) for a in x] for b in y])
-    return np.asarray(np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds)
+    path = folder / PARTS
+    if not path.exists():
+        return np.full(grid.shape, np.nan)
+    with np.load(path) as stored:
+        if str(stored["key"]) != grid.key:
+            raise PmwvcError(f"{folder}: holds a map of other parameters; give another --out")
+        return np.asarray(stored["radius"])
 
 
 def compute(
@@ -94,31 +108,118 @@ def compute(
     *,
     workers: int | None = None,
     dask: str | None = None,
-    known: Array | None = None,
-    done: Done | None = None,
+    folder: Path | None = None,
+    done: Callable[[Points], None] = lambda points: None,
 ) -> Array:
-    """Return the spectral radii of a map ``(rows, columns)``; ``workers`` and ``dask`` as for
-    :func:`.workers.finished`.
-
-    Parameters
-    ----------
-    known
-        What is known already; NaN is computed.
-    done
-        Called with points and radii as they are finished.
+    """Return the spectral radii of a map ``(rows, columns)``, computed by workers or Dask as for
+    :func:`.workers.finished`. A folder, made where need be, keeps what is finished: that is not
+    computed again. ``done`` is called with points as they are finished.
 
     Raises
     ------
     PmwvcError
-        If a parameter may not have a value of its axis, or Dask is asked for and not there.
+        If a parameter may not have a value of its axis, the folder holds another map, or Dask is
+        asked for and not there.
     """
     for axis in (grid.x, grid.y):
         for value in axis.values:
             varied(grid.scenario, axis.name, value)  # before any time is spent
-    radius = np.full(grid.shape, np.nan) if known is None else known.copy()
+    key, radius = grid.key, np.full(grid.shape, np.nan)
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+        radius = unfinished(folder, grid)
     left = [points for points in grid.batches() if np.isnan(radius.flat[list(points)]).any()]
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
-        if done is not None:
-            done(points, values)
+        if folder:  # what is on disk is whole at any time
+            fresh = folder / "finished.new.npz"
+            np.savez(fresh, radius=radius, key=np.array(key))
+            os.replace(fresh, folder / PARTS)
+        done(points)
     return radius
+
+
+def batch(grid: Grid, points: Points) -> Array:
+    """Return the spectral radii of some points of a map."""
+    scenario = grid.scenario
+    rows, columns = np.unravel_index(np.array(points), grid.shape)
+    for axis, index in ((grid.y, rows), (grid.x, columns)):
+        values = np.array(axis.values)[index]
+        several = bool(np.any(values != values[0]))
+        column = values[:, np.newaxis] if several else float(values[0])
+        scenario = varied(scenario, axis.name, column)
+    return np.broadcast_to(radii(scenario, live=grid.live), len(points))
+
+
+def growth_per_s(grid: Grid, radius: Array) -> Array:
+    """Return the growth rate ln(radius) per second of every point: radii are per hyperperiod,
+    whose length changes along the axis of a period; growth rates compare.
+    """
+    x, y = (  # one value stands for all where none changes the hyperperiod
+        axis.values[:1] if stackable(axis.name) else axis.values for axis in (grid.x, grid.y)
+    )
+    rows = [varied(grid.scenario, grid.y.name, value) for value in y]
+    each = [[varied(row, grid.x.name, value) for value in x] for row in rows]
+    seconds = np.array([[hyperperiod_ticks(of) * of.tick_s for of in row] for row in each])
+    return np.asarray(np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds)
+
+
+def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
+    """Return where each row loses stability first, between grid points; None where it never
+    does.
+    """
+    limits: list[float | None] = []
+    for row in radius:
+        index = int(np.argmin([*are_stable(row), False]))
+        if index == len(row):
+            limits.append(None)
+            continue
+        around = slice(max(index - 1, 0), index + 1)
+        limits.append(float(np.interp(1.0, row[around], grid.x.values[around])))
+    return limits
+
+
+def boundary_words(grid: Grid, radius: Array) -> str:
+    """Return where the boundary is, by the first and last rows and the extremes."""
+    stable = are_stable(radius)
+    if stable.all():
+        return "stable everywhere on the map"
+    if not stable.any():
+        return "unstable everywhere on the map"
+    limits = boundary_of(grid, radius)
+    size = [np.inf if limit is None else limit for limit in limits]
+    words = []
+    for row in sorted({0, len(limits) - 1, int(np.argmin(size)), int(np.argmax(size))}):
+        limit = limits[row]
+        reach = "stable throughout" if limit is None else f"stable up to {grid.x.words(limit)}"
+        if not stable[row, 0]:
+            reach = "unstable from the first value on"
+        words.append(f"at {grid.y.words(grid.y.values[row])} {reach}")
+    return "boundary: " + "; ".join(words)
+
+
+def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
+    """Write NPZ, CSV, MAT and JSON; return the files."""
+    x, y = np.array(grid.x.values), np.array(grid.y.values)
+    stable, growth = are_stable(radius), growth_per_s(grid, radius)
+    arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": stable}
+    names = {"x_name": grid.x.name, "y_name": grid.y.name}
+    npz, mat = write_arrays(folder, "map", {"x": x, "y": y, **arrays, **names})
+    at_y, at_x = (values.ravel() for values in np.meshgrid(y, x, indexing="ij"))
+    columns = {grid.x.name: at_x, grid.y.name: at_y, "spectral_radius": radius.ravel()}
+    columns |= {"stable": stable.ravel().astype(int), "growth_per_s": growth.ravel()}
+    table = write_table(folder / "map.csv", columns)
+    content: dict[str, Any] = {
+        "scenario": grid.scenario.name,
+        "live": grid.live,
+        "x": {"name": grid.x.name, "values": x.tolist()},
+        "y": {"name": grid.y.name, "values": y.tolist()},
+        **{name: values.tolist() for name, values in arrays.items()},
+        "boundary": boundary_of(grid, radius),
+        "sessions": [point._asdict() for point in measured],
+        "notes": notes_of(grid.scenario),
+        "parameters": grid.scenario.to_dict(),
+    }
+    document = folder / "map.json"
+    document.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
+    return [npz, table, mat, document]

@@ -10,7 +10,7 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from pmwvc_core.errors import PmwvcError
@@ -26,23 +26,16 @@ R = TypeVar("R")
 def finished(
     work: Callable[[T], R], items: Sequence[T], *, workers: int | None, dask: str | None
 ) -> Iterator[tuple[T, R]]:
-    """Yield items with their results as they are finished, wherever they are computed.
-
-    Parameters
-    ----------
-    workers
-        Processes; by default all cores, and none beside this one where there is little to do:
-        work and items can be pickled.
-    dask
-        Address of a Dask scheduler to compute on instead.
-
-    Raises
-    ------
-    PmwvcError
-        If Dask is asked for and not there.
+    """Yield items with their results as they are finished: by so many processes, by default one
+    for each core and none beside this one where there is little to do, or by the cluster of a Dask
+    scheduler at an address. Work and items can be pickled. PmwvcError where Dask is not there.
     """
     if dask is not None:
-        yield from _on_dask(work, items, dask)
+        with _dask(dask) as client:
+            futures = {client.submit(work, item, pure=False): item for item in items}
+            completed = importlib.import_module("distributed").as_completed
+            for future, result in completed(list(futures), with_results=True):
+                yield futures[future], result
         return
     if workers is None:
         took = [math.inf]
@@ -75,28 +68,20 @@ def finished(
 @contextlib.contextmanager
 def _one_thread_each() -> Iterator[None]:
     """Let the processes started meanwhile compute with one thread each: there is one per core."""
-    before = dict(os.environ)
+    before = {name: os.environ.pop(name) for name in BLAS_THREADS if name in os.environ}
     os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
     try:
         yield
     finally:
         for name in BLAS_THREADS:
             del os.environ[name]
-        os.environ.update({name: before[name] for name in BLAS_THREADS if name in before})
+        os.environ.update(before)
 
 
 def dask_cores(address: str) -> int:
     """Return how many items a Dask cluster computes at once."""
     with _dask(address) as client:
         return sum(client.ncores().values())
-
-
-def _on_dask(work: Callable[[T], R], items: Iterable[T], address: str) -> Iterator[tuple[T, R]]:
-    with _dask(address) as client:
-        futures = {client.submit(work, item, pure=False): item for item in items}
-        completed = importlib.import_module("distributed").as_completed
-        for future, result in completed(list(futures), with_results=True):
-            yield futures[future], result
 
 
 @contextlib.contextmanager

@@ -1,16 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Z-width without a model: the largest stable stiffness from sessions that are simulated.
+"""Z-width: the largest stable stiffness for a contact damping, where need be without a model.
 
-It needs no linearity, so it also covers what the exact model refuses (energetic compensation, a
-ledger, one-sided contacts). A small constant force pushes the device; a session is stable where
-the motion dies out: its RMS velocity in the last quarter is ``decay_ratio`` times that of the
-quarter before or less, and no safety limit had to act. For a linear loop that is a number just
-below one; what is not linear may swing on at the same size for ever, so there it has to fall
-clearly, and long sessions keep the bias small.
-
-The interval between a stable and an unstable stiffness is divided into equal parts again and
-again.
+Sessions that are simulated need no linearity, so they also cover what the exact model refuses
+(energetic compensation, a ledger, one-sided contacts). A small constant force pushes the device; a
+session is stable where the motion dies out: its RMS velocity in the last quarter is
+``decay_ratio`` times that of the quarter before or less, and no safety limit had to act. For a
+linear loop that is a number just below one; what is not linear may swing on at the same size for
+ever, so there it has to fall clearly, and long sessions keep the bias small.
 """
 
 import dataclasses
@@ -30,8 +27,8 @@ from pmwvc_core.traces import SessionTraces
 
 PUSH_N = 0.01  # so small that growth shows long before a limit acts
 AT_REST_M_S = 1e-9
-DECAY_RATIO = 0.995  # quarter over quarter, linear
-LONG_S, CLEAR_RATIO = 16.0, 0.8  # length and ratio for what is not linear
+LINEAR_S, DECAY_RATIO = 6.0, 0.995  # length of a session, and quarter over quarter
+LONG_S, CLEAR_RATIO = 16.0, 0.8  # the same for what is not linear
 HIGHEST_SIMULATED = 20_000.0  # [N/m]
 
 
@@ -60,47 +57,35 @@ def of_each(
     if live and not is_linear:
         raise PmwvcError(f"{scenario.name} is not linear: it is simulated in virtual time only")
     for b in damping:
-        if is_linear:
-            (limit,) = z_width(scenario, [b], live=live, bound=bound or BOUND)
-            if limit.unknown:
-                raise PmwvcError(limit.unknown)
-            bracket = Bracket(limit.bound if limit.first is None else limit.first, limit.first)
-        else:
-            highest = bound or HIGHEST_SIMULATED
-            bracket = simulated_z_width(
-                scenario, b, highest=highest, duration_s=LONG_S, decay_ratio=CLEAR_RATIO
-            )
-        yield b, bracket
+        if not is_linear:
+            yield b, simulated_z_width(scenario, b, highest=bound or HIGHEST_SIMULATED)
+            continue
+        (limit,) = z_width(scenario, [b], live=live, bound=bound or BOUND)
+        if limit.unknown:
+            raise PmwvcError(limit.unknown)
+        yield b, Bracket(limit.bound if limit.first is None else limit.first, limit.first)
 
 
 def simulated_z_width(
-    scenario: Scenario,
-    damping: float,
-    *,
-    highest: float,
-    parts: int = 8,
-    rounds: int = 4,
-    duration_s: float = 6.0,
-    decay_ratio: float = DECAY_RATIO,
+    scenario: Scenario, damping: float, *, highest: float, parts: int = 8, rounds: int = 4
 ) -> Bracket:
-    """Return a bracket of the largest stable stiffness for a contact damping.
+    """Return a bracket of the largest stable stiffness for a contact damping [N s/m].
 
-    Parameters
-    ----------
-    scenario
-        Everything else; what the hand does is replaced by the small push.
-    damping
-        Contact damping [N s/m].
-    highest
-        Largest stiffness looked at [N/m].
-    parts, rounds
-        The bracket is ``highest / parts**rounds`` wide in the end.
-    duration_s
-        Length of each session.
-    decay_ratio
-        Ratio of RMS velocities below which a motion dies out.
+    The interval from 0 to ``highest`` [N/m] is divided into ``parts`` again and again, so that the
+    bracket is ``highest / parts**rounds`` wide in the end. What the hands do is replaced by the
+    small push.
     """
-    base = varied(_pushed(scenario, duration_s), "server.contact_damping", damping)
+    far = bool(nonlinear(scenario))
+    duration_s, decay_ratio = (LONG_S, CLEAR_RATIO) if far else (LINEAR_S, DECAY_RATIO)
+    users = tuple(
+        dataclasses.replace(
+            user, operator=OperatorParams(kind="constant", force=-user.side * PUSH_N)
+        )
+        for user in scenario.users
+    )
+    task = TaskParams(kind="free")
+    base = dataclasses.replace(scenario, users=users, duration_s=duration_s, task=task)
+    base = varied(base, "server.contact_damping", damping)
 
     def flag(traces: SessionTraces, _: Scenario) -> bool:
         return decays(traces, decay_ratio=decay_ratio)
@@ -118,28 +103,12 @@ def simulated_z_width(
     return Bracket(low, high)
 
 
-def _pushed(scenario: Scenario, duration_s: float) -> Scenario:
-    users = tuple(
-        dataclasses.replace(
-            user, operator=OperatorParams(kind="constant", force=-user.side * PUSH_N)
-        )
-        for user in scenario.users
-    )
-    return dataclasses.replace(
-        scenario, users=users, duration_s=duration_s, task=TaskParams(kind="free")
-    )
-
-
 def decays(traces: SessionTraces, *, decay_ratio: float = DECAY_RATIO) -> bool:
     """Tell whether the motion of a session dies out, without help from the safety limits."""
     if any(int(user.safety_events) for user in traces.users):
         return False
     power = sum(np.sum(user.xd_m**2, axis=-1) for user in traces.users)
     quarter = len(power) // 4
-    before, after = (
-        float(np.mean(power[-2 * quarter : -quarter])),
-        float(np.mean(power[-quarter:])),
-    )
-    if not np.isfinite(after):
-        return False
-    return after <= AT_REST_M_S**2 or after < decay_ratio**2 * before
+    before, after = np.mean(power[-2 * quarter : -quarter]), np.mean(power[-quarter:])
+    dies_out = after <= AT_REST_M_S**2 or after < decay_ratio**2 * before
+    return bool(np.isfinite(after) and dies_out)

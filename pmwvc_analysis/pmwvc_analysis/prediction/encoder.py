@@ -53,44 +53,41 @@ def encoder_noise_w(user: User) -> float:
 
 def encoder_lines(scenario: Scenario) -> list[str]:
     """Return in words what the ports behind such encoders give out; nothing without one."""
-    users = [user for user in scenario.users if behind_counts(user, scenario)]
-    return [_line(user, scenario) for user in users]
-
-
-def _line(user: User, scenario: Scenario) -> str:
-    bound = count_bound(user.master, user.device)
-    words = f"{user.name}: {bound.text()}"
-    if not held(user):
-        kind = user.operator.kind
-        words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
-    if not user.device.is_simulated or user.operator.kind in BY_PEOPLE:
+    found = []
+    duration_s = min(scenario.duration_s, LONGEST_S)
+    for user in scenario.users:
+        if not behind_counts(user, scenario):
+            continue
+        bound, kind = count_bound(user.master, user.device), user.operator.kind
+        words = f"{user.name}: {bound.text()}"
+        if not held(user):
+            words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
         given_j = None
-    else:
-        given_j = _given_j(scenario).get(user.name)
-    if given_j is None:
-        return f"{words} This session is not simulated beforehand."
-    shown = f"Simulated for {_short(scenario).duration_s:g} s, the hand port"
-    if given_j <= LEAST_J:
-        return f"{words} {shown} is passive."
-    amount = f"{shown} releases up to {quantity(given_j, 'J')}"
-    if bound.holds and held(user) and given_j <= bound.given_j:
-        return f"{words} {amount}, within that bound."
-    return (
-        f"Warning: {words} {amount} more than it received. "
-        "A velocity of the device's own, a finer encoder or a smaller master.impedance gives less."
-    )
-
-
-def _short(scenario: Scenario) -> Scenario:
-    return dataclasses.replace(scenario, duration_s=min(scenario.duration_s, LONGEST_S))
+        if user.device.is_simulated and kind not in BY_PEOPLE:
+            given_j = _given_j(scenario, duration_s).get(user.name)
+        amount = f"Simulated for {duration_s:g} s, the hand port"
+        if given_j is None:
+            found.append(f"{words} This session is not simulated beforehand.")
+        elif given_j <= LEAST_J:
+            found.append(f"{words} {amount} is passive.")
+        elif bound.holds and held(user) and given_j <= bound.given_j:
+            given = quantity(given_j, "J")
+            found.append(f"{words} {amount} releases up to {given}, within that bound.")
+        else:
+            found.append(
+                f"Warning: {words} {amount} releases up to {quantity(given_j, 'J')} more than it "
+                "received. A velocity of the device's own, a finer encoder or a smaller "
+                "master.impedance gives less."
+            )
+    return found
 
 
 @functools.lru_cache(maxsize=4)
-def _given_j(scenario: Scenario) -> dict[str, float]:
+def _given_j(scenario: Scenario, duration_s: float) -> dict[str, float]:
     """Return what every port of a hand gave out beyond what it took in and its controller was lent
     [J]; none where the scenario cannot be simulated.
     """
-    short = _short(scenario)
+    short = dataclasses.replace(scenario, duration_s=duration_s)
     try:
         energies = user_energies(simulate_one(short), short)
     except PmwvcError:  # a file or plug-in that a recorded session had

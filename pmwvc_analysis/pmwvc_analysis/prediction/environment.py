@@ -23,6 +23,14 @@ from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import least_impedance
 from pmwvc_core.wave.impedance import smallest
 
+MAY_LIMIT = (
+    "may limit the environment until it has learned its slope; from then on it is passive, and "
+    "repays the displacement."
+)
+WILL_LIMIT = (
+    "will limit the environment. The rendered stiffness is then lower, or the wall is lost."
+)
+
 
 class Rule(NamedTuple):
     """K T_VE + 2B of a wall, and b, c and G of its port [N s/m]."""
@@ -55,8 +63,7 @@ def rule(user: User, scenario: Scenario) -> Rule | None:
 
     Known for a wall that does not report its slope, with backward Euler.
     """
-    server = scenario.server
-    environment = scenario.environment
+    server, environment = scenario.server, scenario.environment
     if not may_limit(scenario) or not environment.spring or environment.sloped:
         return None
     if server.integrator != "backward_euler":
@@ -95,23 +102,15 @@ def limited(scenario: Scenario) -> bool | None:
 
 def lines(scenario: Scenario) -> list[str]:
     """Return a sentence for each user whose rule is not met."""
-    rules = {user.name: rule(user, scenario) for user in scenario.users}
+    rules = [(user.name, rule(user, scenario)) for user in scenario.users]
     found = []
-    for name, own in rules.items():
+    for name, own in rules:
         if own is None or own.met_unlearned:
             continue
-        text = f"{name}: K T + 2B = {own.needed:.3g} N s/m, above"
-        if own.met:
-            found.append(
-                f"{text} {own._replace(slope=0.0).bound}: the server port may limit the "
-                "environment until it has learned its slope; from then on it is passive, and "
-                "repays the displacement."
-            )
-        else:
-            found.append(
-                f"{text} {own.bound}: the server port will limit the environment. The rendered "
-                "stiffness is then lower, or the wall is lost."
-            )
-    if None in rules.values() and limited(scenario) is None:
+        bound = (own._replace(slope=0.0) if own.met else own).bound
+        words = MAY_LIMIT if own.met else WILL_LIMIT
+        needed = f"K T + 2B = {own.needed:.3g} N s/m, above {bound}"
+        found.append(f"{name}: {needed}: the server port {words}")
+    if limited(scenario) is None and any(own is None for _, own in rules):
         found.append("It is unknown whether the server port will limit the environment.")
     return found

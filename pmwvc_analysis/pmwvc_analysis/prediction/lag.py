@@ -24,21 +24,34 @@ mean; what device and filter leave of that at a sample makes the lag longer wher
 touched, and shorter by as much where nothing is: the wave comes back with the other sign. Nothing
 is left behind ``integrate_and_dump``.
 
-On the strict channel the playouts make the lag: :mod:`.playout_lag`.
+On the strict channel a playout follows how late packets come: where delays are constant it is as
+late as the greatest age a of the newest packet at a step of the server, and the delay d down. The
+server takes a step's wave as a whole and answers with it, so that on average half a step passes at
+its side each way:
 
-Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5.
+    tau = a + d + T_VE
+
+without anti-aliasing filter, rate drop or hold: the channel counts the motion of every tick whole,
+and plays its wave tick by tick. Where they are not constant it settles at the lateness L with
+r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S (``law.channel.pace``): from the mean
+(sqrt(r) - 1)/(sqrt(r) + 1) of the way to the longest delay under uniform jitter, and later by what
+packets lost one by one make of the next ones. A deadband adds the time for which a frame waits at
+most. Delays of other shape and bursts are not counted.
+
+Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5, 17.7.
 """
 
 import math
 
 import numpy as np
+from scipy.optimize import brentq
 
-from pmwvc_analysis.models.links import Times, delay_ticks, hyperperiod_ticks, times_of
+from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks, times_of
 from pmwvc_analysis.prediction.environment import decodes_late
-from pmwvc_analysis.prediction.playout_lag import strict_lag_s
+from pmwvc_core.law.channel.pace import EARLY_S, LATE_S
 from pmwvc_core.law.motion import motion
-from pmwvc_core.network.effects import active, is_random, mean_s
-from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
+from pmwvc_core.network.effects import active, longest_s, mean_s
+from pmwvc_core.params import DeadbandParams, DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.wave.design import aliasing
@@ -47,30 +60,15 @@ from pmwvc_core.wave.design.velocity_filter_design import slow_lags
 from pmwvc_core.wave.impedance import first_axis, transformation
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
+SHARE = (math.sqrt(EARLY_S / LATE_S) - 1.0) / (math.sqrt(EARLY_S / LATE_S) + 1.0)
+RARE = 1e-6  # longer runs of lost packets do not count
+MOST_LOOKS = 20000  # ticks of a hyperperiod over which ages are averaged
 
 
-def series_stiffness(contact: float, impedance: float, tau: float, ratio: float = 1.0) -> float:
-    """Return contact and link in series [N/m]; ``ratio`` is n^2 = b_s/b_m."""
-    if contact <= 0.0:
-        return 0.0
-    return 1.0 / (ratio / contact + tau / (2.0 * impedance))
-
-
-def rendered_stiffness(user: User, tau: float) -> float:
-    """Return the stiffness at a user's device, the contact being known [N/m]."""
-    contact, b = float(user.contact.contact_stiffness), first_axis(user.impedance)
-    return series_stiffness(contact, b, tau, transformer(user))
-
-
-def rendered_mass(user: User, scenario: Scenario, *, live: bool) -> float:
-    """Return the mass of a user's link, b tau/2 with nothing touched [kg]."""
-    tau = lag_s(user, scenario, live=live, touching=False)
-    return first_axis(user.impedance) * tau / 2.0
-
-
-def transformer(user: User) -> float:
-    """Return n^2 = b_s/b_m of a user's ends, for a force along the first axis."""
-    return transformation(user.impedance, user.server_impedance)
+def lag_is_known(scenario: Scenario) -> bool:
+    """Tell whether the lag of the server's coupling is known: of a linear one of the library."""
+    coupling = scenario.coupling
+    return coupling.name in COUPLINGS.library and coupling.linear == coupling.name
 
 
 def lag_decides(user: User, scenario: Scenario) -> bool:
@@ -83,57 +81,25 @@ def lag_decides(user: User, scenario: Scenario) -> bool:
     return not master.bank.as_published and not master.position.is_on
 
 
-def lag_is_known(scenario: Scenario) -> bool:
-    """Tell whether the lag of the server's coupling is known: of a linear one of the library."""
-    coupling = scenario.coupling
-    return coupling.name in COUPLINGS.library and coupling.linear == coupling.name
+def transformer(user: User) -> float:
+    """Return n^2 = b_s/b_m of a user's ends, for a force along the first axis."""
+    return transformation(user.impedance, user.server_impedance)
 
 
-def expected(user: User) -> str:
-    """Return in words that a round trip is an expected one; empty where nothing is drawn."""
-    drawn = is_random(user.link_up) or is_random(user.link_down)
-    return " (expected; jitter and loss decide it)" if drawn else ""
+def series_stiffness(contact: float, impedance: float, tau: float, ratio: float = 1.0) -> float:
+    """Return contact and link in series [N/m]; ``ratio`` is n^2 = b_s/b_m."""
+    return 1.0 / (ratio / contact + tau / (2.0 * impedance)) if contact > 0.0 else 0.0
 
 
-def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
-    """Return the round trip of a user's waves in words, and by how much its avatar leads."""
-    lead = lead_s(scenario)
-    tau = lag_s(user, scenario, live=live) + lead
-    text = f"round trip {tau * 1e3:.1f} ms{expected(user)}"
-    if not lead:
-        return text
-    return f"{text}, less {lead * 1e3:.1f} ms: its avatar moves by the force of the step before"
+def rendered_stiffness(user: User, tau: float) -> float:
+    """Return the stiffness at a user's device, the contact being known [N/m]."""
+    contact, b = float(user.contact.contact_stiffness), first_axis(user.impedance)
+    return series_stiffness(contact, b, tau, transformer(user))
 
 
-def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
-    """Return what the lag is rendered as, in words: a spring and a mass; where the avatar leads by
-    more than the waves lag, what the device renders instead.
-    """
-    tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    mass = rendered_mass(user, scenario, live=live)
-    stiffness, contact = rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
-    if tau > 0.0:
-        return (
-            f"the link acts like a spring of {2.0 * b / tau:.0f} N/m and a mass of {mass:.2f} kg "
-            f"(rendered stiffness {stiffness:.0f} N/m)"
-        )
-    behind = f"the device stands {-tau / (2.0 * b) * 1e3:.2f} mm per newton behind its avatar"
-    rendered = f"renders {stiffness:.0f} N/m, the contact {contact:.0f} N/m"
-    if not 0.0 < stiffness < math.inf:
-        rendered = f"its rendered stiffness is not known (contact {contact:.0f} N/m)"
-    return f"{behind} and {rendered}; nothing touched, the link acts like a mass of {mass:.2f} kg"
-
-
-def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) -> float:
-    """Return tau, the lag of slow motion once around the wave path [s]; a velocity filter makes
-    another one of it where nothing is touched, and without a force nothing leads
-    (:func:`lead_s`). A complementary bank adds 1/a each way.
-    """
-    if scenario.strict:
-        lag = strict_lag_s(user, scenario, live=live)
-    else:
-        lag = _plain_lag_s(user, scenario, live=live, touching=touching)
-    return float(lag - (lead_s(scenario) if touching else 0.0))
+def rendered_mass(user: User, scenario: Scenario, *, live: bool) -> float:
+    """Return the mass of a user's link, b tau/2 with nothing touched [kg]."""
+    return first_axis(user.impedance) * lag_s(user, scenario, live=live, touching=False) / 2.0
 
 
 def lead_s(scenario: Scenario) -> float:
@@ -143,9 +109,14 @@ def lead_s(scenario: Scenario) -> float:
     return 2.0 * scenario.server.period_s if decodes_late(scenario) else 0.0
 
 
-def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) -> float:
-    """Return the lag of filter, rate drop, network and hold [s]."""
-    master = user.master
+def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) -> float:
+    """Return tau, the lag of slow motion once around the wave path [s]; a velocity filter makes
+    another one of it where nothing is touched, and without a force nothing leads
+    (:func:`lead_s`). A complementary bank adds 1/a each way.
+    """
+    master, lead = user.master, lead_s(scenario) if touching else 0.0
+    if scenario.strict:
+        return float(strict_lag_s(user, scenario, live=live) - lead)
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     lag += slow_lags(master)[0 if touching else 1]
     lag += master.bank.lag_s
@@ -155,7 +126,7 @@ def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) 
     phase = times_of(user, scenario, live=live)[1].phase
     steps = step_lag_s(master, user.device, first_axis(user.impedance), phase)
     lag += steps if touching else -steps
-    return float(lag + network_s(user, scenario, live=live))
+    return float(lag + network_s(user, scenario, live=live) - lead)
 
 
 def step_lag_s(
@@ -186,19 +157,60 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
     Receivers take the newest packet at their own times; the mean counts. With jitter the mean is
     half a period on top of the mean delay.
     """
-    ticks = hyperperiod_ticks(scenario)
-    sent, taken, served = times_of(user, scenario, live=live)
-    up = _age_s(user.link_up, sent, served, ticks, scenario.tick_s, live=live)
-    return up + _age_s(user.link_down, served, taken, ticks, scenario.tick_s, live=live)
+    ticks, tick_s, age_s = min(hyperperiod_ticks(scenario), MOST_LOOKS), scenario.tick_s, 0.0
+    sends, takes, serves = times_of(user, scenario, live=live)
+    for link, sent, taken in ((user.link_up, sends, serves), (user.link_down, serves, takes)):
+        if any(effect.spreads for effect in active(link)):
+            least = (taken.phase - sent.phase) * tick_s if live else 0.0
+            age_s += max(least, mean_s(link) + 0.5 * taken.period * tick_s)
+        else:
+            delay = delay_ticks(link, tick_s=tick_s, live=live)
+            looks = range(taken.phase, taken.phase + ticks, taken.period)
+            age_s += float(np.mean([look - sent.last(look - delay) for look in looks])) * tick_s
+    return age_s
 
 
-def _age_s(
-    link: LinkParams, sent: Times, taken: Times, ticks: int, tick_s: float, *, live: bool
-) -> float:
-    if any(effect.spreads for effect in active(link)):
-        least = (taken.phase - sent.phase) * tick_s if live else 0.0
-        return max(least, mean_s(link) + 0.5 * taken.period * tick_s)
-    delay = delay_ticks(link, tick_s=tick_s, live=live)
-    looks = np.arange(taken.phase, taken.phase + min(ticks, 20000), taken.period)
-    ages = [look - sent.last(look - delay) for look in looks.tolist()]
-    return float(np.mean(ages)) * tick_s
+def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
+    """Return tau on the strict channel [s]."""
+    tick_s, period_s, frame_s = scenario.tick_s, scenario.server.period_s, user.master.frame_s
+    sent, _, served = times_of(user, scenario, live=live)
+    delay = round(_latest_s(user.link_up, tick_s, live=live) / tick_s)
+    looks = range(served.phase, served.phase + hyperperiod_ticks(scenario), served.period)
+    oldest = max(look - sent.last(look - delay) for look in looks)
+    up = oldest * tick_s + _lost_s(user.link_up, frame_s)
+    up += _held_back_s(user.master.deadband, frame_s)
+    down = _latest_s(user.link_down, tick_s, live=live) + _lost_s(user.link_down, period_s)
+    down += _held_back_s(user.contact.deadband, period_s)
+    return up + down + period_s + user.master.bank.lag_s
+
+
+def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:
+    """Return how long a deadband lets a frame wait for its packet at most [s]."""
+    frames = math.floor(deadband.longest_s / interval_s + 1e-9) if deadband.is_on else 1
+    return max(frames - 1, 0) * interval_s
+
+
+def _latest_s(link: LinkParams, tick_s: float, *, live: bool) -> float:
+    """Return the delay that a playout follows, in whole ticks [s]: exact where it is constant or
+    uniform, the mean one where the longest is not known.
+    """
+    if not any(effect.spreads for effect in active(link)):
+        return delay_ticks(link, tick_s=tick_s, live=live) * tick_s
+    longest, mean = longest_s(link), mean_s(link)
+    slower = SHARE * (longest - mean) if math.isfinite(longest) else 0.0
+    return math.ceil((mean + slower) / tick_s - 1e-9) * tick_s
+
+
+def _lost_s(link: LinkParams, interval_s: float) -> float:
+    """Return what packets that are lost one by one add to the lag that a playout follows [s]."""
+    loss = float(np.max(link.loss))
+    if not 0.0 < loss < 1.0:
+        return 0.0
+    packets = np.arange(1, 1 + math.ceil(math.log(RARE) / math.log(loss)))
+    weights = packets * loss ** (packets - 1)  # a segment counts by its length
+
+    def early(lag: float) -> float:
+        late = packets - 1 - lag
+        return float(np.sum(weights * np.where(late > 0.0, -EARLY_S / LATE_S, -1.0) * late))
+
+    return interval_s * float(brentq(early, 0.0, float(packets[-1])))

@@ -24,12 +24,7 @@ from pmwvc_analysis.models.linear import Relative, left_out, relative
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.environment import decodes_late
-from pmwvc_analysis.prediction.lag import (
-    lag_decides,
-    lag_s,
-    rendered_mass,
-    rendered_stiffness,
-)
+from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_mass, rendered_stiffness
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -52,23 +47,23 @@ class Exact(NamedTuple):
 class Answer(NamedTuple):
     """Everything known about the stability of a scenario."""
 
-    exact: Exact | None  # None: it has no exact model
-    unknown: str  # why that has no answer; empty where it has one or is not asked
-    relative: Relative | None  # the nearest linear scenario, of one that is not linear
-    relative_model: Exact | None  # its exact model
+    near: Relative | None  # the nearest linear scenario, of one that is not linear
+    model: Exact | None  # the exact model of it, or of a scenario that is linear itself
+    unknown: str  # why that has no answer; empty where it has one
     at_any_delay: AnyDelay | None  # None: without waves
     limited: bool | None  # whether a server port will limit its environment; None: not known
 
     @property
+    def exact(self) -> Exact | None:
+        """The exact model of the scenario itself; None where it has none."""
+        return self.model if self.near is None else None
+
+    @property
     def proved(self) -> bool:
         """Tell whether stability at any constant delay is proved, and no model contradicts it."""
-        models = [model for model in (self.exact, self.relative_model) if model is not None]
-        return (
-            self.at_any_delay is not None
-            and self.at_any_delay.proved
-            and self.limited is False
-            and all(model.stable for model in models)
-        )
+        proof = self.at_any_delay is not None and self.at_any_delay.proved
+        contradicted = self.model is not None and not self.model.stable
+        return proof and self.limited is False and not contradicted
 
     @property
     def stable(self) -> bool | None:
@@ -94,15 +89,9 @@ def answer(scenario: Scenario, *, live: bool) -> Answer:
     """Return everything known about the stability of a scenario."""
     near = relative(scenario)
     found = exact(near.scenario if near else scenario, live=live)
-    model = found if isinstance(found, Exact) else None
-    return Answer(
-        model if near is None else None,
-        "" if isinstance(found, Exact) else found,
-        near,
-        model if near is not None else None,
-        any_delay(scenario, live=live),
-        environment.limited(scenario),
-    )
+    model, unknown = (None, found) if isinstance(found, str) else (found, "")
+    proof = any_delay(scenario, live=live)
+    return Answer(near, model, unknown, proof, environment.limited(scenario))
 
 
 def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
@@ -110,7 +99,7 @@ def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
     where there is no exact model.
     """
     found = exact(scenario, live=live)
-    if not isinstance(found, Exact) or found.spectral_radius <= 0.0:
+    if isinstance(found, str) or found.spectral_radius <= 0.0:
         return None
     return math.log(found.spectral_radius) / (hyperperiod_ticks(scenario) * scenario.tick_s)
 

@@ -12,15 +12,7 @@ from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder import encoder_lines, encoder_noise_w
-from pmwvc_analysis.prediction.lag import (
-    RATIO_TOLERANCE,
-    lag_decides,
-    lag_is_known,
-    lag_s,
-    link_words,
-    round_trip_words,
-    transformer,
-)
+from pmwvc_analysis.prediction.lag import lag_is_known
 from pmwvc_analysis.prediction.prediction import (
     ALIASING_BOUND,
     Answer,
@@ -29,7 +21,7 @@ from pmwvc_analysis.prediction.prediction import (
     answer,
     one_step_bound,
 )
-from pmwvc_analysis.prediction.presses import press_lines
+from pmwvc_analysis.prediction.rendering import press_lines, rendering_lines
 from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
 from pmwvc_core.network.effects import unbounded
@@ -37,15 +29,10 @@ from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design import aliasing
-from pmwvc_core.wave.impedance import MatrixImpedance, largest, smallest
 
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
     "(channel = strict); no stability margin over delay is computed."
-)
-NO_EFFECT = (
-    "Warning: {users}: without effect: {settings}. channel = strict, the default, has neither "
-    "anti-aliasing filter nor hold; channel = plain has both."
 )
 
 
@@ -59,7 +46,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     if not proofs_hold(scenario.controller):
         return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
     if lag_is_known(scenario):
-        found += [line for user in users for line in _rendering_lines(user, scenario, live=live)]
+        found += [line for user in users for line in rendering_lines(user, scenario, live=live)]
     else:
         found.append(scenario.coupling.words)
     found += _no_effect_lines(scenario) if scenario.strict else _aliasing_lines(scenario)
@@ -72,34 +59,6 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     found += [line for user in users for line in press_lines(user, scenario, live=live)]
     found += [STRICT] if scenario.strict else _delay_lines(known)
     return found + _device_lines(scenario) + encoder_lines(scenario)
-
-
-def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
-    """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
-    tau = lag_s(user, scenario, live=live)
-    head = f"{user.name}: {round_trip_words(user, scenario, live=live)}"
-    if not lag_decides(user, scenario):
-        command = "simulate" if nonlinear(scenario) else "transparency"
-        return [f"{head}; it alone does not decide the rendered stiffness: use 'pmwvc {command}'."]
-    limit = environment.rule(user, scenario)
-    if limit is not None and not limit.met:
-        return [f"{head}; the rendered stiffness is not known."]
-    found = [f"{head}; {link_words(user, scenario, live=live)}."]
-    if isinstance(user.impedance, MatrixImpedance) and tau > 0.0:
-        free = lag_s(user, scenario, live=live, touching=False)
-        least, most = smallest(user.impedance), largest(user.impedance)
-        found.append(
-            f"{user.name}: this is for forces along axis 1; along the principal axes of the "
-            f"impedance matrix springs of {2 * least / tau:.0f} to {2 * most / tau:.0f} N/m and "
-            f"masses of {least * free / 2:.2f} to {most * free / 2:.2f} kg."
-        )
-    scale = math.sqrt(transformer(user))
-    if abs(scale - 1.0) > RATIO_TOLERANCE:
-        found.append(
-            f"{user.name}: the ends have different impedance: the device moves {scale:.3g} "
-            f"times as far as its avatar, with 1/{scale:.3g} of its force."
-        )
-    return found
 
 
 def _delay_lines(known: Answer) -> list[str]:
@@ -156,34 +115,34 @@ def _rule_lines(scenario: Scenario) -> list[str]:
 def _no_effect_lines(scenario: Scenario) -> list[str]:
     """Return a warning for settings of filter and hold, which the strict channel has not."""
     default = flattened("master", MasterParams())
-    users: dict[str, None] = {}
-    settings: dict[str, None] = {}
-    for user in scenario.users:
-        for name, value in flattened("master", user.master).items():
-            if name.startswith(("master.filter.", "master.hold")) and value != default[name]:
-                users[user.name] = settings[f"{name} = {value}"] = None
-    if not users:
+    found = [
+        (user.name, f"{name} = {value}")
+        for user in scenario.users
+        for name, value in flattened("master", user.master).items()
+        if name.startswith(("master.filter.", "master.hold")) and value != default[name]
+    ]
+    if not found:
         return []
-    return [NO_EFFECT.format(users=", ".join(users), settings=", ".join(settings))]
+    users, settings = (", ".join(dict.fromkeys(each)) for each in zip(*found, strict=True))
+    return [
+        f"Warning: {users}: without effect: {settings}. channel = strict, the default, has "
+        "neither anti-aliasing filter nor hold; channel = plain has both."
+    ]
 
 
 def _aliasing_lines(scenario: Scenario) -> list[str]:
     """Return a warning for every filter that lets aliasing through, with its users."""
-
-    def warnings_of(user: User) -> list[str]:
-        master, gain = user.master, aliasing_gain(user)
-        found = aliasing.warnings_of(
-            master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
-        )
-        weak = (
-            "the anti-aliasing filter is weak: in the worst case packets carry "
-            f"{gain:.4g} times the energy that went in"
-        )
-        return found or ([weak] if gain > ALIASING_BOUND else [])
-
     found: dict[str, list[str]] = {}
     for user in scenario.users:
-        for text in warnings_of(user):
+        master, gain = user.master, aliasing_gain(user)
+        tick_s, rate_drop = master.tick_s, master.rate_drop
+        texts = aliasing.warnings_of(master.filter, tick_s=tick_s, rate_drop=rate_drop)
+        if not texts and gain > ALIASING_BOUND:
+            texts = [
+                "the anti-aliasing filter is weak: in the worst case packets carry "
+                f"{gain:.4g} times the energy that went in"
+            ]
+        for text in texts:
             found.setdefault(text, []).append(user.name)
     return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
 
@@ -193,14 +152,14 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]
     elements = ", ".join(dict.fromkeys(element.text for element in nonlinear(scenario)))
-    if known.relative is None:
+    if known.near is None:
         if elements:
             return [f"No exact model, not linear: {elements}. No linear scenario is near."]
         return [f"Stability of {known.unknown}."]
     near = f"Stability of the nearest linear scenario, {known.unknown}."
-    if known.relative_model is not None:
-        settings = ", ".join(known.relative.settings)
-        near = f"The nearest linear scenario, with {settings}: {_stability(known.relative_model)}."
+    if known.model is not None:
+        settings = ", ".join(known.near.settings)
+        near = f"The nearest linear scenario, with {settings}: {_stability(known.model)}."
     return [f"No exact model, not linear: {elements}.", near]
 
 

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known, link_words, round_trip_words
+from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known
+from pmwvc_analysis.prediction.rendering import link_words, round_trip_words
 from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import FilterParams, LinkParams

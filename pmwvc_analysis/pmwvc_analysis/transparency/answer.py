@@ -26,39 +26,37 @@ def answer(
     name: str, found: Transparency, measured: Measured | None = None, model: Complex | None = None
 ) -> dict[str, Any]:
     """Return the document of ``--json``; ``model`` is that at the frequencies measured."""
-    document: dict[str, Any] = {
+    compared = None
+    if measured is not None and model is not None:
+        trusted = measured.coherence >= TRUSTED
+        error = np.abs(measured.admittance - model)[trusted] / np.abs(model)[trusted]
+        compared = {
+            "points": len(measured.frequency_hz),
+            "trusted": int(trusted.sum()),
+            "stretches": measured.stretches,
+            "from_hz": float(measured.frequency_hz.min()),
+            "to_hz": float(measured.frequency_hz.max()),
+            "coherence_median": float(np.median(measured.coherence)),
+            "error_median": float(np.median(error)) if len(error) else None,
+        }
+    return {
         "scenario": name,
         "user": found.user,
         "axis": found.axis + 1,
         **dataclasses.asdict(found.rendered),
         "ideal": dataclasses.asdict(found.ideal),
-        "measured": None,
+        "measured": compared,
         "notes": list(found.notes),
-    }
-    if measured is not None and model is not None:
-        document["measured"] = _compared(measured, model)
-    return document
-
-
-def _compared(measured: Measured, model: Complex) -> dict[str, Any]:
-    trusted = measured.coherence >= TRUSTED
-    error = np.abs(measured.admittance - model)[trusted] / np.abs(model)[trusted]
-    return {
-        "points": len(measured.frequency_hz),
-        "trusted": int(trusted.sum()),
-        "stretches": measured.stretches,
-        "from_hz": float(measured.frequency_hz.min()),
-        "to_hz": float(measured.frequency_hz.max()),
-        "coherence_median": float(np.median(measured.coherence)),
-        "error_median": float(np.median(error)) if len(error) else None,
     }
 
 
 def sentences(document: dict[str, Any]) -> list[str]:
     """Return the same for people."""
-    user, ideal = document["user"], document["ideal"]
     found = []
-    for who, rendered in ((f"{user}, through the link", document), ("ideal", ideal)):
+    for who, rendered in (
+        (f"{document['user']}, through the link", document),
+        ("ideal", document["ideal"]),
+    ):
         parts = [
             f"{name} {rendered[key]:.4g} {unit}"
             for name, key, unit in RENDERED
@@ -67,8 +65,7 @@ def sentences(document: dict[str, Any]) -> list[str]:
         peak = rendered["first_peak_hz"]
         parts.append("no resonance" if peak is None else f"first resonance {peak:.4g} Hz")
         found.append(f"{who}: {', '.join(parts)}")
-    seen = document["measured"]
-    if seen is not None:
+    if (seen := document["measured"]) is not None:
         error = "unknown" if seen["error_median"] is None else f"{seen['error_median']:.2%}"
         found.append(
             f"measured: {seen['points']} frequencies from {seen['from_hz']:.3g} to "
@@ -78,26 +75,20 @@ def sentences(document: dict[str, Any]) -> list[str]:
     return found + [f"  {note}" for note in document["notes"]]
 
 
-def arrays_of(found: Transparency, measured: Measured | None) -> dict[str, Array]:
-    """Return all curves by name; complex ones as real and imaginary part."""
-    curves: dict[str, Any] = {
-        name: getattr(found, name)
-        for name in ("frequency_hz", "admittance", "impedance", "ideal_admittance")
-    }
-    if measured is not None:
-        for name in ("frequency_hz", "admittance", "coherence"):
-            curves[f"measured_{name}"] = getattr(measured, name)
+def write(folder: Path, found: Transparency, measured: Measured | None) -> list[Path]:
+    """Write all curves by name, complex ones as real and imaginary part, as NPZ, MAT and CSV (the
+    measured ones in a CSV of their own).
+    """
+    curves = {key: getattr(found, key) for key in ("frequency_hz", "admittance", "impedance")}
+    curves["ideal_admittance"] = found.ideal_admittance
+    for key in ("frequency_hz", "admittance", "coherence") if measured is not None else ():
+        curves[f"measured_{key}"] = getattr(measured, key)
     arrays: dict[str, Array] = {}
-    for name, values in curves.items():
+    for key, values in curves.items():
         if np.iscomplexobj(values):
-            arrays |= {f"{name}_real": values.real, f"{name}_imag": values.imag}
+            arrays |= {f"{key}_real": values.real, f"{key}_imag": values.imag}
         else:
-            arrays[name] = values
-    return arrays
-
-
-def write(folder: Path, arrays: dict[str, Array]) -> list[Path]:
-    """Write NPZ, MAT and CSV (the model's curves; the measured ones in a CSV of their own)."""
+            arrays[key] = values
     with file_errors(f"write into {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
         paths = write_arrays(folder, NAME, arrays)

@@ -36,24 +36,16 @@ def response(
     forces: Sequence[float] | Array | None = None,
     axis: int = 0,
 ) -> Complex:
-    """Return the base-band response of one user's ``x``, ``xd`` or ``f`` to the hands' forces.
+    """Return the base-band response of one user's ``x``, ``xd`` or ``f`` along an axis to the
+    hands' forces, ``(points,)`` per unit of their amplitudes.
 
     Parameters
     ----------
     frequency_hz
         ``(points,)``, above zero and up to half the tick rate.
-    output, user
-        What is looked at, and of whom.
     forces
         Amplitude and sign p_i per user, of several axes of the model ``(users, dof)``; by default
         the one looked at pushes alone along the axis.
-    axis
-        Component looked at; in a model of one axis any one.
-
-    Returns
-    -------
-    ndarray
-        ``(points,)`` complex, per unit of the amplitudes.
     """
     users, ticks, dof = len(model.users), model.ticks, model.loop.dof
     axis = axis if dof > 1 else 0
@@ -88,12 +80,8 @@ def response(
 
 
 def _taken_over(model: Linear) -> tuple[Integers, Integers, Integers]:
-    """Return the states to solve for, and of every state which one of them it is, how long ago.
-
-    Returns
-    -------
-    kept, source, steps
-        Kept states in order; per state the kept one it repeats, and by how many hyperperiods late.
+    """Return the states to solve for in order, per state which one of them it repeats, and by how
+    many hyperperiods late.
     """
     rows, count = model.transition, len(model.states)
     before = np.argmax(rows != 0.0, axis=1)

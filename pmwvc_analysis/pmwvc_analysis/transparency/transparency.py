@@ -39,7 +39,7 @@ from pmwvc_analysis.transparency.frequency import (
     low_frequencies,
     response,
 )
-from pmwvc_analysis.transparency.pressing import across_notes, how, pressing, scale_notes
+from pmwvc_analysis.transparency.pressing import press_notes, pressing
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex
@@ -119,23 +119,23 @@ def transparency(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
             f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
         )
-
-    def rendered(model: Linear, pressing_forces: Array) -> tuple[Rendered, Complex]:
-        found = _rendered(model, own, axis, pressing_forces)
-        return found, response(model, frequency_hz, user=own, forces=pressing_forces, axis=axis)
-
     model = build(pressed, live=live, weights=weights)
-    link, admittance = rendered(model, forces[first])
+    link = _rendered(model, own, axis, forces[first])
+    admittance = response(model, frequency_hz, user=own, forces=forces[first], axis=axis)
     balanced = link.admittance_dc is not None
-    notes = [*notes_of(pressed), how(scenario, user, forces, balanced=balanced)]
-    notes += scale_notes(scenario, user)
-    if balanced:
-        notes += across_notes(model, own, axis, forces[first], link.first_peak_hz)
+    notes = notes_of(pressed)
+    notes += press_notes(scenario, user, forces, balanced=balanced)
+    if balanced and model.loop.dof > 1:
+        notes.append(_across(model, own, axis, forces[first], link.first_peak_hz))
     direct = ideal_of(scenario)
     ideal, ideal_admittance = Rendered(), np.full(len(frequency_hz), np.nan + 0j)
     if stability.stable(float(stability.radii(direct)[0])):
-        perfect = build(ideal_of(pressed), weights=weights)
-        ideal, ideal_admittance = rendered(perfect, pressing(direct, user, axis)[first])
+        perfect, steady = (
+            build(ideal_of(pressed), weights=weights),
+            pressing(direct, user, axis)[first],
+        )
+        ideal = _rendered(perfect, own, axis, steady)
+        ideal_admittance = response(perfect, frequency_hz, user=own, forces=steady, axis=axis)
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
@@ -171,6 +171,20 @@ def untouched(scenario: Scenario) -> Scenario:
     for name in ("contact_stiffness", "contact_damping"):
         scenario = varied(scenario, f"server.{name}", 0.0)
     return scenario
+
+
+def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
+    """Return a note on the motion at rest across the axis, where the axes are coupled."""
+    dof, low, moved = model.loop.dof, low_frequencies(peak_hz), []
+    for other in range(dof):
+        if other != axis:
+            x = response(model, low, user=user, forces=forces, axis=other).real
+            moved.append(f"{1e3 * limit_at_rest(x):.3g} (axis {other + 1})")
+    return (
+        f"Along axis {axis + 1} of {dof}, the other axes free. The impedance matrix couples "
+        f"them: at rest 1 N moves the device of {model.users[user]} across by {', '.join(moved)} "
+        "mm."
+    )
 
 
 def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendered:

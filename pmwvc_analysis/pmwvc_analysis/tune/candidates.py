@@ -9,6 +9,7 @@ at a matched port, b T_c/m = 2; and one step d of an encoder to and fro passes t
 2 b d/T_c <= max_slew T_c.
 """
 
+import contextlib
 import dataclasses
 
 import numpy as np
@@ -19,7 +20,7 @@ from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, velocity_step
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
@@ -42,40 +43,32 @@ def bounds_of(scenario: Scenario) -> tuple[float, float]:
 
 
 def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
-    """Return the filters to choose from, by what they are called in the answer."""
-    master = scenario.users[0].master
-    found = {"filter as given": master.filter}
-    if scenario.strict:
-        return found
-    half_hz = 0.5 / master.frame_s  # half the packet rate
-    for name, one in (
-        ("integrate and dump", FilterParams(kind="integrate_and_dump")),
-        (
-            "first order, 0.1 of the packet rate",
-            FilterParams(kind="first_order", cutoff_hz=round(0.2 * half_hz, 3)),
-        ),
-        (
-            "Butterworth up to half the packet rate",
-            FilterParams(kind="butterworth", pass_hz=half_hz, stop_hz=2.0 * half_hz),
-        ),
-    ):
-        if one != master.filter and _is_fit(scenario.users[0], one):
-            found[name] = one
-    return found
-
-
-def _is_fit(user: User, one: FilterParams) -> bool:
-    """Tell whether a filter can be built at this tick, with the velocity filter there is, and
-    lets hardly any aliasing through.
+    """Return the filters to choose from, by what they are called in the answer: those that can be
+    built at this tick, with the velocity filter there is, and let hardly any aliasing through.
     """
-    master = dataclasses.replace(user.master, filter=one)
-    try:
-        if master.velocity_filter.is_on:
-            velocity_filter(master)
-        gain = prediction.aliasing_gain(dataclasses.replace(user, master=master))
-    except PmwvcError:
-        return False
-    return gain <= prediction.ALIASING_BOUND
+    user = scenario.users[0]
+    master = user.master
+    found = {"filter as given": master.filter}
+    half_hz = 0.5 / master.frame_s  # half the packet rate
+    others = {
+        "integrate and dump": FilterParams(kind="integrate_and_dump"),
+        "first order, 0.1 of the packet rate": FilterParams(
+            kind="first_order", cutoff_hz=round(0.2 * half_hz, 3)
+        ),
+        "Butterworth up to half the packet rate": FilterParams(
+            kind="butterworth", pass_hz=half_hz, stop_hz=2.0 * half_hz
+        ),
+    }
+    for name, one in others.items() if not scenario.strict else ():
+        if one != master.filter:
+            own = dataclasses.replace(master, filter=one)
+            with contextlib.suppress(PmwvcError):
+                if master.velocity_filter.is_on:
+                    velocity_filter(own)
+                gain = prediction.aliasing_gain(dataclasses.replace(user, master=own))
+                if gain <= prediction.ALIASING_BOUND:
+                    found[name] = one
+    return found
 
 
 def best_impedance(

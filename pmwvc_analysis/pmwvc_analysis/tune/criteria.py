@@ -32,7 +32,7 @@ Where a scenario is not linear, radii, stiffnesses and masses are those of its n
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any, SupportsFloat
+from typing import Any
 
 import numpy as np
 
@@ -134,15 +134,18 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     """
     chosen = choice.applied(scenario)
     linear, user = _linear(chosen), chosen.users[0]
-    radii = _radii(linear, live=live)
-    stable = all(map(stability.stable, radii))
+    in_touch, free = _radii(linear, live=live)
+    stable = stability.stable(in_touch) and stability.stable(free)
     limit = stability.k_max(linear, live=live)
     own, k_ideal, mass_ideal = Rendered(), None, None
     if stable:
         found = transparency(linear, np.ones(1), live=live)  # at rest is all
         own = found.rendered
-        k_ideal = _ideal(found.ideal.k_felt, user.contact.contact_stiffness)
-        mass_ideal = _ideal(found.ideal.mass_felt, user.device.mass)
+        # What an ideal that is not stable itself (a wall without damping, sampled) leaves unknown
+        # is that of the contact or the device by itself.
+        k_ideal, mass_ideal = found.ideal.k_felt, found.ideal.mass_felt
+        k_ideal = k_ideal if k_ideal is not None else float(user.contact.contact_stiffness) or None
+        mass_ideal = mass_ideal if mass_ideal is not None else float(user.device.mass) or None
     noise = noise_n(scenario, choice.impedance)
     k_ratio = _ratio(own.k_felt, k_ideal, 0.0)
     m_ratio = _ratio(own.mass_felt, mass_ideal, float(user.operator.mass))
@@ -153,8 +156,8 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     return Rating(
         choice=choice,
         stable=stable,
-        spectral_radius=radii[0],
-        free_radius=radii[1],
+        spectral_radius=in_touch,
+        free_radius=free,
         k_max=limit.first,
         k_max_unknown=limit.unknown,
         passive=prediction.passive(chosen),
@@ -179,10 +182,10 @@ def _linear(scenario: Scenario) -> Scenario:
     return near.scenario if near else scenario
 
 
-def _radii(linear: Scenario, *, live: bool) -> list[float]:
+def _radii(linear: Scenario, *, live: bool) -> tuple[float, float]:
     """Return the spectral radii in touch and with nothing touched."""
-    both = linear, untouched(linear)
-    return [float(stability.radii(each, live=live)[0]) for each in both]
+    in_touch, free = (stability.radii(of, live=live)[0] for of in (linear, untouched(linear)))
+    return float(in_touch), float(free)
 
 
 def velocity_step(scenario: Scenario) -> float | None:
@@ -208,13 +211,6 @@ def cost_of(k_ratio: Any, m_ratio: Any, noise_n: Any = 0.0) -> Any:
     """Return the distance from the ideal in just-noticeable differences; arrays as well."""
     ratios = np.hypot(np.log(k_ratio), np.log(m_ratio)) / NOTICED
     return np.hypot(ratios, noise_n / NOTICED_N)
-
-
-def _ideal(coupled: float | None, own: SupportsFloat) -> float | None:
-    """Return what the ideal coupling gives, and where that is not stable itself (a wall without
-    damping, sampled) what the contact or the device is by itself.
-    """
-    return coupled if coupled is not None else (float(own) or None)
 
 
 def _ratio(felt: float | None, ideal: float | None, more: float) -> float | None:

@@ -79,20 +79,26 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     bounds, filters = bounds_of(scenario), filters_of(scenario)
     user = scenario.users[0]
     holds = (user.master.hold,) if scenario.strict else HOLDS
-    rows = {
-        (name, hold): rated(
-            scenario, best_impedance(scenario, one, hold, bounds, live=live), live=live
-        )
-        for name, one in filters.items()
-        for hold in holds
-    }
-    if not any(map(_usable, rows.values())):
+    rows: dict[Key, Rating] = {}
+    for name, hold in itertools.product(filters, holds):
+        choice = best_impedance(scenario, filters[name], hold, bounds, live=live)
+        rows[name, hold] = rated(scenario, choice, live=live)
+    if all(row.cost is None for row in rows.values()):
         rows |= elsewhere(scenario, filters, list(rows), bounds, live=live)
-    usable = {key: row for key, row in rows.items() if _usable(row)}
+    usable = {key: row for key, row in rows.items() if row.cost is not None}
     if not usable:
         raise PmwvcError(_refusal(scenario, list(rows.values()), bounds))
     passive = {key: row for key, row in usable.items() if row.passive} or usable
-    best_key, best = _proven(scenario, passive, bounds, live=live)
+    for key, row in _tries(scenario, passive, bounds, live=live):
+        best_key, best = key, judged(scenario, row)
+        if best.simulated in (STABLE, None):
+            break
+    else:
+        raise PmwvcError(
+            f"{scenario.name}: nothing is proposed: every choice that the model calls stable is "
+            f"'{best.simulated}' when simulated; 'pmwvc simulate' shows why. A finer encoder, a "
+            "softer environment or a gentler hand may help"
+        )
     given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold, True)
     others = {"as given": judged(scenario, rated(scenario, given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
@@ -104,27 +110,6 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
         if (name == best_key[0]) != (hold == best_key[1]):  # one of both differs
             others[f"{name}, {hold}"] = row
     return Proposal(best, others, bounds, nonlinear(scenario))
-
-
-def _usable(row: Rating) -> bool:
-    return row.stable and row.cost is not None
-
-
-def _proven(
-    scenario: Scenario, rows: dict[Key, Rating], bounds: tuple[float, float], *, live: bool
-) -> tuple[Key, Rating]:
-    """Return the first choice that is stable when simulated; PmwvcError if none is."""
-    found: str | None = ""
-    for key, row in _tries(scenario, rows, bounds, live=live):
-        tried = judged(scenario, row)
-        found = tried.simulated
-        if found in (STABLE, None):
-            return key, tried
-    raise PmwvcError(
-        f"{scenario.name}: nothing is proposed: every choice that the model calls stable is "
-        f"'{found}' when simulated; 'pmwvc simulate' shows why. A finer encoder, a softer "
-        "environment or a gentler hand may help"
-    )
 
 
 def _tries(

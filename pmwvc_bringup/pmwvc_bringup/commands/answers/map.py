@@ -24,9 +24,7 @@ from pmwvc_core.scenario.names import value_of, varied
 from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from pmwvc_analysis.maps.map_files import Measured
-    from pmwvc_analysis.maps.maps import Axis, Grid, Points
-    from pmwvc_core.numeric import Array
+    from pmwvc_analysis.maps.maps import Axis, Grid, Measured, Points
 
 EXAMPLES = """\
 examples:
@@ -48,9 +46,10 @@ NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety
 def run(arguments: argparse.Namespace) -> Result:
     """Compute the map and write it."""
     scenario = scenario_of(arguments)
+    import numpy as np
+
     from pmwvc_analysis.figures.map_figure import draw
-    from pmwvc_analysis.maps import map_files as files
-    from pmwvc_analysis.maps.maps import Grid, compute
+    from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, unfinished, write_data
     from pmwvc_analysis.models.stability import are_stable
 
     if arguments.workers is not None and arguments.workers < 1:
@@ -60,30 +59,29 @@ def run(arguments: argparse.Namespace) -> Result:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
     measured = points_in([Path(folder) for folder in arguments.sessions], grid)
-    default = f"maps/{scenario.name}-{y.name}-{x.name}-{files.key_of(grid)[:6]}"
+    default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
     folder = Path(arguments.out or default)
     console = terminal()
-    unfinished = files.Unfinished(folder, grid)
+    radius = unfinished(folder, grid)
+    known = finished = int(np.sum(~np.isnan(radius)))
+    size = radius.size
     with doing("computing the map") as work:
-        known = finished = unfinished.known()
-        size = unfinished.radius.size
         work(finished / size)
 
-        def done(points: "Points", values: "Array") -> None:
+        def done(points: "Points") -> None:
             nonlocal finished
-            unfinished.add(points, values)
             finished += len(points)
             work(min(finished / size, 1.0))
 
         if 0 < known < size:
             console.print(f"{known} of {size} points were already computed")
         workers, dask = arguments.workers, arguments.dask
-        radius = compute(grid, workers=workers, dask=dask, known=unfinished.radius, done=done)
+        radius = compute(grid, workers=workers, dask=dask, folder=folder, done=done)
     with doing("drawing the map"):
-        paths = files.write_data(folder, grid, radius, measured)
+        paths = write_data(folder, grid, radius, measured)
         paths += draw(folder, grid, radius, measured)
     stable = f"{radius.size} points, {are_stable(radius).mean():.1%} of them stable"
-    for line in (stable, files.boundary_words(grid, radius), *paths):
+    for line in (stable, boundary_words(grid, radius), *paths):
         console.print(str(line), markup=False)
     return Result(document=(folder / "map.json").read_text("utf-8"))
 
@@ -154,7 +152,7 @@ def points_in(folders: Sequence[Path], grid: "Grid") -> list["Measured"]:
 
 def measured_in(folder: Path, grid: "Grid") -> "Measured":
     """Return a session as a point of a map; RecordingError where it has no scenario or verdict."""
-    from pmwvc_analysis.maps.map_files import Measured
+    from pmwvc_analysis.maps.maps import Measured
     from pmwvc_analysis.recording.reader import read_scenario
 
     scenario = read_scenario(folder)

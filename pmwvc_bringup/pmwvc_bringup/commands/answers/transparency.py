@@ -90,10 +90,10 @@ def run(arguments: argparse.Namespace) -> Result:
         print(line)
     if arguments.out:
         from pmwvc_analysis.figures.model_charts import transparency as chart
-        from pmwvc_analysis.transparency.answer import NAME, arrays_of, write
+        from pmwvc_analysis.transparency.answer import NAME, write
 
         out_folder = Path(arguments.out)
-        paths = write(out_folder, arrays_of(found, measured))
+        paths = write(out_folder, found, measured)
         drawn = chart(found, measured, scenario, live=live)
         write_answer(out_folder, NAME, result, drawn, paths)
     return Result(document=result)
