@@ -92,22 +92,19 @@ def _made(law: Callable[..., Any], **options: Any) -> Any:
     return made
 
 
-def kept_in() -> Path:
-    """Return the folder of what is kept on disk, by the sources of all laws."""
-    folder = Path.home() / ".cache" / "pmwvc" / _digest()
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
 @cache
-def _digest() -> str:
-    """Return a number of the sources of all laws: what is kept of others is not used."""
+def kept_in() -> Path:
+    """Return the folder of what is kept on disk, by a number of the sources of all laws: what is
+    kept of others is not used.
+    """
     package = Path(vectors.__file__).parents[1]
     total = hashlib.sha256(numba.__version__.encode())
-    for folder in ("law", "simulation"):
-        for file in sorted((package / folder).rglob("*.py")):
+    for part in ("law", "simulation"):
+        for file in sorted((package / part).rglob("*.py")):
             total.update(file.read_bytes())
-    return total.hexdigest()[:16]
+    folder = Path.home() / ".cache" / "pmwvc" / total.hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def _copy(law: Any) -> Any:

@@ -129,13 +129,15 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         names = target.elts if isinstance(target, ast.Tuple) else [target]
         kinds = [self._type(value)]
         if isinstance(target, ast.Tuple):
-            several = isinstance(value, ast.Tuple)
-            kinds = [*map(self._type, value.elts)] if several else [*get_args(kinds[0])]
+            kinds = [*get_args(kinds[0])]
+            if isinstance(value, ast.Tuple):
+                kinds = [*map(self._type, value.elts)]
         if len(kinds) != len(names):
             kinds = [None] * len(names)
-        split = isinstance(value, ast.Call) and self._value(value.func) is vectors.columns
+        called = value.func if isinstance(value, ast.Call) else target
+        split = isinstance(target, ast.Tuple) and self._value(called) is vectors.columns
         self.generic_visit(node)
-        if split and isinstance(target, ast.Tuple):
+        if split and isinstance(node.value, ast.Call):
             (rows,), t = node.value.args, self.new()
             cells = [
                 f"({', '.join(f'{t}[{i}][{k}]' for i in range(self.axes))},)"
@@ -243,7 +245,6 @@ class _Unrolling(Expressions, ast.NodeTransformer):
 @cache
 def _is_short(law: FunctionType) -> bool:
     """Tell whether a law stands where it is called."""
-    if not law.__module__.startswith(LAWS) or law in _BUILDING:
-        return False
-    expression = returned(law)
+    inside = law.__module__.startswith(LAWS) and law not in _BUILDING
+    expression = returned(law) if inside else None
     return expression is not None and sum(1 for _ in ast.walk(expression)) <= LONGEST

@@ -18,9 +18,9 @@ from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.sampled import weights
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario import scenario as scenarios
+from pmwvc_core.server.black_box import EnvironmentSetup
 from pmwvc_core.server.black_box.containment import Asked, Call, Outside
 from pmwvc_core.server.black_box.faults import Faults
-from pmwvc_core.server.black_box.interface import EnvironmentSetup
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances
@@ -28,44 +28,36 @@ from pmwvc_core.wave import impedance as impedances
 Contacts = Sequence[Contact]
 
 
-def _visitors(contacts: Contacts, axes: int) -> tuple[Visitor, ...]:
-    return tuple(Visitor(False, (0.0,) * axes, contact) for contact in contacts)
-
-
-def _resting(axes: int) -> Body:
-    return Body((0.0,) * axes, (0.0,) * axes)
+def _visitors(contacts: Contacts, rest: tuple[float, ...]) -> tuple[Visitor, ...]:
+    return tuple(Visitor(False, rest, contact) for contact in contacts)
 
 
 def _wall(server: ServerParams, contacts: Contacts, axes: int) -> tuple[Wall, Drive]:
-    return Wall(_visitors(contacts, axes), _resting(axes), 0.0), Drive((0.0,) * axes, 0.0)
-
-
-def _driven(server: ServerParams, contacts: Contacts, axes: int) -> tuple[Wall, Drive]:
-    drive = server.active_wall
-    amplitude = (drive.amplitude_m, *(0.0,) * (axes - 1))
-    wall, _ = _wall(server, contacts, axes)
-    return wall, Drive(amplitude, 2.0 * math.pi * drive.frequency_hz)
+    """Only ``active_wall`` is driven, along axis 0."""
+    rest, law = (0.0,) * axes, Drive((0.0,) * axes, 0.0)
+    if server.environment == "active_wall":
+        drive = server.active_wall
+        law = Drive((drive.amplitude_m, *rest[1:]), 2.0 * math.pi * drive.frequency_hz)
+    return Wall(_visitors(contacts, rest), Body(rest, rest), 0.0), law
 
 
 def _cube(server: ServerParams, contacts: Contacts, axes: int) -> tuple[FreeCube, Any]:
-    law = body_law(server.object_mass, server.object_damping, server.period_s)
-    return FreeCube(_visitors(contacts, axes), _resting(axes)), law
+    rest, law = (0.0,) * axes, body_law(server.object_mass, server.object_damping, server.period_s)
+    return FreeCube(_visitors(contacts, rest), Body(rest, rest)), law
 
 
 def _soft(server: ServerParams, contacts: Contacts, axes: int) -> tuple[SoftBody, Any]:
     soft, rest = server.hunt_crossley, (0.0,) * (axes - 1)
-    dents = tuple(
-        Dent(False, 0.0, 0.0, contact.law.stiffness, (contact.law.inward, *rest))
-        for contact in contacts
-    )
-    face = 0.5 * server.object_size_m
-    return SoftBody(dents), SoftBodyParams(soft.exponent, soft.damping, face)
+    laws = [contact.law for contact in contacts]
+    dents = tuple(Dent(False, 0.0, 0.0, law.stiffness, (law.inward, *rest)) for law in laws)
+    return SoftBody(dents), SoftBodyParams(soft.exponent, soft.damping, 0.5 * server.object_size_m)
 
 
+# From parameters, contacts and axes, the state at rest and what it goes by.
 ENVIRONMENTS: Mapping[str, Callable[[ServerParams, Contacts, int], tuple[Any, Any]]] = {
     "wall": _wall,
     "wall_with_slope": _wall,
-    "active_wall": _driven,
+    "active_wall": _wall,
     "cube": _cube,
     "hunt_crossley": _soft,
 }
@@ -98,18 +90,16 @@ def resting_box(
     call: Call,
 ) -> BlackBox:
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
-    axes = len(contacts[0].springs)
+    axes, name = len(contacts[0].springs), server.environment
     rest = (0.0,) * axes
-    if server.environment in ENVIRONMENTS:
-        state, _ = ENVIRONMENTS[server.environment](server, contacts, axes)
+    if name in ENVIRONMENTS:
+        state, _ = ENVIRONMENTS[name](server, contacts, axes)
     else:
         sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
-        values = getattr(own, server.environment, None)
+        values = getattr(own, name, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
-        faults = Faults("server.environment", server.environment)
-        state = Outside(
-            Asked(PLUGINS.make(server.environment, setup)), call, faults, (False,) * len(users)
-        )
+        faults, nobody = Faults("server.environment", name), (False,) * len(users)
+        state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, nobody)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     return BlackBox(
         rest,

@@ -28,7 +28,7 @@ from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, Serve
 from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
 from pmwvc_core.made.black_box import black_box_params, resting_box
-from pmwvc_core.made.user import CONTROLLERS, arrivals_params, own_values
+from pmwvc_core.made.user import arrivals_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
@@ -110,55 +110,34 @@ def of_library(scenario: "scenarios.Scenario") -> bool:
 
 
 def server_params(
-    users: Sequence["scenarios.User"],
-    *,
-    controller: str,
-    channel: str,
-    server: ServerParams,
-    times: ServerTimes,
-    axes: int,
-) -> ServerStepParams:
+    users: Sequence["scenarios.User"], *, controller: str, channel: str, server: ServerParams,
+    times: ServerTimes, axes: int,
+) -> ServerStepParams:  # fmt: skip
     """Return the parameters of the server's step."""
-    guests = tuple(
-        GuestParams(
-            arrivals_params(
-                controller,
-                channel,
-                user.server_impedance,
-                timeout_s=times.timeout_s,
-                lets_go_s=AVATAR_RETURN_S,
-                store_j=server.store_j,
-            ),
-            packing_params(user.contact.deadband),
-        )
-        for user in users
-    )
-    strict = is_strict(controller, channel)
-    environment = _environment_params(users, controller, server, axes, strict=strict)
-    return ServerStepParams(
-        guests, environment, server.period_s, times.release_s, times.soft_start_s
-    )
-
-
-def _environment_params(
-    users: Sequence["scenarios.User"],
-    controller: str,
-    server: ServerParams,
-    axes: int,
-    *,
-    strict: bool,
-) -> Any:
-    record = record_of(controller)
+    strict, record = is_strict(controller, channel), record_of(controller)
+    guests = []
+    for user in users:
+        arrivals = arrivals_params(
+            controller, channel, user.server_impedance,
+            timeout_s=times.timeout_s, lets_go_s=AVATAR_RETURN_S, store_j=server.store_j,
+        )  # fmt: skip
+        guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
+    values = tuple(values_of(user, record) for user in users)
     if record.avatar is not None:
-        values = tuple(own_values(user, record) for user in users)
-        return PluggedServerParams(record.avatar, values, record.energies, object_of(server))
-    if not record.waves:
-        made = CONTROLLERS[controller]
-        laws = tuple(made.law(user.baseline, user.master.tick_s) for user in users)
-        return AvatarEndParams(laws, object_of(server), made.sprung)
-    if COUPLINGS.of(server.coupling).black_box:
-        return black_box_params(server, _contacts(users, server, axes), axes, brakes=strict)
-    return EnvironmentParams(coupling_of(server, users), object_of(server), strict)
+        environment: Any = PluggedServerParams(
+            record.avatar, values, record.energies, object_of(server)
+        )
+    elif record.law is not None:
+        ticks_s = [user.master.tick_s for user in users]
+        laws = tuple(map(record.law, values, ticks_s))
+        environment = AvatarEndParams(laws, object_of(server), record.sprung)
+    elif COUPLINGS.of(server.coupling).black_box:
+        environment = black_box_params(server, _contacts(users, server, axes), axes, brakes=strict)
+    else:
+        environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
+    return ServerStepParams(
+        tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
+    )
 
 
 def _contacts(users: Sequence["scenarios.User"], server: ServerParams, axes: int) -> list[Contact]:
@@ -173,17 +152,15 @@ def are_coupled(users: Sequence["scenarios.User"]) -> bool:
 
 def alike(ports: Sequence[UserPort], users: Sequence["scenarios.User"]) -> tuple[UserPort, ...]:
     """Return ports with impedances of one kind: a number is a matrix while any user's is one."""
-    coupled = are_coupled(users)
-    return tuple(_alike(port, len(port.x_s), coupled=coupled) for port in ports)
-
-
-def _alike(port: UserPort, axes: int, *, coupled: bool) -> UserPort:
-    b = port.avatar.impedance
-    if coupled and isinstance(b, wave.Impedance):
-        b = made_impedance(MatrixImpedance(np.full(axes, b.b), np.eye(axes)))
-    elif not coupled and isinstance(b, wave.MatrixImpedance):
-        b = made_impedance(b.b[0][0])
-    return port._replace(avatar=port.avatar._replace(impedance=b))
+    coupled, like = are_coupled(users), []
+    for port in ports:
+        b, axes = port.avatar.impedance, len(port.x_s)
+        if coupled and isinstance(b, wave.Impedance):
+            b = made_impedance(MatrixImpedance(np.full(axes, b.b), np.eye(axes)))
+        elif not coupled and isinstance(b, wave.MatrixImpedance):
+            b = made_impedance(b.b[0][0])
+        like.append(port._replace(avatar=port.avatar._replace(impedance=b)))
+    return tuple(like)
 
 
 def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> Environment:
@@ -197,32 +174,24 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
 
 
 def resting_server(
-    users: Sequence["scenarios.User"],
-    p: ServerStepParams,
-    *,
-    controller: str,
-    server: ServerParams,
-    axes: int,
-    own: Any = None,
-    call: Call = directly,
-) -> Server:
+    users: Sequence["scenarios.User"], p: ServerStepParams, *, controller: str,
+    server: ServerParams, axes: int, own: Any = None, call: Call = directly,
+) -> Server:  # fmt: skip
     """Return the server with no user present. Environments of other packages have their parameters
     in ``own``, by their names, and ``call`` is how they are asked.
     """
     rest, record = (0.0,) * axes, record_of(controller)
+    up, down = record.extra(axes)
     contacts, ports, guests = _contacts(users, server, axes), [], []
     for user, guest, contact in zip(users, p.guests, contacts, strict=True):
-        b = made_impedance(user.server_impedance)
-        avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         kept: Any = AvatarBrake(resting_brake(rest), 0.0)
+        if record.avatar is not None or record.law is not None:
+            kept = record.avatar_rest(values_of(user, record), axes)
         if record.avatar is not None:
-            at_rest = record.avatar_rest(own_values(user, record), axes)
-            kept = Kept(at_rest, at_rest)
-        elif not record.waves:
-            kept = CONTROLLERS[controller].at_avatar(user.baseline, axes)
-        up, down = record.extra(axes)
-        sums, extra = Sums(0.0, 0.0, -1.0), (0.0,) * down
-        ports.append(UserPort(avatar, kept, rest, rest, rest, sums, extra))
+            kept = Kept(kept, kept)
+        b = made_impedance(user.server_impedance)
+        avatar, sums = Avatar(False, b, rest, rest, rest, contact, rest), Sums(0.0, 0.0, -1.0)
+        ports.append(UserPort(avatar, kept, rest, rest, rest, sums, (0.0,) * down))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))

@@ -12,13 +12,12 @@ from typing import Any
 
 from pmwvc_core.law.channel.silence import LATENESSES
 from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.port.filter_bank import Bank, BankFilters, resting_bank
+from pmwvc_core.law.port.filter_bank import Bank, resting_bank
 from pmwvc_core.law.port.local_model import changed_local
-from pmwvc_core.law.port.plain_master import PlainMaster
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
+from pmwvc_core.law.safety.limits import LimitsParams
 from pmwvc_core.law.user_tick import User, UserParams
-from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.anti_aliasing import resting_filter
 from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.made.waves import position_params, resting_filters, resting_position
@@ -26,12 +25,6 @@ from pmwvc_core.params import MasterParams
 
 # What may change without a new beginning of what is around the port.
 GOES_ON = ("impedance", "position", "bank", "local_model", "rate_drop", "deadband")
-
-
-def begins_anew(old: MasterParams, new: MasterParams) -> bool:
-    """Tell whether the channel of a master starts at zero with a change."""
-    kept = {name: getattr(old, name) for name in GOES_ON}
-    return dataclasses.replace(new, **kept) != old
 
 
 def changed_master(
@@ -46,35 +39,32 @@ def changed_master(
     old, new
         Of the master.
     """
-    port, of_port = s.port, q.port
-    # A brake that holds keeps its stiffness, and a receiver what it was made for.
-    limits = q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
-    if hasattr(of_port, "filters"):
-        anew = begins_anew(old, new)
-        filters, of_filters = _filters(port.filters, p.port.filters, of_port.filters, new, anew)
-        position, of_position = _position(port.position, of_port, new, (0.0,) * len(port.x))
-        of_port = of_port._replace(filters=of_filters, position=of_position)
-        port = port._replace(filters=filters, position=position)
-        if isinstance(port, PlainMaster):
-            port, of_port = _plain(port, p.port, of_port, new, anew)
+    port, was, wanted = s.port, p.port, q.port
+    if hasattr(wanted, "filters"):
+        kept = {name: getattr(old, name) for name in GOES_ON}
+        anew = dataclasses.replace(new, **kept) != old
+        rest, strict = (0.0,) * len(port.x), isinstance(wanted, StrictMasterParams)
+        filters, of_filters = _filters(port.filters, was.filters, wanted.filters, new, anew=anew)
+        position, of_position = port.position, wanted.position
+        if isinstance(position, Nothing):
+            position = resting_position(new, of_position, rest, strict=strict)
         else:
-            of_port = of_port._replace(lends=not isinstance(position, Nothing))
-    return s._replace(port=port), q._replace(port=of_port, limits=limits, arrivals=p.arrivals)
+            of_position = position_params(new, wanted.impedance, strict=strict)
+        port = port._replace(filters=filters, position=position)
+        wanted = wanted._replace(filters=of_filters, position=of_position)
+        if strict:
+            wanted = wanted._replace(lends=not isinstance(position, Nothing))
+        elif anew:
+            chosen = resting_filter(new.filter, len(rest), wanted.filter)
+            port = port._replace(hold=Hold(rest, rest, rest, 0), filter=chosen)
+        else:
+            held = {"hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
+            wanted = wanted._replace(filter=was.filter, **held)
+    q = q._replace(port=wanted, limits=_limits(p, q), arrivals=p.arrivals)
+    return s._replace(port=port), q
 
 
-def _plain(
-    port: PlainMaster, was: Any, wanted: Any, new: MasterParams, anew: bool
-) -> tuple[PlainMaster, Any]:
-    """Start hold and filter at zero, or keep them with their design."""
-    if not anew:
-        kept = {"filter": was.filter, "hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
-        return port, wanted._replace(**kept)
-    rest = (0.0,) * len(port.x)
-    chosen = resting_filter(new.filter, len(rest), wanted.filter)
-    return port._replace(hold=Hold(rest, rest, rest, 0), filter=chosen), wanted
-
-
-def _filters(s: Any, p: Any, q: Any, new: MasterParams, anew: bool) -> tuple[Any, Any]:
+def _filters(s: Any, p: Any, q: Any, new: MasterParams, *, anew: bool) -> tuple[Any, Any]:
     """Return the filters of a port and their parameters; which there are never changes."""
     if not isinstance(q, FilteredParams):
         return s, q
@@ -82,10 +72,15 @@ def _filters(s: Any, p: Any, q: Any, new: MasterParams, anew: bool) -> tuple[Any
         q = q._replace(near=p.near, force=p.force)
     rest = resting_filters(new, q, len(s.held))
     assert isinstance(rest, Filtered)
-    near, force = s.near, s.force
+    near, far, force = s.near, s.far, s.force
     if anew:
         near, force = _counting_on(rest.near, near), _counting_on(rest.force, force)
-    return Filtered(near, _bank(s.far, p.far, q.far), force, s.held, s.gains), q
+    if isinstance(far, Bank):
+        local = changed_local(far.local, p.far.local, q.far.local)
+        if q.far[:4] != p.far[:4]:  # another split starts at zero
+            far = resting_bank(len(far.low_up), q.far)._replace(energies=far.energies)
+        far = far._replace(local=local)
+    return Filtered(near, far, force, s.held, s.gains), q
 
 
 def _counting_on(rest: Any, before: Any) -> Any:
@@ -93,36 +88,20 @@ def _counting_on(rest: Any, before: Any) -> Any:
     return rest._replace(kept_j=before.kept_j) if hasattr(rest, "kept_j") else rest
 
 
-def _bank(s: Any, p: Any, q: Any) -> Any:
-    """Start another split at zero, another spring at rest."""
-    if not isinstance(s, Bank):
-        return s
-    local = changed_local(s.local, p.local, q.local)
-    if _split(q) != _split(p):
-        s = resting_bank(len(s.low_up), q)._replace(energies=s.energies)
-    return s._replace(local=local)
-
-
-def _split(p: BankFilters) -> tuple[Any, ...]:
-    return p.low_up, p.low_down, p.high_up, p.high_down
-
-
-def _position(s: Any, wanted: Any, new: MasterParams, rest: Vector) -> tuple[Any, Any]:
-    """Give position feedback its parameters; make it where there was none."""
-    strict = isinstance(wanted, StrictMasterParams)
-    if isinstance(s, Nothing):
-        return resting_position(new, wanted.position, rest, strict=strict), wanted.position
-    return s, position_params(new, wanted.impedance, strict=strict)
+def _limits(p: UserParams, q: UserParams) -> LimitsParams:
+    """Return other limits; a brake that holds keeps its stiffness, a receiver what it was made
+    for.
+    """
+    return q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
 
 
 def changed_safety(s: User, p: UserParams, q: UserParams) -> tuple[User, UserParams]:
     """Take other limits over, and another time of silence; ``q`` is the force loop as it would be
     made now.
     """
-    limits = q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
-    arrivals = p.arrivals._replace(timeout_s=q.arrivals.timeout_s)
-    silence = s.arrivals.silence
+    silence, timeout_s = s.arrivals.silence, q.arrivals.timeout_s
     of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
-    limit_ns = round(max(arrivals.timeout_s, of_packets_s) * 1e9)
-    s = s._replace(arrivals=s.arrivals._replace(silence=silence._replace(limit_ns=limit_ns)))
-    return s, p._replace(limits=limits, arrivals=arrivals)
+    silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
+    arrivals = p.arrivals._replace(timeout_s=timeout_s)
+    s = s._replace(arrivals=s.arrivals._replace(silence=silence))
+    return s, p._replace(limits=_limits(p, q), arrivals=arrivals)

@@ -8,9 +8,9 @@ record says that they move. Heat is what went in and is not stored. Not here: a 
 too long.
 """
 
+from functools import partial
 from typing import Any, NamedTuple
 
-from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j, mobility, pushed_body
 from pmwvc_core.law.server.contacts import contact_energy, slid
@@ -36,18 +36,18 @@ class Contained(NamedTuple):
 @couple.member(Contained)
 def contained(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     """Step the coupling; a damper for the steps that it fails."""
-    try:
-        found: Step = couple(p.law, avatars, body, law)
-        usable = all([within(plus(a.f, a.xd), LARGEST_N) for a in found[0] if a.present])
-    except PLUGIN_ERRORS as error:  # whatever a plug-in raises
-        p.faults.note(error)
-        p.faults.replaced = True
-        return _damped(p, avatars, body, law)
-    if usable:
+    found = p.faults.guarded(partial(_usable, p, avatars, body, law))
+    if found is not None:
         return found
-    p.faults.note(BadAnswer("returned no usable force or velocity (not finite, or beyond 1e6)"))
     p.faults.replaced = True
     return _damped(p, avatars, body, law)
+
+
+def _usable(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    found: Step = couple(p.law, avatars, body, law)
+    if all(within(plus(a.f, a.xd), LARGEST_N) for a in found[0] if a.present):
+        return found
+    raise BadAnswer("returned no usable force or velocity (not finite, or beyond 1e6)")
 
 
 def _damped(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
