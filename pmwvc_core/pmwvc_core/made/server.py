@@ -4,7 +4,7 @@
 changes in flight.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,9 @@ import numpy as np
 from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
 from pmwvc_core.controllers.plugged_ends import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.black_box.black_box import BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.compensations import compensation_params
+from pmwvc_core.law.black_box.seen import resting_seen
 from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.packet import packing_params, resting_packing
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
@@ -27,26 +29,24 @@ from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
-from pmwvc_core.made.black_box import black_box_params, resting_box
 from pmwvc_core.made.user import arrivals_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.server import KNOWN
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server import environments
-from pmwvc_core.server.black_box.containment import Call, directly
+from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.server.black_box.containment import Asked, Call, Outside, directly
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.couplings.contained import Contained
 from pmwvc_core.server.couplings.record import backward
+from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
+from pmwvc_core.server.environments import PLUGINS, environment_of
+from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
-
-OBJECTS: Mapping[str, Callable[[ServerParams], BodyLaw]] = {
-    "cube": lambda server: body_law(server.object_mass, server.object_damping, server.period_s),
-    "wall": lambda server: wall_law(server.period_s),
-}
 
 
 def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
@@ -76,12 +76,15 @@ def object_of(server: ServerParams) -> BodyLaw:
     ParameterError
         If it is known as a black box only.
     """
-    if server.environment not in OBJECTS:
+    environment = environment_of(server.environment)
+    if not environment.known:
         raise ParameterError(
             f"server.environment = {server.environment!r}: needs controller = pmwvc with "
-            f"server.coupling = unknown; here there are {', '.join(OBJECTS)}"
+            f"server.coupling = unknown; here there are {', '.join(KNOWN)}"
         )
-    return OBJECTS[server.environment](server)
+    if environment.movable:
+        return body_law(server.object_mass, server.object_damping, server.period_s)
+    return wall_law(server.period_s)
 
 
 def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
@@ -102,7 +105,7 @@ def of_library(scenario: "scenarios.Scenario") -> bool:
         scenario.controller in LIBRARY
         and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
         and server.compensation in COMPENSATIONS.library
-        and server.environment in environments.LIBRARY
+        and server.environment in ENVIRONMENTS
         and not any(
             user.master.bank.is_on and user.master.local_model.is_plugin for user in scenario.users
         )
@@ -132,7 +135,19 @@ def server_params(
         laws = tuple(map(record.law, values, ticks_s))
         environment = AvatarEndParams(laws, object_of(server), record.sprung)
     elif COUPLINGS.of(server.coupling).black_box:
-        environment = black_box_params(server, _contacts(users, server, axes), axes, brakes=strict)
+        law, sloped = None, environment_of(server.environment).sloped
+        if made := environment_of(server.environment).made:
+            _, law = made(server, _contacts(users, server, axes), axes)
+        environment = BlackBoxParams(
+            law,
+            compensation_params(server),
+            wall_law(server.period_s),
+            strict,
+            *weights(server.integrator, server.period_s),
+            sloped,
+            server.learns and not sloped,
+            tuple(tuple(row) for row in np.eye(axes).tolist()),
+        )
     else:
         environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
     return ServerStepParams(
@@ -173,6 +188,37 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
     return s._replace(body=changed_body(s.body, p.environment.body, q.environment.body))
 
 
+def _resting_box(
+    server: ServerParams,
+    users: Sequence["scenarios.User"],
+    contacts: Sequence[Contact],
+    own: Any,
+    call: Call,
+) -> BlackBox:
+    """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
+    axes, name = len(contacts[0].springs), server.environment
+    rest = (0.0,) * axes
+    if made := environment_of(name).made:
+        state, _ = made(server, contacts, axes)
+    else:
+        sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
+        values = getattr(own, name, None)
+        setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
+        faults, nobody = Faults("server.environment", name), (False,) * len(users)
+        state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, nobody)
+    least = (float(impedances.smallest(user.server_impedance)) for user in users)
+    return BlackBox(
+        rest,
+        rest,
+        state,
+        COMPENSATIONS.of(server.compensation).rest(len(users)),
+        tuple(resting_seen(rest, b / server.period_s) for b in least),
+        0.0,
+        -1.0,
+        Accounts(0.0, 0.0, 0.0, 0.0),
+    )
+
+
 def resting_server(
     users: Sequence["scenarios.User"], p: ServerStepParams, *, controller: str,
     server: ServerParams, axes: int, own: Any = None, call: Call = directly,
@@ -197,6 +243,6 @@ def resting_server(
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
-        body = resting_box(server, users, contacts, own, call)
+        body = _resting_box(server, users, contacts, own, call)
     environment = Environment(alike(ports, users), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))
