@@ -66,23 +66,28 @@ def names_values(expression: ast.expr) -> bool:
     return any(isinstance(node, ast.NamedExpr) for node in ast.walk(expression))
 
 
-class _Replacing(dict[type, Any]):
-    """Functions (s, values of the named fields) -> s by the type of s, made when first called."""
+class ByType(dict[type, Any]):
+    """Laws by type, made when first asked for."""
 
-    def __init__(self, names: tuple[str, ...]) -> None:
+    def __init__(self, make: Callable[[Any], Any]) -> None:
         super().__init__()
-        self._names = names
+        self._make = make
 
-    def __missing__(self, kind: Any) -> Any:
-        fields = [
-            name if name in self._names else f"s_[{i}]" for i, name in enumerate(kind._fields)
-        ]
-        text = f"lambda s_, {', '.join(self._names)}: new_(kind_, ({', '.join(fields)},))"
-        self[kind] = eval(text, {"new_": tuple.__new__, "kind_": kind})  # names of fields
+    def __missing__(self, kind: type) -> Any:
+        self[kind] = self._make(kind)
         return self[kind]
 
 
-replacing = cache(_Replacing)
+@cache
+def replacing(names: tuple[str, ...]) -> ByType:
+    """Return functions (s, values of the named fields) -> s by the type of s."""
+
+    def made(kind: Any) -> Any:
+        fields = [name if name in names else f"s_[{i}]" for i, name in enumerate(kind._fields)]
+        text = f"lambda s_, {', '.join(names)}: new_(kind_, ({', '.join(fields)},))"
+        return eval(text, {"new_": tuple.__new__, "kind_": kind})  # names of fields
+
+    return ByType(made)
 
 
 class Expressions:

@@ -19,6 +19,7 @@ from typing import Any, get_args
 
 from pmwvc_core.expressions import (
     BY_AXIS,
+    ByType,
     Expressions,
     definition,
     expression_of,
@@ -41,21 +42,15 @@ def unrolled(law: Callable[..., Any], axes: int) -> Any:
     return _Unrolling(axes).function(law)
 
 
-class _Members(dict[type, Any]):
-    """The unrolled laws of a family by type, made when first called."""
+@cache
+def _members(family: Family, axes: int) -> ByType:
+    """Return the unrolled laws of a family by type."""
 
-    def __init__(self, family: Family, axes: int) -> None:
-        super().__init__()
-        self._family, self._axes = family, axes
+    def made(kind: type) -> Any:
+        law = family.members[kind]
+        return unrolled(law, axes) if law.__module__.startswith(LAWS) else law
 
-    def __missing__(self, kind: type) -> Any:
-        law = self._family.members[kind]
-        inside = law.__module__.startswith(LAWS)
-        self[kind] = unrolled(law, self._axes) if inside else law
-        return self[kind]
-
-
-_members = cache(_Members)
+    return ByType(made)
 
 
 class _Unrolling(Expressions, ast.NodeTransformer):

@@ -40,7 +40,7 @@ CORE = {
     "plugins": {"errors"},
     "traces": {"numeric"},
     "law": {"errors", "numeric", "params", "wave"},
-    "compiled": {"law"},
+    "compiled": {"expressions", "law"},
     "unrolled": {"expressions", "law"},
     "expressions": {"law"},
     "wave": {"account", "errors", "numeric", "params"},
