@@ -204,8 +204,8 @@ def _resting_box(
         sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
         values = getattr(own, name, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
-        faults, nobody = Faults("server.environment", name), (False,) * len(users)
-        state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, nobody)
+        faults, absent = Faults("server.environment", name), (False,) * len(users)
+        state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     return BlackBox(
         rest,
