@@ -29,6 +29,7 @@ from numba.core.typing.templates import (
 )
 from numba.extending import models, overload, register_model
 
+from pmwvc_core.expressions import BY_AXIS
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
 
@@ -38,8 +39,8 @@ numba.config.OPT = type(numba.config.OPT)(1)
 INLINED = ("pmwvc_core.law", "pmwvc_core.plant")
 LAWS = (*INLINED, "pmwvc_core.simulation")
 
-BUILDING = (vectors.each, vectors.chain, vectors.columns, vectors.plus, vectors.minus,
-            vectors.times, vectors.scaled)  # fmt: skip
+ELEMENTWISE = (vectors.plus, vectors.minus, vectors.times, vectors.scaled)
+BUILDING = (vectors.each, vectors.chain, vectors.columns, *ELEMENTWISE)
 # Of what only compiled laws call: no form that takes Python's objects.
 BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -86,38 +87,31 @@ def _inside(law: Callable[..., Any]) -> Any:
     return _made(law, forceinline=law.__module__.startswith(INLINED), **BARE)
 
 
-def _made(law: Callable[..., Any], **options: Any) -> Any:
-    made = numba.njit(error_model="numpy", **options)(_copy(law))
-    made.__class__ = CompiledLaw
-    return made
-
-
-def kept_in() -> Path:
-    """Return the folder of what is kept on disk, by the sources of all laws."""
-    folder = Path.home() / ".cache" / "pmwvc" / _digest()
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
-@cache
-def _digest() -> str:
-    """Return a number of the sources of all laws: what is kept of others is not used."""
-    package = Path(vectors.__file__).parents[1]
-    total = hashlib.sha256(numba.__version__.encode())
-    for folder in ("law", "simulation"):
-        for file in sorted((package / folder).rglob("*.py")):
-            total.update(file.read_bytes())
-    return total.hexdigest()[:16]
-
-
-def _copy(law: Any) -> Any:
-    """Return a law whose globals are compiled."""
+def _made(law: Any, **options: Any) -> Any:
+    """Return a law compiled, with globals that are compiled."""
     names = {each.argval for each in dis.get_instructions(law) if each.opname == "LOAD_GLOBAL"}
     used = {name: law.__globals__[name] for name in names & set(law.__globals__)}
     globals_ = {**law.__globals__, **{name: _compiled(each) for name, each in used.items()}}
     copy = FunctionType(law.__code__, globals_, law.__name__, law.__defaults__)
     copy.__module__, copy.__qualname__ = law.__module__, law.__qualname__
-    return copy
+    made = numba.njit(error_model="numpy", **options)(copy)
+    made.__class__ = CompiledLaw
+    return made
+
+
+@cache
+def kept_in() -> Path:
+    """Return the folder of what is kept on disk, by a number of the sources of all laws: what is
+    kept of others is not used.
+    """
+    package = Path(vectors.__file__).parents[1]
+    total = hashlib.sha256(numba.__version__.encode())
+    for part in ("law", "simulation"):
+        for file in sorted((package / part).rglob("*.py")):
+            total.update(file.read_bytes())
+    folder = Path.home() / ".cache" / "pmwvc" / total.hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def _compiled(value: Any) -> Any:
@@ -223,19 +217,17 @@ def _columns(rows):
     return _built(f"def built(rows):\n    return {_tuple(elements)}")
 
 
-def _elementwise(function: Callable[..., Any], expression: str) -> None:
+def _elementwise(function: Callable[..., Any]) -> None:
     """Compile a function of two arguments, the first of which is a vector."""
-    first, second = inspect.signature(function).parameters
+    (first, second), (form, _) = inspect.signature(function).parameters, BY_AXIS[function]
 
     def build(a):
-        elements = [expression.format(i=i) for i in range(len(a))]
+        elements = [form.format(a=first, b=second, i=i) for i in range(len(a))]
         return _built(f"def built({first}, {second}):\n    return {_tuple(elements)}")
 
     head = f"def built({first}, {second}):\n    return build({first})"
     overload(function, jit_options=BARE)(_built(head, build=build))
 
 
-_elementwise(vectors.plus, "a[{i}] + b[{i}]")
-_elementwise(vectors.minus, "a[{i}] - b[{i}]")
-_elementwise(vectors.times, "a[{i}] * b[{i}]")
-_elementwise(vectors.scaled, "a[{i}] * factor")
+for _law in ELEMENTWISE:
+    _elementwise(_law)

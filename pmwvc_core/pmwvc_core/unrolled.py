@@ -15,26 +15,25 @@ from collections.abc import Callable
 from copy import deepcopy
 from functools import cache
 from types import FunctionType
-from typing import Any
+from typing import Any, get_args
 
-from pmwvc_core.expressions import BY_AXIS, Expressions
-from pmwvc_core.kinds import Kinds, replacing
-from pmwvc_core.law import vectors
-from pmwvc_core.law.family import Family
-from pmwvc_core.pieces import (
-    Places,
-    Values,
+from pmwvc_core.expressions import (
+    BY_AXIS,
+    ByType,
+    Expressions,
     definition,
     expression_of,
     in_order,
-    is_text,
     names_values,
+    replacing,
     returned,
-    uses,
 )
+from pmwvc_core.law import vectors
+from pmwvc_core.law.family import Family
 
 LAWS = ("pmwvc_core.law", "pmwvc_core.plant", "pmwvc_core.simulation")
 LONGEST = 40  # nodes of an expression that stands where it is called
+_BUILDING: tuple[Any, ...] = (vectors.each, vectors.chain, vectors.columns, *BY_AXIS)
 
 
 @cache
@@ -43,31 +42,19 @@ def unrolled(law: Callable[..., Any], axes: int) -> Any:
     return _Unrolling(axes).function(law)
 
 
-class _Members(dict[type, Any]):
-    """The unrolled laws of a family by type, made when first called."""
+@cache
+def _members(family: Family, axes: int) -> ByType:
+    """Return the unrolled laws of a family by type."""
 
-    def __init__(self, family: Family, axes: int) -> None:
-        super().__init__()
-        self._family, self._axes = family, axes
+    def made(kind: type) -> Any:
+        law = family.members[kind]
+        return unrolled(law, axes) if law.__module__.startswith(LAWS) else law
 
-    def __missing__(self, kind: type) -> Any:
-        law = self._family.members[kind]
-        inside = law.__module__.startswith(LAWS)
-        self[kind] = unrolled(law, self._axes) if inside else law
-        return self[kind]
-
-
-_members = cache(_Members)
+    return ByType(made)
 
 
 class _Unrolling(Expressions, ast.NodeTransformer):
     """One law under way. Globals get names of their own: other laws come to stand in it."""
-
-    def __init__(self, axes: int) -> None:
-        super().__init__(axes)
-        self._of: FunctionType
-        self._local: set[str] = set()
-        self._kinds = Kinds(self._value)
 
     def function(self, law: Any) -> Any:
         """Return the law."""
@@ -77,14 +64,18 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         for each in ast.walk(tree.args):
             if isinstance(each, ast.arg):
                 each.annotation = None
-        tree.body = [self.visit(each) for each in tree.body if not is_text(each)]
+        tree.body = [self.visit(each) for each in tree.body]
         module = ast.fix_missing_locations(ast.Module([tree], []))
         exec(compile(module, f"<unrolled {law.__module__}>", "exec"), self.globals)
         return self.globals[tree.name]
 
     def _enter(self, law: Any) -> None:
+        """Begin with a law; names have types as far as annotations tell."""
         self._of, self._local = law, {*law.__code__.co_varnames}
-        self._kinds = Kinds(self._value, law)
+        self._types: dict[str, Any] = {**law.__annotations__}
+        # Of arguments of a law that stands where it is called: the name of the value, and where
+        # the first use is to name it, the value.
+        self._places: dict[str, tuple[str, ast.expr | None]] = {}
 
     def _value(self, node: ast.expr) -> Any:
         """Return the object that a name of the law's module or of Python stands for, else None."""
@@ -93,14 +84,34 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         of_python = __builtins__ if isinstance(__builtins__, dict) else vars(__builtins__)
         return self._of.__globals__.get(node.id, of_python.get(node.id))
 
+    def _type(self, node: ast.expr) -> Any:
+        """Return the type of what an expression gives, as far as annotations tell, else None."""
+        if isinstance(node, ast.Name):
+            return self._types.get(node.id)
+        if isinstance(node, ast.Attribute):
+            return getattr(self._type(node.value), "__annotations__", {}).get(node.attr)
+        if not isinstance(node, ast.Call):
+            return None
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
+            return self._type(node.func.value)
+        function = self._value(node.func)
+        known = isinstance(function, FunctionType)
+        return function.__annotations__.get("return") if known else function
+
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Give globals the names under which they stand beside each other."""
-        value = self._value(node)
-        if value is None:
+        """Put values in the place of arguments; give globals names of their own."""
+        if node.id in self._places:
+            name, value = self._places[node.id]
+            self._places[node.id] = name, None
+            if value is None:
+                return ast.Name(name, ast.Load())
+            return ast.NamedExpr(ast.Name(name, ast.Store()), value)
+        found = self._value(node)
+        if found is None:
             return node
-        if isinstance(value, FunctionType) and value.__module__.startswith(LAWS):
-            value = value if value in _BUILDING else unrolled(value, self.axes)
-        return self.alias(value, node.id)
+        if isinstance(found, FunctionType) and found.__module__.startswith(LAWS):
+            found = found if found in _BUILDING else unrolled(found, self.axes)
+        return self.alias(found, node.id)
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.stmt:
         """Leave types out."""
@@ -108,34 +119,38 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         return ast.Assign([self.visit(node.target)], self.visit(node.value), lineno=1)
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
-        """Take the columns of what ``each`` returns apart."""
+        """Take the columns of what ``each`` returns apart, and note the types of names."""
         target, value = node.targets[0], node.value
-        known = self._kinds.named(target, value)
-        if (
-            isinstance(target, ast.Tuple)
-            and isinstance(value, ast.Call)
-            and self._value(value.func) is vectors.columns
-        ):
-            rows, t = self.visit(value.args[0]), self.new()
+        names = target.elts if isinstance(target, ast.Tuple) else [target]
+        kinds = [self._type(value)]
+        if isinstance(target, ast.Tuple):
+            kinds = [*get_args(kinds[0])]
+            if isinstance(value, ast.Tuple):
+                kinds = [*map(self._type, value.elts)]
+        if len(kinds) != len(names):
+            kinds = [None] * len(names)
+        called = value.func if isinstance(value, ast.Call) else target
+        split = isinstance(target, ast.Tuple) and self._value(called) is vectors.columns
+        self.generic_visit(node)
+        if split and isinstance(node.value, ast.Call):
+            (rows,), t = node.value.args, self.new()
             cells = [
                 f"({', '.join(f'{t}[{i}][{k}]' for i in range(self.axes))},)"
-                for k in range(len(target.elts))
+                for k in range(len(names))
             ]
-            found = expression_of(f"({', '.join(cells)},)")
             other = self.called(vectors.columns, [ast.Name(t, ast.Load())])
-            node.value = self.if_long(t, rows, found, other)
-            node.targets = [self.visit(target)]
-        else:
-            self.generic_visit(node)
-        self._kinds.update(known)
+            node.value = self.if_long(t, rows, expression_of(f"({', '.join(cells)},)"), other)
+        for name, kind in zip(names, kinds, strict=True):
+            if isinstance(name, ast.Name):
+                self._types[name.id] = kind
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """Put in the place of a call what is quicker."""
         if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
-            return self._replace(node.func.value, node.keywords)
+            return self._replaced(node.func.value, node.keywords)
         function = self._value(node.func)
-        if node.keywords or function is None or not isinstance(node.func, ast.Name):
+        if node.keywords or function is None:
             self.generic_visit(node)
             return node
         if function is vectors.each and isinstance(node.args[1], ast.Tuple):
@@ -146,9 +161,9 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         if isinstance(function, Family):
             return self._member(function, given)
         if function in BY_AXIS:
-            return self.by_axis(function, given)
+            return self.by_axis(*BY_AXIS[function], given)
         if function is vectors.length and self.axes == 1:
-            return self.by_axis(function, given, ("abs({a}[{i}])", " + "))
+            return self.by_axis("abs({a}[{i}])", " + ", given)
         if function in (min, max) and len(given) == 2:
             return self.extreme("<" if function is max else ">", given)
         if isinstance(function, type) and hasattr(function, "_fields"):
@@ -157,38 +172,34 @@ class _Unrolling(Expressions, ast.NodeTransformer):
             return self._in_place(function, given)
         return ast.Call(self.visit(node.func), given, [])
 
-    def _replace(self, of: ast.expr, keywords: list[ast.keyword]) -> ast.expr:
+    def _member(self, family: Family, given: list[ast.expr]) -> ast.expr:
+        """Return the call of the law for the type of the first argument."""
+        return self.by_type(_members(family, self.axes), family.name, given)
+
+    def _replaced(self, of: ast.expr, keywords: list[ast.keyword]) -> ast.expr:
         """Return a NamedTuple with other fields: built here where its type is known."""
-        kind, s = self._kinds.of(of), self.visit(of)
+        kind, s = self._type(of), self.visit(of)
         given = {str(each.arg): self.visit(each.value) for each in keywords}
         fields = getattr(kind, "_fields", ())
-        in_order = [name for name in fields if name in given] == [*given]
-        free = in_order or not any(map(names_values, given.values()))
-        if kind is None or not isinstance(s, ast.Name) or not free:
+        sorted_ = [name for name in fields if name in given] == [*given]
+        free = sorted_ or not any(map(names_values, given.values()))
+        if not fields or not isinstance(s, ast.Name) or not free:
             return self.by_type(replacing((*given,)), "replacing", [s, *given.values()])
         kept = (expression_of(f"{s.id}[{i}]") for i in range(len(fields)))
         return self.built(
             kind, [given.get(name, old) for name, old in zip(fields, kept, strict=True)]
         )
 
-    def _member(self, family: Family, given: list[ast.expr]) -> ast.expr:
-        """Return the call of the law for the type of the first argument."""
-        return self.by_type(_members(family, self.axes), family.name, given)
-
     def _each(self, law: ast.expr, rows: list[ast.expr], shared: list[ast.expr]) -> ast.expr:
-        of_rows = [self.visit(row) for row in rows]
-        of_all = [self.visit(one) for one in shared]
+        of_rows, of_all = [*map(self.visit, rows)], [*map(self.visit, shared)]
         if any(isinstance(one, ast.Starred) for one in of_all):
             every = [ast.Tuple(of_rows, ast.Load()), *of_all]
             return self.called(vectors.each, [self.visit(law), *every])
-        t = self.new()
-        other = [self.held(row) for row in of_rows[1:]]
-        for_all = [self.held(one) for one in of_all]
-        chosen, cells = self._value(law), list[ast.expr]()
+        t, chosen, cells = self.new(), self._value(law), list[ast.expr]()
+        other, for_all = [*map(self.held, of_rows[1:])], [*map(self.held, of_all)]
         for i in range(self.axes):
             of_one = [f"{t}[{i}]", *[f"{pair[i > 0]}[{i}]" for pair in other]]
-            texts = [*of_one, *[pair[i > 0] for pair in for_all]]
-            known = [expression_of(text) for text in texts]
+            known = [expression_of(text) for text in [*of_one, *[pair[i > 0] for pair in for_all]]]
             if isinstance(chosen, Family):
                 cells.append(self._member(chosen, known))
             elif isinstance(chosen, FunctionType) and _is_short(chosen):
@@ -203,28 +214,24 @@ class _Unrolling(Expressions, ast.NodeTransformer):
     def _in_place(self, law: FunctionType, given: list[ast.expr]) -> ast.expr:
         """Return the expression of a short law with its arguments put in."""
         expression: Any = deepcopy(returned(law))
-        places = Places({}, {})
-        heads = []
-        for argument, value in zip(definition(law).args.args, given, strict=True):
-            if isinstance(value, ast.Name):
-                places.names[argument.arg] = value.id
-                continue
-            t, inside = self.new(), self.new()
-            places.names[argument.arg] = t
-            # What names a value on its way must be evaluated, whichever way the law goes.
-            once = uses(expression, argument.arg) == 1 and not names_values(value)
-            if in_order(expression) or once:
-                places.first[argument.arg] = inside
-                places.values[inside] = value
-            else:
-                heads.append(f"({t} := {ast.unparse(value)})")
-        outer = self._of, self._local, self._kinds
+        used = [node.id for node in ast.walk(expression) if isinstance(node, ast.Name)]
+        outer = self._of, self._local, self._types, self._places
         self._enter(law)
-        self._local |= {*places.names.values()}  # of the caller
-        self._kinds.rename(places.names)
-        body = self.visit(places.visit(expression))
-        self._of, self._local, self._kinds = outer
-        body = Values(places.values).visit(body)
+        heads, ordered = [], in_order(expression)
+        for argument, value in zip(definition(law).args.args, given, strict=True):
+            name = argument.arg
+            if isinstance(value, ast.Name):
+                self._places[name] = value.id, None
+                continue
+            t = self.new()
+            # What names a value on its way must be evaluated, whichever way the law goes.
+            if ordered or (used.count(name) == 1 and not names_values(value)):
+                self._places[name] = t, value
+            else:
+                self._places[name] = t, None
+                heads.append(f"({t} := {ast.unparse(value)})")
+        body = self.visit(expression)
+        self._of, self._local, self._types, self._places = outer
         if heads:
             return expression_of(f"({', '.join(heads)}, {ast.unparse(body)})[-1]")
         return body  # type: ignore[no-any-return]
@@ -233,10 +240,6 @@ class _Unrolling(Expressions, ast.NodeTransformer):
 @cache
 def _is_short(law: FunctionType) -> bool:
     """Tell whether a law stands where it is called."""
-    if not law.__module__.startswith(LAWS) or law in _BUILDING:
-        return False
-    expression = returned(law)
+    inside = law.__module__.startswith(LAWS) and law not in _BUILDING
+    expression = returned(law) if inside else None
     return expression is not None and sum(1 for _ in ast.walk(expression)) <= LONGEST
-
-
-_BUILDING: tuple[Any, ...] = (vectors.each, vectors.chain, vectors.columns, *BY_AXIS)

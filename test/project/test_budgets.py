@@ -39,8 +39,6 @@ ROOMS = {
                 "compiled.py",
                 "unrolled.py",
                 "expressions.py",
-                "pieces.py",
-                "kinds.py",
                 "simulation/bulk",
             ),
         ),

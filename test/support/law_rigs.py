@@ -36,8 +36,7 @@ from pmwvc_core.law.server.server_port import (
 )
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import resting_user, user_params
-from pmwvc_core.made.user_changes import changed_master
+from pmwvc_core.made.user import changed_master, resting_user, user_params
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.params.user import ServerTimes

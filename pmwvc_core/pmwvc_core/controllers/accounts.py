@@ -22,15 +22,11 @@ LEVEL, SHOWN, TAKEN, WITHIN = Role.LEVEL, Role.SHOWN, Role.TAKEN, Role.WITHIN
 FILTER = Passage("filter", ("u_m",), ("u_m_lp",))
 RATE_DROP = Passage("rate_drop", ("u_m_lp",), ("u_tx",))
 HOLD = Passage("hold", ("v_rx",), ("v_m",))
-VELOCITY_FILTER = Entry(
-    "velocity_filter", "kept by the velocity filter", TAKEN, part="velocity filter"
-)
+VELOCITY_FILTER = Entry("velocity_filter", "kept by the velocity filter", TAKEN, "velocity filter")
 FORCE_FILTER = Entry(
-    "force_velocity_filter",
-    "kept by the velocity filter of the force",
-    WITHIN,
+    "force_velocity_filter", "kept by the velocity filter of the force", WITHIN,
     part="velocity filter of the force",
-)
+)  # fmt: skip
 OF_BANK = (
     Entry("bank_low_in", "to the server, behind the bank", WITHIN),
     Entry("bank_low_out", "from the server, before the bank", WITHIN),
@@ -67,24 +63,18 @@ OF_STRICT = (
 DECODING = Passage("late_decoding", ("ports",), ("avatars",))
 CONTACTS = Passage("integration", ("avatars",), ("object",), ("springs",), ("dampers",))
 BRAKES = Entry(
-    "avatar_brakes",
-    "dissipated by the brakes of the avatars",
-    SHOWN,
+    "avatar_brakes", "dissipated by the brakes of the avatars", SHOWN,
     part="brakes of the avatars while no waves came",
-)
+)  # fmt: skip
 OF_BLACK_BOX = (
     Entry("environment", "taken by the environment", SHOWN),
     Entry("late_decoding", "decoding with the force of the previous step", SHOWN),
+    Entry("withheld", "withheld by the compensation", SHOWN, "compensation of the server port"),
     Entry(
-        "withheld", "withheld by the compensation", SHOWN, part="compensation of the server port"
-    ),
-    Entry(
-        "contained",
-        "dissipated in place of a failed environment",
-        SHOWN,
+        "contained", "dissipated in place of a failed environment", SHOWN,
         part="damper in place of a failed environment",
     ),
-)
+)  # fmt: skip
 # Between what went in at the ports, less the heat of the avatars' brakes, and the work of the
 # forces at the avatars; and what the environment does not report as stored.
 PORT = Passage("residual", ("ports",), ("avatars",), (), ("late_decoding", "withheld"))
@@ -97,13 +87,11 @@ OF_PSPM = (
 )
 OF_TDPA = (
     Entry(
-        "tdpa_dissipated",
-        "dissipated by the passivity controller",
-        TAKEN,
+        "tdpa_dissipated", "dissipated by the passivity controller", TAKEN,
         part="passivity controller",
     ),
     Entry("tdpa_allowance", "energy that may still be released", LEVEL),
-)
+)  # fmt: skip
 OF_WAVES = (
     VELOCITY_FILTER, FORCE_FILTER, *OF_BANK, *OF_POSITION, *OF_STRICT, BRAKES, *OF_BLACK_BOX,
 )  # fmt: skip

@@ -23,6 +23,11 @@ from pmwvc_core.controllers.accounts import (
     VELOCITY_FILTER,
 )
 from pmwvc_core.controllers.record import HELD, Controller, Rule
+from pmwvc_core.law.family import NOTHING
+from pmwvc_core.law.without_waves.direct import Direct, Held
+from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
+from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
+from pmwvc_core.law.without_waves.virtual_coupling import VirtualCoupling, resting_coupling
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -51,6 +56,9 @@ DIRECT = Controller(
     name="direct",
     words="Direct coupling: nothing keeps it passive as delay or stiffness grows.",
     waves=False,
+    law=lambda baseline, tick_s: Direct(0),
+    device_rest=lambda baseline, axes: Held((0.0,) * axes),
+    avatar_rest=lambda baseline, axes: NOTHING,
     linear="direct",
     drifts=True,
     coupling=replace(HELD, moves=None),
@@ -59,6 +67,12 @@ VIRTUAL_COUPLING = Controller(
     name="virtual_coupling",
     words="Virtual coupling: stable where its rules are met; energy is not monitored.",
     waves=False,
+    law=lambda baseline, tick_s: VirtualCoupling(
+        baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
+    ),
+    sprung=True,
+    device_rest=lambda baseline, axes: resting_coupling(axes),
+    avatar_rest=lambda baseline, axes: NOTHING,
     linear="virtual_coupling",
     coupling=HELD,
     rule=Rule(
@@ -72,6 +86,9 @@ TDPA = Controller(
     words="Time-domain passivity control: energy that the link generated is dissipated "
     "later; a device at rest dissipates none.",
     waves=False,
+    law=lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
+    device_rest=lambda baseline, axes: resting_tdpa(axes),
+    avatar_rest=lambda baseline, axes: RESTING_OBSERVER,
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
         "tdpa",
@@ -90,6 +107,12 @@ PSPM = Controller(
     name="pspm",
     words="Set-position modulation: neither end releases more energy than its tank holds.",
     waves=False,
+    law=lambda baseline, tick_s: Pspm(
+        baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
+    ),
+    sprung=True,
+    device_rest=lambda baseline, axes: resting_pspm(axes, baseline.pspm.initial_j),
+    avatar_rest=lambda baseline, axes: resting_spring(axes, baseline.pspm.initial_j),
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
     rule=Rule(

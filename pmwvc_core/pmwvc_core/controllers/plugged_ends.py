@@ -71,10 +71,10 @@ def _measure(s: Plugged, x: Vector, xd: Vector, p: PluggedParams) -> Plugged:
 def _send(
     s: Plugged, arrivals: Any, frame_s: float, number: int, held_j: float, p: PluggedParams
 ) -> tuple[Plugged, Any, Sent]:
-    given, taken, sent_j, received_j = s.energies
-    sent_j += squared(s.answer.wave) * (0.5 * frame_s)
+    (given, taken, sent_j, received_j), answer = s.energies, s.answer
+    sent_j += squared(answer.wave) * (0.5 * frame_s)
     s = s._replace(energies=(given, taken, sent_j, received_j))
-    return s, arrivals, Sent(s.answer.wave, s.x, -1.0, s.answer.extra)
+    return s, arrivals, Sent(answer.wave, s.x, -1.0, answer.extra)
 
 
 @port_packet.member(Plugged)
@@ -87,12 +87,8 @@ def _answer(s: Plugged, wave: Vector, silent: bool, frame_s: float, p: PluggedPa
     wave = zero(wave) if silent else wave
     given, taken, sent_j, received_j = s.energies
     received_j += squared(wave) * (0.5 * frame_s)
-    return s._replace(
-        packet=s.packet._replace(wave=wave),
-        silent=silent,
-        answered=True,
-        energies=(given, taken, sent_j, received_j),
-    )
+    packet, energies = s.packet._replace(wave=wave), (given, taken, sent_j, received_j)
+    return s._replace(packet=packet, silent=silent, answered=True, energies=energies)
 
 
 @port_tick.member(Plugged)

@@ -17,6 +17,8 @@ finite force of the right shape, is a matched damper from then on; the reason is
 """
 
 import logging
+from collections.abc import Callable, Iterable
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +33,6 @@ from pmwvc_core.law.port.filter_bank import (
     resting_local,
 )
 from pmwvc_core.law.vectors import Vector, dot, plus, scaled, zero
-from pmwvc_core.numeric import Array
 from pmwvc_core.params import LocalModelParams
 from pmwvc_core.plugins import PluginGroup
 
@@ -78,18 +79,30 @@ def _resting(p: PluggedLocalParams, axes: int) -> PluggedLocal:
     return PluggedLocal(model, False, rest, rest, rest, 0.0, True, 0.0, 0.0)
 
 
+def _asked(
+    s: PluggedLocal, p: PluggedLocalParams, ask: Callable[[], Iterable[Any]]
+) -> tuple[PluggedLocal, list[Vector]]:
+    """Return the vectors that a model answers; none, and it is broken, where one is no force."""
+    try:
+        return s, [_good(each, s.x) for each in ask()]
+    except PLUGIN_ERRORS as error:  # whatever the plug-in raises
+        logger.error(
+            "master.local_model.kind = %r: %s; a matched damper replaces it",
+            p.params.kind,
+            reason(error),
+        )
+        return s._replace(broken=True), []
+
+
 @local_offered.member(PluggedLocal)
 def _offered(s: PluggedLocal, device_x: Vector, p: PluggedLocalParams) -> PluggedLocal:
     """Have the model's F0 and G, or those of a matched damper."""
     there = is_there(device_x, p.acts, p.begins_m)
-    f0, slope = s.f, 0.0
-    if hasattr(s.model, "local") and not s.broken:
-        try:
-            answer = s.model.local(_signal(s.x), 0.5 * p.tick_s)
-            f0 = _good(answer[0], s.x)
-            slope = max(*_good(answer[1], s.x), 0.0)
-        except PLUGIN_ERRORS as error:  # whatever the plug-in raises
-            s = _contained(s, p, error)
+    f0, slope, model, x = s.f, 0.0, s.model, np.array([s.x])
+    if hasattr(model, "local") and not s.broken:
+        s, line = _asked(s, p, lambda: itemgetter(0, 1)(model.local(x, 0.5 * p.tick_s)))
+        if line:
+            f0, slope = line[0], max(*line[1], 0.0)
     if s.broken or s.stored_j < 0.0:
         f0, slope = zero(s.x), p.matched
     if not there:
@@ -104,10 +117,9 @@ def _moved(s: PluggedLocal, f: Vector, xd: Vector, p: PluggedLocalParams) -> Plu
     s = s._replace(x=x, stored_j=stored_j)
     if s.broken:
         return s
-    try:
-        return s._replace(f=_good(s.model.step(_signal(x), _signal(xd), p.tick_s), x))
-    except PLUGIN_ERRORS as error:  # whatever the plug-in raises
-        return _contained(s, p, error)
+    model, signals = s.model, (np.array([x]), np.array([xd]))
+    s, answer = _asked(s, p, lambda: [model.step(*signals, p.tick_s)])
+    return s._replace(f=answer[0]) if answer else s
 
 
 @local_stored_j.member(PluggedLocal)
@@ -129,17 +141,3 @@ def _good(answer: Any, like: Vector) -> Vector:
     if not (np.abs(array) <= LARGEST_N).all():  # false for NaN
         raise ValueError("not a finite force")
     return tuple(array[0].tolist())
-
-
-def _contained(s: PluggedLocal, p: PluggedLocalParams, error: BaseException) -> PluggedLocal:
-    logger.error(
-        "master.local_model.kind = %r: %s; a matched damper replaces it",
-        p.params.kind,
-        reason(error),
-    )
-    return s._replace(broken=True)
-
-
-def _signal(value: Vector) -> Array:
-    """Return a signal as the model sees it, ``(1, dof)``."""
-    return np.array([value])

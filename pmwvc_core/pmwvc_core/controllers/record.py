@@ -51,8 +51,14 @@ class Controller(Record):
         The laws of the ends of a controller of another package, as
         :mod:`pmwvc_core.controllers.plugged` describes them. None: those of the library (of
         ``pmwvc``, where packets carry waves).
+    law
+        Of one of the library without waves: from ``baseline.*`` and the tick [s], the NamedTuple
+        by whose type the families of :mod:`pmwvc_core.law.without_waves` choose its laws.
+    sprung
+        Whether the avatars of such a one hang on springs to their devices.
     device_rest, avatar_rest
-        From the parameters and the number of axes, the states that they start from (NamedTuples).
+        From the parameters (with ``law`` those of ``baseline.*``) and the number of axes, the
+        states that the ends start from (NamedTuples).
     extra
         How many ``extra`` signals a packet carries up and down, for a number of axes.
     params
@@ -79,6 +85,8 @@ class Controller(Record):
     waves: bool
     device: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
     avatar: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
+    law: Callable[[BaselineParams, float], Any] | None = None
+    sprung: bool = False
     device_rest: Callable[[Any, int], Any] = lambda p, axes: ()
     avatar_rest: Callable[[Any, int], Any] = lambda p, axes: ()
     extra: Callable[[int], tuple[int, int]] = lambda axes: (0, 0)

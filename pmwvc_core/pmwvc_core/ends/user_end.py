@@ -28,8 +28,7 @@ from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.master import port_opened, port_signals
 from pmwvc_core.law.port.sensing import NEVER_NS, Sample
 from pmwvc_core.law.user_tick import begin, send, user_tick
-from pmwvc_core.made.user import resting_user, user_params
-from pmwvc_core.made.user_changes import changed_master, changed_safety
+from pmwvc_core.made.user import changed_master, changed_safety, resting_user, user_params
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.scenario.scenario import User

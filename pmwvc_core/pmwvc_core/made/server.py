@@ -4,7 +4,7 @@
 changes in flight.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,9 @@ import numpy as np
 from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
 from pmwvc_core.controllers.plugged_ends import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.black_box.black_box import BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.compensations import compensation_params
+from pmwvc_core.law.black_box.seen import resting_seen
 from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.packet import packing_params, resting_packing
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
@@ -27,26 +29,24 @@ from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
-from pmwvc_core.made.black_box import black_box_params, resting_box
-from pmwvc_core.made.user import CONTROLLERS, arrivals_params, own_values
+from pmwvc_core.made.user import arrivals_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.server import KNOWN
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server import environments
-from pmwvc_core.server.black_box.containment import Call, directly
+from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.server.black_box.containment import Asked, Call, Outside, directly
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.couplings.contained import Contained
 from pmwvc_core.server.couplings.record import backward
+from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
+from pmwvc_core.server.environments import PLUGINS, environment_of
+from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
-
-OBJECTS: Mapping[str, Callable[[ServerParams], BodyLaw]] = {
-    "cube": lambda server: body_law(server.object_mass, server.object_damping, server.period_s),
-    "wall": lambda server: wall_law(server.period_s),
-}
 
 
 def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
@@ -76,12 +76,15 @@ def object_of(server: ServerParams) -> BodyLaw:
     ParameterError
         If it is known as a black box only.
     """
-    if server.environment not in OBJECTS:
+    environment = environment_of(server.environment)
+    if not environment.known:
         raise ParameterError(
             f"server.environment = {server.environment!r}: needs controller = pmwvc with "
-            f"server.coupling = unknown; here there are {', '.join(OBJECTS)}"
+            f"server.coupling = unknown; here there are {', '.join(KNOWN)}"
         )
-    return OBJECTS[server.environment](server)
+    if environment.movable:
+        return body_law(server.object_mass, server.object_damping, server.period_s)
+    return wall_law(server.period_s)
 
 
 def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
@@ -102,7 +105,7 @@ def of_library(scenario: "scenarios.Scenario") -> bool:
         scenario.controller in LIBRARY
         and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
         and server.compensation in COMPENSATIONS.library
-        and server.environment in environments.LIBRARY
+        and server.environment in ENVIRONMENTS
         and not any(
             user.master.bank.is_on and user.master.local_model.is_plugin for user in scenario.users
         )
@@ -110,55 +113,46 @@ def of_library(scenario: "scenarios.Scenario") -> bool:
 
 
 def server_params(
-    users: Sequence["scenarios.User"],
-    *,
-    controller: str,
-    channel: str,
-    server: ServerParams,
-    times: ServerTimes,
-    axes: int,
-) -> ServerStepParams:
+    users: Sequence["scenarios.User"], *, controller: str, channel: str, server: ServerParams,
+    times: ServerTimes, axes: int,
+) -> ServerStepParams:  # fmt: skip
     """Return the parameters of the server's step."""
-    guests = tuple(
-        GuestParams(
-            arrivals_params(
-                controller,
-                channel,
-                user.server_impedance,
-                timeout_s=times.timeout_s,
-                lets_go_s=AVATAR_RETURN_S,
-                store_j=server.store_j,
-            ),
-            packing_params(user.contact.deadband),
-        )
-        for user in users
-    )
-    strict = is_strict(controller, channel)
-    environment = _environment_params(users, controller, server, axes, strict=strict)
-    return ServerStepParams(
-        guests, environment, server.period_s, times.release_s, times.soft_start_s
-    )
-
-
-def _environment_params(
-    users: Sequence["scenarios.User"],
-    controller: str,
-    server: ServerParams,
-    axes: int,
-    *,
-    strict: bool,
-) -> Any:
-    record = record_of(controller)
+    strict, record = is_strict(controller, channel), record_of(controller)
+    guests = []
+    for user in users:
+        arrivals = arrivals_params(
+            controller, channel, user.server_impedance,
+            timeout_s=times.timeout_s, lets_go_s=AVATAR_RETURN_S, store_j=server.store_j,
+        )  # fmt: skip
+        guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
+    values = tuple(values_of(user, record) for user in users)
     if record.avatar is not None:
-        values = tuple(own_values(user, record) for user in users)
-        return PluggedServerParams(record.avatar, values, record.energies, object_of(server))
-    if not record.waves:
-        made = CONTROLLERS[controller]
-        laws = tuple(made.law(user.baseline, user.master.tick_s) for user in users)
-        return AvatarEndParams(laws, object_of(server), made.sprung)
-    if COUPLINGS.of(server.coupling).black_box:
-        return black_box_params(server, _contacts(users, server, axes), axes, brakes=strict)
-    return EnvironmentParams(coupling_of(server, users), object_of(server), strict)
+        environment: Any = PluggedServerParams(
+            record.avatar, values, record.energies, object_of(server)
+        )
+    elif record.law is not None:
+        ticks_s = [user.master.tick_s for user in users]
+        laws = tuple(map(record.law, values, ticks_s))
+        environment = AvatarEndParams(laws, object_of(server), record.sprung)
+    elif COUPLINGS.of(server.coupling).black_box:
+        law, sloped = None, environment_of(server.environment).sloped
+        if made := environment_of(server.environment).made:
+            _, law = made(server, _contacts(users, server, axes), axes)
+        environment = BlackBoxParams(
+            law,
+            compensation_params(server),
+            wall_law(server.period_s),
+            strict,
+            *weights(server.integrator, server.period_s),
+            sloped,
+            server.learns and not sloped,
+            tuple(tuple(row) for row in np.eye(axes).tolist()),
+        )
+    else:
+        environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
+    return ServerStepParams(
+        tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
+    )
 
 
 def _contacts(users: Sequence["scenarios.User"], server: ServerParams, axes: int) -> list[Contact]:
@@ -173,17 +167,15 @@ def are_coupled(users: Sequence["scenarios.User"]) -> bool:
 
 def alike(ports: Sequence[UserPort], users: Sequence["scenarios.User"]) -> tuple[UserPort, ...]:
     """Return ports with impedances of one kind: a number is a matrix while any user's is one."""
-    coupled = are_coupled(users)
-    return tuple(_alike(port, len(port.x_s), coupled=coupled) for port in ports)
-
-
-def _alike(port: UserPort, axes: int, *, coupled: bool) -> UserPort:
-    b = port.avatar.impedance
-    if coupled and isinstance(b, wave.Impedance):
-        b = made_impedance(MatrixImpedance(np.full(axes, b.b), np.eye(axes)))
-    elif not coupled and isinstance(b, wave.MatrixImpedance):
-        b = made_impedance(b.b[0][0])
-    return port._replace(avatar=port.avatar._replace(impedance=b))
+    coupled, like = are_coupled(users), []
+    for port in ports:
+        b, axes = port.avatar.impedance, len(port.x_s)
+        if coupled and isinstance(b, wave.Impedance):
+            b = made_impedance(MatrixImpedance(np.full(axes, b.b), np.eye(axes)))
+        elif not coupled and isinstance(b, wave.MatrixImpedance):
+            b = made_impedance(b.b[0][0])
+        like.append(port._replace(avatar=port.avatar._replace(impedance=b)))
+    return tuple(like)
 
 
 def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> Environment:
@@ -196,38 +188,61 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
     return s._replace(body=changed_body(s.body, p.environment.body, q.environment.body))
 
 
-def resting_server(
-    users: Sequence["scenarios.User"],
-    p: ServerStepParams,
-    *,
-    controller: str,
+def _resting_box(
     server: ServerParams,
-    axes: int,
-    own: Any = None,
-    call: Call = directly,
-) -> Server:
+    users: Sequence["scenarios.User"],
+    contacts: Sequence[Contact],
+    own: Any,
+    call: Call,
+) -> BlackBox:
+    """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
+    axes, name = len(contacts[0].springs), server.environment
+    rest = (0.0,) * axes
+    if made := environment_of(name).made:
+        state, _ = made(server, contacts, axes)
+    else:
+        sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
+        values = getattr(own, name, None)
+        setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
+        faults, absent = Faults("server.environment", name), (False,) * len(users)
+        state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, absent)
+    least = (float(impedances.smallest(user.server_impedance)) for user in users)
+    return BlackBox(
+        rest,
+        rest,
+        state,
+        COMPENSATIONS.of(server.compensation).rest(len(users)),
+        tuple(resting_seen(rest, b / server.period_s) for b in least),
+        0.0,
+        -1.0,
+        Accounts(0.0, 0.0, 0.0, 0.0),
+    )
+
+
+def resting_server(
+    users: Sequence["scenarios.User"], p: ServerStepParams, *, controller: str,
+    server: ServerParams, axes: int, own: Any = None, call: Call = directly,
+) -> Server:  # fmt: skip
     """Return the server with no user present. Environments of other packages have their parameters
     in ``own``, by their names, and ``call`` is how they are asked.
     """
     rest, record = (0.0,) * axes, record_of(controller)
+    up, down = record.extra(axes)
     contacts, ports, guests = _contacts(users, server, axes), [], []
     for user, guest, contact in zip(users, p.guests, contacts, strict=True):
-        b = made_impedance(user.server_impedance)
-        avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         kept: Any = AvatarBrake(resting_brake(rest), 0.0)
+        if record.avatar is not None or record.law is not None:
+            kept = record.avatar_rest(values_of(user, record), axes)
         if record.avatar is not None:
-            at_rest = record.avatar_rest(own_values(user, record), axes)
-            kept = Kept(at_rest, at_rest)
-        elif not record.waves:
-            kept = CONTROLLERS[controller].at_avatar(user.baseline, axes)
-        up, down = record.extra(axes)
-        sums, extra = Sums(0.0, 0.0, -1.0), (0.0,) * down
-        ports.append(UserPort(avatar, kept, rest, rest, rest, sums, extra))
+            kept = Kept(kept, kept)
+        b = made_impedance(user.server_impedance)
+        avatar, sums = Avatar(False, b, rest, rest, rest, contact, rest), Sums(0.0, 0.0, -1.0)
+        ports.append(UserPort(avatar, kept, rest, rest, rest, sums, (0.0,) * down))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
-        body = resting_box(server, users, contacts, own, call)
+        body = _resting_box(server, users, contacts, own, call)
     environment = Environment(alike(ports, users), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

@@ -1,9 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A user's force loop, made from a scenario."""
+"""A user's force loop, made from a scenario, and its parameters that change in flight, at a frame
+start.
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+Waves carry the same power whatever the impedance, so that may change at any time, and so may
+position feedback, local model, rate drop and deadband. Another filter, hold or velocity filter
+starts at zero: what the old one held is lost, never gained. Sums of energy go on.
+"""
+
+import dataclasses
+from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
 from pmwvc_core.controllers.plugged import DeviceAnswer
@@ -12,64 +18,49 @@ from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.packet import no_packet, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
-from pmwvc_core.law.family import NOTHING
+from pmwvc_core.law.channel.silence import LATENESSES
+from pmwvc_core.law.family import Nothing
+from pmwvc_core.law.port.filter_bank import Bank, changed_local, resting_bank
+from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.sensing import NEVER_NS
+from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
-from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
+from pmwvc_core.law.safety.limits import (
+    LARGEST,
+    REACH,
+    LimitsParams,
+    limits_params,
+    resting_limits,
+)
 from pmwvc_core.law.user_tick import User, UserParams
+from pmwvc_core.law.wave.anti_aliasing import resting_filter
+from pmwvc_core.law.wave.hold import Hold
 from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
-from pmwvc_core.law.without_waves.direct import Direct, Held
-from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
-from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
-from pmwvc_core.law.without_waves.virtual_coupling import VirtualCoupling, resting_coupling
-from pmwvc_core.made.waves import resting_waves, waves_params
-from pmwvc_core.params import BaselineParams
+from pmwvc_core.made.waves import (
+    lent_of,
+    position_params,
+    resting_filters,
+    resting_position,
+    resting_waves,
+    waves_params,
+)
+from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
+# What may change without a new beginning of what is around the port.
+GOES_ON = ("impedance", "position", "bank", "local_model", "rate_drop", "deadband")
 
 
-class Made(NamedTuple):
-    """How a controller is made: its law for a tick [s], what its device's end and its avatar start
-    from, by number of axes; whether avatars hang on springs.
+def values_of(user: "scenarios.User", record: Controller) -> Any:
+    """Return a user's parameters of a controller: those of ``baseline.*``, or of another package;
+    None without any.
     """
-
-    law: Callable[[BaselineParams, float], Any]
-    at_device: Callable[[BaselineParams, int], Any]
-    at_avatar: Callable[[BaselineParams, int], Any] = lambda baseline, axes: NOTHING
-    sprung: bool = False
-
-
-CONTROLLERS: Mapping[str, Made] = {
-    "direct": Made(lambda baseline, tick_s: Direct(0), lambda baseline, axes: Held((0.0,) * axes)),
-    "virtual_coupling": Made(
-        lambda baseline, tick_s: VirtualCoupling(
-            baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
-        ),
-        lambda baseline, axes: resting_coupling(axes),
-        sprung=True,
-    ),
-    "tdpa": Made(
-        lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
-        lambda baseline, axes: resting_tdpa(axes),
-        lambda baseline, axes: RESTING_OBSERVER,
-    ),
-    "pspm": Made(
-        lambda baseline, tick_s: Pspm(
-            baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
-        ),
-        lambda baseline, axes: resting_pspm(axes, baseline.pspm.initial_j),
-        lambda baseline, axes: resting_spring(axes, baseline.pspm.initial_j),
-        sprung=True,
-    ),
-}
-
-
-def own_values(user: "scenarios.User", record: Controller) -> Any:
-    """Return a user's parameters of a controller of another package; None without any."""
+    if record.law is not None:
+        return user.baseline
     return getattr(user.own, record.name) if record.params else None
 
 
@@ -79,48 +70,36 @@ def arrivals_params(
     """Return the rules of a receiver of a port of this impedance [N s/m], whose brake lets go in
     so much time after an outage [s], and whose playout begins with so much energy [J].
     """
-    strict, waves = is_strict(controller, channel), has_waves(controller)
-    repaid = float(wave_of_speed(b, REPAID_M_S))
     return ArrivalsParams(
         timeout_s,
-        float(largest_wave(b, waves=waves)),
+        float(largest_wave(b, waves=has_waves(controller))),
         is_zeroing(controller, channel),
-        strict,
-        PlayoutParams(repaid, lets_go_s, store_j),
+        is_strict(controller, channel),
+        PlayoutParams(float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j),
     )
 
 
 def user_params(
-    user: "scenarios.User",
-    *,
-    controller: str,
-    channel: str,
-    packet_s: float,
-    answer_tick: int,
+    user: "scenarios.User", *, controller: str, channel: str, packet_s: float, answer_tick: int,
     workspace_m: float | None = None,
-) -> UserParams:
+) -> UserParams:  # fmt: skip
     """Return the parameters of a user's force loop."""
-    master, b = user.master, user.impedance
-    strict = is_strict(controller, channel)
+    master, b, safety, record = user.master, user.impedance, user.safety, record_of(controller)
+    strict, tick_s = is_strict(controller, channel), master.tick_s
     arrivals = arrivals_params(
-        controller,
-        channel,
-        b,
-        timeout_s=user.safety.timeout_s,
-        lets_go_s=HAND_RETURN_S,
-        store_j=master.store_j,
-    )
+        controller, channel, b,
+        timeout_s=safety.timeout_s, lets_go_s=HAND_RETURN_S, store_j=master.store_j,
+    )  # fmt: skip
+    values = values_of(user, record)
+    if record.device is not None:
+        port: Any = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
+    elif record.law is not None:
+        port = DeviceEndParams(tick_s, record.law(values, tick_s))
+    else:
+        port = waves_params(master, b, arrivals.playout, strict=strict)
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
     reach = LARGEST if workspace_m is None else REACH * workspace_m
-    record, tick_s = record_of(controller), master.tick_s
-    if record.device is not None:
-        values = own_values(user, record)
-        port: Any = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
-    elif record.waves:
-        port = waves_params(master, b, arrivals.playout, strict=strict)
-    else:
-        port = DeviceEndParams(tick_s, CONTROLLERS[controller].law(user.baseline, tick_s))
-    limits = limits_params(user.safety, tick_s, packet_s, reach, stiffness)
+    limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
     packing = packing_params(master.deadband)
     return UserParams(master.rate_drop, answer_tick, tick_s, packing, arrivals, port, limits)
 
@@ -129,21 +108,100 @@ def resting_user(
     user: "scenarios.User", p: UserParams, *, controller: str, axes: int, packet_s: float
 ) -> User:
     """Return a user's force loop at rest."""
-    nothing, master = (0.0,) * axes, user.master
-    timeout_s = user.safety.timeout_s
-    record, packet = record_of(controller), no_packet(nothing, ())
+    nothing, master, record = (0.0,) * axes, user.master, record_of(controller)
+    law, packet = record.device_rest(values_of(user, record), axes), no_packet(nothing, ())
     if record.device is not None:
         up, down = record.extra(axes)
-        law = record.device_rest(own_values(user, record), axes)
         answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
         came, sums_j = packet._replace(extra=(0.0,) * down), (0.0,) * 4
         port: Any = Plugged(law, nothing, nothing, came, False, False, answer, nothing, sums_j)
-    elif record.waves:
-        port = resting_waves(master, p.port, axes)
+    elif record.law is not None:
+        port = resting_end(law, axes)
     else:
-        port = resting_end(CONTROLLERS[controller].at_device(user.baseline, axes), axes)
-    arrivals = start_of(p.arrivals.plays_on, axes, timeout_s, packet_s)
+        port = resting_waves(master, p.port, axes)
+    arrivals = start_of(p.arrivals.plays_on, axes, user.safety.timeout_s, packet_s)
     return User(
         0, 0, master.rate_drop, master.frame_s, resting_packing(axes), arrivals, packet, 0, port,
         resting_limits(nothing, p.limits), nothing, NEVER_NS, 0, NEVER, False,
     )  # fmt: skip
+
+
+def changed_master(
+    s: User, p: UserParams, q: UserParams, old: MasterParams, new: MasterParams
+) -> tuple[User, UserParams]:
+    """Take other parameters of a master over.
+
+    Parameters
+    ----------
+    p, q
+        Of the force loop as it runs, and as it would be made now.
+    old, new
+        Of the master.
+    """
+    port, was, wanted = s.port, p.port, q.port
+    if hasattr(wanted, "filters"):
+        kept = {name: getattr(old, name) for name in GOES_ON}
+        anew = dataclasses.replace(new, **kept) != old
+        rest, strict = (0.0,) * len(port.x), isinstance(wanted, StrictMasterParams)
+        filters, of_filters = _filters(port.filters, was.filters, wanted.filters, new, anew=anew)
+        position, of_position = port.position, wanted.position
+        if isinstance(position, Nothing):
+            position = resting_position(new, of_position, rest, strict=strict)
+        else:
+            of_position = position_params(new, wanted.impedance, strict=strict)
+        port = port._replace(filters=filters, position=position)
+        wanted = wanted._replace(filters=of_filters, position=of_position)
+        if strict:
+            lends, lent_j = not isinstance(position, Nothing), lent_of(of_position)
+            wanted = wanted._replace(lends=lends, lent_j=lent_j)
+        elif anew:
+            chosen = resting_filter(new.filter, len(rest), wanted.filter)
+            port = port._replace(hold=Hold(rest, rest, rest, 0), filter=chosen)
+        else:
+            held = {"hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
+            wanted = wanted._replace(filter=was.filter, **held)
+    q = q._replace(port=wanted, limits=_limits(p, q), arrivals=p.arrivals)
+    return s._replace(port=port), q
+
+
+def _filters(s: Any, p: Any, q: Any, new: MasterParams, *, anew: bool) -> tuple[Any, Any]:
+    """Return the filters of a port and their parameters; which there are never changes."""
+    if not isinstance(q, FilteredParams):
+        return s, q
+    if not anew:
+        q = q._replace(near=p.near, force=p.force)
+    rest = resting_filters(new, q, len(s.held))
+    assert isinstance(rest, Filtered)
+    near, far, force = s.near, s.far, s.force
+    if anew:
+        near, force = _counting_on(rest.near, near), _counting_on(rest.force, force)
+    if isinstance(far, Bank):
+        local = changed_local(far.local, p.far.local, q.far.local)
+        if q.far[:4] != p.far[:4]:  # another split starts at zero
+            far = resting_bank(len(far.low_up), q.far)._replace(energies=far.energies)
+        far = far._replace(local=local)
+    return Filtered(near, far, force, s.held, s.gains), q
+
+
+def _counting_on(rest: Any, before: Any) -> Any:
+    """Return a filter at rest that goes on counting."""
+    return rest._replace(kept_j=before.kept_j) if hasattr(rest, "kept_j") else rest
+
+
+def _limits(p: UserParams, q: UserParams) -> LimitsParams:
+    """Return other limits; a brake that holds keeps its stiffness, a receiver what it was made
+    for.
+    """
+    return q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
+
+
+def changed_safety(s: User, p: UserParams, q: UserParams) -> tuple[User, UserParams]:
+    """Take other limits over, and another time of silence; ``q`` is the force loop as it would be
+    made now.
+    """
+    silence, timeout_s = s.arrivals.silence, q.arrivals.timeout_s
+    of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
+    silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
+    arrivals = p.arrivals._replace(timeout_s=timeout_s)
+    s = s._replace(arrivals=s.arrivals._replace(silence=silence))
+    return s, p._replace(limits=_limits(p, q), arrivals=arrivals)

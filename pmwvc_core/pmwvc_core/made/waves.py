@@ -100,7 +100,14 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
         return NOTHING
     velocity = _velocity_params(master) if own.is_on else NOTHING
     in_force = own.is_on and own.in_force
-    far = bank_of(master, _local(master, b)) if master.bank.is_on else NOTHING
+    far: Any = NOTHING
+    if master.bank.is_on:
+        local = master.local_model
+        place = ACTS.index(local.acts), local.begins_m, master.tick_s
+        model: Any = SpringDamper(local.stiffness, local.damping, *place)
+        if local.is_plugin:
+            model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
+        far = bank_of(master, model)
     near, force = (NOTHING, velocity) if in_force else (velocity, NOTHING)
     return FilteredParams(near, far, force, b)
 
@@ -110,15 +117,6 @@ def _velocity_params(master: MasterParams) -> VelocityParams:
     if not own.splits:
         return VelocityParams(high, (), own.share, master.tick_s)
     return VelocityParams(high + high, sections_of(low_pass(master)), own.share, master.tick_s)
-
-
-def _local(master: MasterParams, b: Any) -> Any:
-    """Return the parameters of the local model behind an impedance."""
-    local = master.local_model
-    place = ACTS.index(local.acts), local.begins_m, master.tick_s
-    if not local.is_plugin:
-        return SpringDamper(local.stiffness, local.damping, *place)
-    return PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
 
 
 def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothing:

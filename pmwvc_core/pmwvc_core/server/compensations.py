@@ -49,14 +49,6 @@ OF_LEDGER = (
 )
 
 
-def _no_allowance(params: ServerParams) -> bool:
-    return bool(min(params.allowance_w, params.allowance_j) == 0)
-
-
-def _allowance_j(params: ServerParams) -> float:
-    return float(params.allowance_j) if params.allowance_w > 0.0 else 0.0
-
-
 UNTREATED = Compensation(
     name="none",
     words="The energy of late decoding is not treated.",
@@ -83,8 +75,8 @@ LEDGER = Compensation(
     linear="none",
     rest=lambda users: JointLedger(0.0, 0.0, 0.0),
     limits=True,
-    passive=_no_allowance,
-    allowance_j=_allowance_j,
+    passive=lambda params: bool(min(params.allowance_w, params.allowance_j) == 0),
+    allowance_j=lambda params: float(params.allowance_j) if params.allowance_w > 0.0 else 0.0,
     accounts=OF_LEDGER,
 )
 COMPENSATIONS: Records[Compensation] = Records(

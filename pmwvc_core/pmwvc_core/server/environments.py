@@ -7,9 +7,15 @@ A laboratory adds an environment by installing a package of its own that names a
 its answers, and it is imported only when it is made.
 """
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
+from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
+from pmwvc_core.law.server.body import Body, body_law
+from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import PluginGroup, Record
 
@@ -20,6 +26,10 @@ class Environment(Record):
 
     Attributes
     ----------
+    made
+        As a black box, from parameters, contacts and axes: the state at rest, by whose type the
+        families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by; None for
+        one of another package.
     known
         Whether every coupling knows its equations; otherwise it is known as a black box only.
     noun
@@ -40,6 +50,7 @@ class Environment(Record):
         Why it may give out energy of its own; empty where it has none.
     """
 
+    made: Callable[[ServerParams, Sequence[Contact], int], tuple[Any, Any]] | None = None
     known: bool = False
     noun: str = "the object"
     movable: bool = False
@@ -51,9 +62,37 @@ class Environment(Record):
     own_energy: Callable[[ServerParams], str] = lambda params: ""
 
 
+def _visitors(contacts: Sequence[Contact], rest: tuple[float, ...]) -> tuple[Visitor, ...]:
+    return tuple(Visitor(False, rest, contact) for contact in contacts)
+
+
+def _wall(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
+    rest = (0.0,) * axes
+    return Wall(_visitors(contacts, rest), Body(rest, rest), 0.0), Drive(rest, 0.0)
+
+
+def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
+    drive, (wall, _) = server.active_wall, _wall(server, contacts, axes)
+    amplitude = (drive.amplitude_m, *(0.0,) * (axes - 1))
+    return wall, Drive(amplitude, 2.0 * math.pi * drive.frequency_hz)
+
+
+def _cube(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[FreeCube, Any]:
+    rest, law = (0.0,) * axes, body_law(server.object_mass, server.object_damping, server.period_s)
+    return FreeCube(_visitors(contacts, rest), Body(rest, rest)), law
+
+
+def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[SoftBody, Any]:
+    soft, rest = server.hunt_crossley, (0.0,) * (axes - 1)
+    laws = [contact.law for contact in contacts]
+    dents = tuple(Dent(False, 0.0, 0.0, law.stiffness, (law.inward, *rest)) for law in laws)
+    return SoftBody(dents), SoftBodyParams(soft.exponent, soft.damping, 0.5 * server.object_size_m)
+
+
 CUBE = Environment(
     name="cube",
     words="The shared object, which moves freely.",
+    made=_cube,
     linear="cube",
     known=True,
     noun="the cube",
@@ -62,6 +101,7 @@ CUBE = Environment(
 WALL = Environment(
     name="wall",
     words="A wall that does not move.",
+    made=_wall,
     linear="wall",
     known=True,
     noun="the wall",
@@ -71,6 +111,7 @@ WALL = Environment(
 WALL_WITH_SLOPE = Environment(
     name="wall_with_slope",
     words="A wall that reports the slope of its force.",
+    made=_wall,
     linear="wall_with_slope",
     noun="the wall",
     sloped=True,
@@ -79,6 +120,7 @@ WALL_WITH_SLOPE = Environment(
 HUNT_CROSSLEY = Environment(
     name="hunt_crossley",
     words="A soft body that stands still, F = K d^n (1 + c d').",
+    made=_soft,
     linear="wall",
     sloped=True,
     contact_law=False,
@@ -86,6 +128,7 @@ HUNT_CROSSLEY = Environment(
 ACTIVE_WALL = Environment(
     name="active_wall",
     words="A wall driven along axis 0: it gives out the energy of its drive.",
+    made=_driven,
     linear="wall",
     noun="the wall",
     contact_law=False,

@@ -16,14 +16,13 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
 from pmwvc_core.law.black_box.touched import Reply, Vectors, exchange, solved_line, visited
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Array
+from pmwvc_core.server.black_box import BlackBox
 from pmwvc_core.server.black_box.faults import BadAnswer, Faults
-from pmwvc_core.server.black_box.interface import BlackBox
 
 LARGEST_N = 1e6  # more is no force
 R = TypeVar("R")
@@ -110,12 +109,11 @@ def _exchange(
     p: BlackBoxParams,
 ) -> tuple[Outside, Reply]:  # fmt: skip
     ask = partial(s.asked.exchange, avatars, np.array(starts), np.array(velocities), p)
-    try:
-        reply, bad = s.call(ask)
-    except PLUGIN_ERRORS as error:  # whatever the plug-in raises
-        s.faults.note(error)
+    found = s.faults.guarded(partial(s.call, ask))
+    if found is None:
         rest = zero(starts[0])
         return s, Reply(False, velocities, starts, -1.0, rest, rest)
+    reply, bad = found
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply
 

@@ -1,27 +1,29 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The faults of an environment's answer, and their count."""
+"""The faults of what the server asks, and their count: the guard of code from outside."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
-from pmwvc_core.errors import reason
+from pmwvc_core.errors import PLUGIN_ERRORS, reason
 
-
-class Unanswered(Exception):
-    """The environment has not answered in time, or is still busy with an earlier step."""
+R = TypeVar("R")
 
 
 class BadAnswer(Exception):
-    """The environment answered with something that is no answer."""
+    """The environment or coupling answered with something that is no answer."""
 
 
-class Unsettled(Exception):
+class Unanswered(BadAnswer):
+    """It has not answered in time, or is still busy with an earlier step."""
+
+
+class Unsettled(BadAnswer):
     """The equation of a step was not solved to rounding; its best solution was used."""
 
     def __str__(self) -> str:
-        """Return what happened, with the runs it happened in."""
-        return f"did not settle {super().__str__()}".rstrip()
+        """Return what happened."""
+        return "did not settle"
 
 
 class Faults:
@@ -40,6 +42,14 @@ class Faults:
         self.what = parameter.removeprefix("server.")
         self.replaced = self.what == "environment"  # by a damper, in those steps
 
+    def guarded(self, ask: Callable[[], R]) -> R | None:
+        """Return what code from outside answers; None, and count a step, where it raises."""
+        try:
+            return ask()
+        except PLUGIN_ERRORS as error:  # whatever it raises
+            self.note(error)
+            return None
+
     def note_users(self, bad: Iterable[bool], what: str) -> None:
         """Count a step where the answer is bad for any user."""
         if who := [user for user, is_bad in enumerate(bad) if is_bad]:
@@ -52,7 +62,6 @@ class Faults:
 
     def note(self, error: BaseException) -> None:
         """Count a step."""
-        known = isinstance(error, (Unanswered, BadAnswer, Unsettled))
-        what = str(error) if known else f"raised {reason(error)}"
+        what = str(error) if isinstance(error, BadAnswer) else f"raised {reason(error)}"
         self.steps += 1
         self.text = f"{self._name} {what}"

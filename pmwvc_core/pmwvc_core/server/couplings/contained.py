@@ -8,13 +8,13 @@ record says that they move. Heat is what went in and is not stored. Not here: a 
 too long.
 """
 
+from functools import partial
 from typing import Any, NamedTuple
 
-from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j, mobility, pushed_body
 from pmwvc_core.law.server.contacts import contact_energy, slid
-from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, within, zero
+from pmwvc_core.law.vectors import dot, minus, plus, scaled, within, zero
 from pmwvc_core.law.wave.wave import free_velocity, wave_force, wave_velocity
 from pmwvc_core.server.black_box.containment import LARGEST_N
 from pmwvc_core.server.black_box.faults import BadAnswer, Faults
@@ -36,18 +36,18 @@ class Contained(NamedTuple):
 @couple.member(Contained)
 def contained(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     """Step the coupling; a damper for the steps that it fails."""
-    try:
-        found: Step = couple(p.law, avatars, body, law)
-        usable = all([within(plus(a.f, a.xd), LARGEST_N) for a in found[0] if a.present])
-    except PLUGIN_ERRORS as error:  # whatever a plug-in raises
-        p.faults.note(error)
-        p.faults.replaced = True
-        return _damped(p, avatars, body, law)
-    if usable:
+    found = p.faults.guarded(partial(_usable, p, avatars, body, law))
+    if found is not None:
         return found
-    p.faults.note(BadAnswer("returned no usable force or velocity (not finite, or beyond 1e6)"))
     p.faults.replaced = True
     return _damped(p, avatars, body, law)
+
+
+def _usable(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    found: Step = couple(p.law, avatars, body, law)
+    if all(within(plus(a.f, a.xd), LARGEST_N) for a in found[0] if a.present):
+        return found
+    raise BadAnswer("returned no usable force or velocity (not finite, or beyond 1e6)")
 
 
 def _damped(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
@@ -62,27 +62,19 @@ def _damped(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw)
             force, held = plus(force, push), plus(held, a.f)
         ways.append(plus(scaled(a.xd, p.old_s), scaled(xd, p.new_s)))
         moved.append(a._replace(xd=xd, f=push))
-    body, shift = _object_moved(p, body, law, held, force)
+    if p.object_motion != "midpoint":
+        pushes = held if p.object_motion == "held_before" else force
+        body, shift, _ = pushed_body(body, pushes, law)
+    else:
+        mobile, pushed = mobility(0.0, law), plus(scaled(body.xd, law.inertance), force)
+        mean = scaled(pushed, mobile) if mobile else zero(force)
+        body, _ = drifted(body, mean, law)
+        shift = scaled(mean, law.period_s)
     after = tuple(
         a._replace(contact=slid(a.contact, minus(way, shift))[0]) if a.present else before
         for a, way, before in zip(moved, ways, avatars, strict=True)
     )
     return after, body, into_j - (_stored_j(after, body, law) - before_j), True
-
-
-def _object_moved(
-    p: Contained, body: Body, law: BodyLaw, held: Vector, force: Vector
-) -> tuple[Body, Vector]:
-    """Move the object; return by how much [m]."""
-    if p.object_motion != "midpoint":
-        body, shift, _ = pushed_body(
-            body, held if p.object_motion == "held_before" else force, law
-        )
-        return body, shift
-    mobile = mobility(0.0, law)
-    mean = scaled(plus(scaled(body.xd, law.inertance), force), mobile) if mobile else zero(force)
-    body, _ = drifted(body, mean, law)
-    return body, scaled(mean, law.period_s)
 
 
 def _stored_j(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> float:

@@ -31,11 +31,6 @@ def backward(params: ServerParams) -> tuple[float, float]:
     return 0.0, params.period_s
 
 
-def never(params: ServerParams) -> bool:
-    """Return False: nothing is known."""
-    return False
-
-
 @dataclass(frozen=True, kw_only=True)
 class Coupling(Record):
     """A coupling: what makes its law, and its properties.
@@ -78,7 +73,7 @@ class Coupling(Record):
     late: bool = False
     black_box: bool = False
     object_motion: str = "held_before"
-    passive: Callable[[ServerParams], bool] = never
+    passive: Callable[[ServerParams], bool] = lambda params: False
     least_impedance: Callable[[ServerParams, ContactParams], float] | None = None
 
     def __post_init__(self) -> None:
