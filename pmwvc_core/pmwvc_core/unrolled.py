@@ -191,6 +191,8 @@ class _Unrolling(Expressions, ast.NodeTransformer):
             known = [expression_of(text) for text in texts]
             if isinstance(chosen, Family):
                 cells.append(self._member(chosen, known))
+            elif isinstance(chosen, type):
+                cells.append(self.built(chosen, known))
             elif isinstance(chosen, FunctionType) and _is_short(chosen):
                 cells.append(self._in_place(chosen, known))
             else:

@@ -59,7 +59,7 @@ def _soft(server: ServerParams, contacts: Contacts, axes: int) -> tuple[SoftBody
         for contact in contacts
     )
     face = 0.5 * server.object_size_m
-    return SoftBody(dents), SoftBodyParams(soft.exponent, soft.damping, face)
+    return SoftBody(dents, _resting(axes)), SoftBodyParams(soft.exponent, soft.damping, face)
 
 
 ENVIRONMENTS: Mapping[str, Callable[[ServerParams, Contacts, int], tuple[Any, Any]]] = {

@@ -22,7 +22,7 @@ from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.implicit import Implicit
 from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
 from pmwvc_core.law.server.sampled import weights
-from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
+from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
@@ -221,8 +221,8 @@ def resting_server(
         elif not record.waves:
             kept = CONTROLLERS[controller].at_avatar(user.baseline, axes)
         up, down = record.extra(axes)
-        sums, extra = Sums(0.0, 0.0, -1.0), (0.0,) * down
-        ports.append(UserPort(avatar, kept, rest, rest, rest, sums, extra))
+        extra = (0.0,) * down
+        ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, extra))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
