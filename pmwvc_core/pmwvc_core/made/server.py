@@ -221,8 +221,7 @@ def resting_server(
         elif not record.waves:
             kept = CONTROLLERS[controller].at_avatar(user.baseline, axes)
         up, down = record.extra(axes)
-        extra = (0.0,) * down
-        ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, extra))
+        ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
