@@ -133,7 +133,7 @@ def _family(family: Family) -> Any:
 
     def choose(first, *others):
         kind = getattr(first, "instance_class", type(None))
-        if kind not in family.members and family.members.default is None:
+        if kind not in family.members and family.members.default_factory is None:
             return None
         chosen = _inside(family.members[kind])
         return lambda first, *others: chosen(first, *others)

@@ -202,6 +202,8 @@ class _Unrolling(Expressions, ast.NodeTransformer):
             known = [expression_of(text) for text in [*of_one, *[pair[i > 0] for pair in for_all]]]
             if isinstance(chosen, Family):
                 cells.append(self._member(chosen, known))
+            elif isinstance(chosen, type):
+                cells.append(self.built(chosen, known))
             elif isinstance(chosen, FunctionType) and _is_short(chosen):
                 cells.append(self._in_place(chosen, known))
             else:

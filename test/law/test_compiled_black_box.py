@@ -17,7 +17,7 @@ from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, body_law, wall_law
 from pmwvc_core.law.server.contacts import Contact
-from pmwvc_core.law.server.server_port import Environment, Sums, UserPort, environment_step, joined
+from pmwvc_core.law.server.server_port import Environment, UserPort, environment_step, joined
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.vectors import scaled, zero
@@ -60,7 +60,7 @@ def port(side, axes):
     contact = Contact(law, True, springs)
     avatar = Avatar(False, impedance(12.5), rest, rest, rest, contact, rest)
     brake = AvatarBrake(resting_brake(rest), 0.0)
-    return UserPort(avatar, brake, rest, rest, rest, Sums(0.0, 0.0, -1.0), ())
+    return UserPort(avatar, brake, rest, rest, rest, 0.0, 0.0, -1.0, ())
 
 
 def boxes(ports, axes):
@@ -72,7 +72,7 @@ def boxes(ports, axes):
         (wall, Drive((0.005, *rest[1:]), 9.0), False),
         (wall, Drive(rest, 0.0), True),
         (FreeCube(visitors, Body(rest, rest)), body_law(0.5, 1.0, H), False),
-        (SoftBody(dents), SoftBodyParams(1.5, 20.0, 0.05), True),
+        (SoftBody(dents, Body(rest, rest)), SoftBodyParams(1.5, 20.0, 0.05), True),
     )
 
 

@@ -28,7 +28,6 @@ from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body, body_law
 from pmwvc_core.law.server.server_port import (
     Environment,
-    Sums,
     UserPort,
     environment_step,
     joined,
@@ -83,7 +82,7 @@ def test_both_ends(kind: str, axes: int) -> None:
     }[kind]  # fmt: skip
     contact = contact_of(ContactParams(), side=-1, size=0.1, axes=axes)
     avatar = Avatar(False, impedance(25.0), nothing, nothing, nothing, contact, nothing)
-    port = UserPort(avatar, kept, nothing, nothing, nothing, Sums(0.0, 0.0, -1.0), ())
+    port = UserPort(avatar, kept, nothing, nothing, nothing, 0.0, 0.0, -1.0, ())
     body = Body(nothing, nothing)
     port, _ = joined(port, (-0.06, *nothing[1:]), body)
     e = Environment((port,), body, 0.0, 0)

@@ -305,7 +305,7 @@ def test_energy_goes_in_at_one_user_and_out_at_the_other():
         join_all(server, np.random.default_rng(0), 1)
         push = np.sin(2.0 * np.pi * 0.5 * 0.008 * np.arange(1000))
         found = account(server, [[float(wave), 0.0] for wave in push])
-        first, second = (each.sums.u_j - each.sums.v_j for each in server.s.ports)
+        first, second = (each.u_j - each.v_j for each in server.s.ports)
         assert found.min() >= -TOLERANCE_J
         assert second < -0.5 * first < 0.0  # most of it is with the second user now
         assert server.energies["withheld"] <= 1e-9

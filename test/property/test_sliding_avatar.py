@@ -102,7 +102,7 @@ def test_waves_forces_and_velocities_are_those_of_an_avatar_that_stays(coupling,
                 sliding.setattr(server_port, "SLIDE_M_S", speed)
                 server.step([u])
             (port,) = server.s.ports
-            found.append((port.v_s, server.f_s, server.xd_s, server.energies, port.sums))
+            found.append((port.v_s, server.f_s, server.xd_s, server.energies, port.u_j, port.v_j))
         assert found[0] == found[1]
         slid += server.offset[0] - offset
     assert slid == pytest.approx(0.02)

@@ -253,7 +253,7 @@ class Users:
         self._sums[user] = seen
 
     def account(self, user):
-        return self.s.ports[user].sums.account_j
+        return self.s.ports[user].account_j
 
     def leave(self, user):
         self._changed(user, *left(self.s.ports[user]))
@@ -288,8 +288,8 @@ class Users:
     v_s = property(lambda self: self._of_all(lambda port: port.v_s))
     offset = property(lambda self: self._of_all(lambda port: port.offset))
     present = property(lambda self: [port.avatar.present for port in self.s.ports])
-    taken_j = property(lambda self: sum(p.sums.u_j - p.sums.v_j for p in self.s.ports))
-    came_j = property(lambda self: sum(p.sums.u_j for p in self.s.ports))
+    taken_j = property(lambda self: sum(p.u_j - p.v_j for p in self.s.ports))
+    came_j = property(lambda self: sum(p.u_j for p in self.s.ports))
     dissipated = property(lambda self: self.s.dissipated_j)
     stored = property(lambda self: self.energies["kinetic"] + self.energies["potential"])
 

@@ -126,7 +126,7 @@ def test_an_absent_user_gets_no_packet():
     server.join(0, -0.03)
     returned = server.step([0.3, 5.0])
     assert returned[1] == 0.0
-    assert server.s.ports[1].sums[:2] == (0.0, 0.0)
+    assert (server.s.ports[1].u_j, server.s.ports[1].v_j) == (0.0, 0.0)
     server.leave(1)  # nobody there: nothing happens
     assert server.dissipated >= 0.0
 

@@ -26,7 +26,6 @@ from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.server.sampled import object_pushed
 from pmwvc_core.law.server.server_port import (
     Environment,
-    Sums,
     UserPort,
     environment_energies,
     environment_step,
@@ -164,10 +163,10 @@ def _met(
     law, answer = p.avatar(s.brake.law, step, values)
     moved = answer.moved
     flow_j = h * dot(moved.f, moved.xd)
-    sums = Sums(s.sums.u_j + max(flow_j, 0.0), s.sums.v_j + max(-flow_j, 0.0), -1.0)
+    u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
     avatar = a._replace(xd=moved.xd, f=moved.f, contact=moved.contact)
     kept = s.brake._replace(law=law)
-    s = UserPort(avatar, kept, s.offset, moved.x_s, answer.wave, sums, answer.extra)
+    s = UserPort(avatar, kept, s.offset, moved.x_s, answer.wave, u_j, v_j, -1.0, answer.extra)
     return s, moved.lost_j
 
 

@@ -40,7 +40,7 @@ def challenge(s: Server, p: ServerStepParams, user: int, now_ns: int) -> tuple[S
     guest, port = s.guests[user], s.environment.ports[user]
     rest = zero(port.x_s)
     about = About(now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1)
-    sent = Sent(rest, rest, port.sums.account_j, port.extra)
+    sent = Sent(rest, rest, port.account_j, port.extra)
     packing, packet, _ = pack(guest.packing, sent, p.period_s, about, p.guests[user].packing)
     guests = list(s.guests)
     guests[user] = guest._replace(packing=packing)

@@ -97,7 +97,7 @@ def _port(port: UserPort, shown: PortShown) -> PortRow:
         value(a.f),
         value(a.u),
         value(shown.v_s),
-        port.sums.u_j,
-        port.sums.v_j,
+        port.u_j,
+        port.v_j,
         shown.touches,
     )

@@ -8,6 +8,7 @@ first argument up; compiled, it is known beforehand and costs nothing. Every typ
 its own, such as :class:`Nothing`, has the default of the family.
 """
 
+from collections import defaultdict
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
@@ -48,17 +49,6 @@ def never(first: Any, *others: Any) -> bool:
     return False
 
 
-class Members(dict[type, Callable[..., Any]]):
-    """Laws by type, the default where a type has none; KeyError where there is no default."""
-
-    default: Callable[..., Any] | None = None
-
-    def __missing__(self, kind: type) -> Callable[..., Any]:
-        if self.default is None:
-            raise KeyError(kind)
-        return self.default
-
-
 class Family:
     """Laws chosen by the type of their first argument.
 
@@ -67,13 +57,12 @@ class Family:
     name
         In messages.
     members
-        Law by that type.
+        Law by that type, the default where a type has none; KeyError where there is no default.
     """
 
     def __init__(self, name: str, default: Callable[..., Any] | None = None) -> None:
         self.name = name
-        self.members = Members()
-        self.members.default = default
+        self.members = defaultdict[type, Callable[..., Any]](default and (lambda: default))
 
     def member(self, *kinds: type) -> Callable[[F], F]:
         """Return the decorator that makes a function the law for types."""

@@ -182,7 +182,7 @@ def _gone(
     arrivals, passed_j = sparing(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
         packing, port = pay(packing, passed_j), passed_through(port, passed_j)
-    sent = Sent(port.v_s, minus(port.x_s, port.offset), port.sums.account_j, port.extra)
+    sent = Sent(port.v_s, minus(port.x_s, port.offset), port.account_j, port.extra)
     about = About(now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
                   arrivals.silence.number, 0)  # fmt: skip
     packing, packet, sends = pack(packing, sent, period_s, about, q.packing)

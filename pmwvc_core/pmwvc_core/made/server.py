@@ -24,7 +24,7 @@ from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.law.server.implicit import Implicit
 from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
 from pmwvc_core.law.server.sampled import weights
-from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, Sums, UserPort
+from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
@@ -236,8 +236,8 @@ def resting_server(
         if record.avatar is not None:
             kept = Kept(kept, kept)
         b = made_impedance(user.server_impedance)
-        avatar, sums = Avatar(False, b, rest, rest, rest, contact, rest), Sums(0.0, 0.0, -1.0)
-        ports.append(UserPort(avatar, kept, rest, rest, rest, sums, (0.0,) * down))
+        avatar = Avatar(False, b, rest, rest, rest, contact, rest)
+        ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))

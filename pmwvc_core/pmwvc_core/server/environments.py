@@ -83,10 +83,10 @@ def _cube(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
 
 
 def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[SoftBody, Any]:
-    soft, rest = server.hunt_crossley, (0.0,) * (axes - 1)
+    soft, rest, face_m = server.hunt_crossley, (0.0,) * axes, 0.5 * server.object_size_m
     laws = [contact.law for contact in contacts]
-    dents = tuple(Dent(False, 0.0, 0.0, law.stiffness, (law.inward, *rest)) for law in laws)
-    return SoftBody(dents), SoftBodyParams(soft.exponent, soft.damping, 0.5 * server.object_size_m)
+    dents = tuple(Dent(False, 0.0, 0.0, law.stiffness, (law.inward, *rest[1:])) for law in laws)
+    return SoftBody(dents, Body(rest, rest)), SoftBodyParams(soft.exponent, soft.damping, face_m)
 
 
 CUBE = Environment(

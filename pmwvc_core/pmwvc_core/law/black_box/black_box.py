@@ -41,7 +41,6 @@ from pmwvc_core.law.server.server_port import (
     environment_energies,
     environment_step,
     port_shown,
-    summed,
     taken_port,
 )
 from pmwvc_core.law.vectors import (
@@ -114,7 +113,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
         ends = each(ahead, (starts, reply.velocities), p.new_s)
         way_m = max(faded(way_m, p.body.period_s), length(xd) * p.body.period_s)
         for i in range(len(users)):
-            way_m = max(way_m, length(minus(ends[i], users[i].jumps.position)))
+            way_m = max(way_m, length(minus(ends[i], users[i].at)))
         users = each(checked, (users, ends, reply.forces), way_m, p)
         stored_j, x, xd = reply.stored_j, reply.x, reply.xd
     replies = (users, ports, starts, reply.velocities, reply.forces)
@@ -196,9 +195,9 @@ def _give(
         late = minus(scaled(free_velocity(b, plus(wave, v_s)), 0.5), a.xd)
         kept = plus(kept, scaled(late, h))
     avatar = Avatar(True, b, wave, a.xd, a.f, a.contact, kept)
-    sums = summed(port.sums, wave, v_s, h)
-    port = UserPort(avatar, brake, port.offset, port.x_s, v_s, sums, port.extra)
-    return Seen(True, port.x_s, a.f, s.secant, s.jumps, s.usable, s.jumped), port
+    u_j, v_j = port.u_j + wave_j(wave, h), port.v_j + wave_j(v_s, h)
+    port = port._replace(avatar=avatar, brake=brake, v_s=v_s, u_j=u_j, v_j=v_j)
+    return s._replace(there=True, x=port.x_s, f=a.f), port
 
 
 @environment_energies.member(BlackBoxParams)

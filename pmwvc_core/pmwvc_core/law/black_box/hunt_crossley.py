@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box import touched
 from pmwvc_core.law.black_box.touched import Vectors
+from pmwvc_core.law.server.body import Body
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, zero
 
 
@@ -26,9 +27,10 @@ class Dent(NamedTuple):
 
 
 class SoftBody(NamedTuple):
-    """The contacts of all users."""
+    """The contacts of all users; the body, which stands still."""
 
     dents: tuple[Dent, ...]
+    body: Body
 
 
 class SoftBodyParams(NamedTuple):
@@ -41,7 +43,7 @@ class SoftBodyParams(NamedTuple):
 
 @touched.visited.member(SoftBody)
 def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBody:
-    return SoftBody(each(_visit, (s.dents, there, begins, positions)))
+    return s._replace(dents=each(_visit, (s.dents, there, begins, positions)))
 
 
 def _visit(s: Dent, there: bool, begins: bool, position: Vector) -> Dent:
@@ -53,9 +55,14 @@ def _visit(s: Dent, there: bool, begins: bool, position: Vector) -> Dent:
 @touched.moved_by.member(SoftBody)
 def _moved(
     s: SoftBody, positions: Vectors, velocities: Vectors, h: float, p: SoftBodyParams
-) -> tuple[SoftBody, Vectors]:
+) -> tuple[SoftBody, Vectors, float]:
+    """Return the forces, and the sum of K d^(n+1)/(n+1) [J]."""
     dents, forces = columns(each(_pressed, (s.dents, positions, velocities), p))
-    return SoftBody(dents), forces
+    stored_j, n = 0.0, p.exponent + 1.0
+    for i in range(len(dents)):
+        if dents[i].there:
+            stored_j += dents[i].stiffness * dents[i].depth ** n / n
+    return s._replace(dents=dents), forces, stored_j
 
 
 def _depth(s: Dent, position: Vector, p: SoftBodyParams) -> float:
@@ -90,22 +97,6 @@ def _slope(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tup
     rise = p.exponent * s.stiffness * depth ** (p.exponent - 1.0) * weight_s
     slope = scaled(s.inward, s.inward[0] * (rise + p.damping * elastic))
     return scaled(s.inward, elastic), slope
-
-
-@touched.energy_j.member(SoftBody)
-def _energy_j(s: SoftBody, p: SoftBodyParams) -> float:
-    """Return the sum of K d^(n+1)/(n+1) [J]."""
-    total = 0.0
-    for i in range(len(s.dents)):
-        if s.dents[i].there:
-            n = p.exponent + 1.0
-            total += s.dents[i].stiffness * s.dents[i].depth ** n / n
-    return total
-
-
-@touched.shown.member(SoftBody)
-def _still(s: SoftBody, like: Vector) -> tuple[Vector, Vector]:
-    return zero(like), zero(like)
 
 
 touched.exchange.member(SoftBody)(touched.exchange_known)

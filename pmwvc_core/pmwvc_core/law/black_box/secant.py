@@ -33,9 +33,10 @@ from pmwvc_core.law.vectors import (
     plus,
     scaled,
     squared,
+    total,
     zero,
 )
-from pmwvc_core.law.wave.wave import Rows, applied, damper
+from pmwvc_core.law.wave.wave import Rows, applied, damper, outer
 
 DECAY = 0.9  # of a slope per step that measures less
 SHORT = 0.3  # length of a step that is too short, relative to recent ones
@@ -55,14 +56,6 @@ class Line(NamedTuple):
     along: Vector  # direction that the force keeps; zero: any
 
 
-class Face(NamedTuple):
-    """Last position, force and its direction with contact; direction zero: no face is known."""
-
-    position: Vector
-    force: Vector
-    along: Vector
-
-
 class Secant(NamedTuple):
     """The slope learned of the environment at one user's avatar."""
 
@@ -72,27 +65,20 @@ class Secant(NamedTuple):
     slope: Rows  # K^
     longest: float  # recent step, decaying [m]
     one_sided: bool
-    face: Face
+    face_at: Vector  # [m] last position with contact
+    face_force: Vector  # [N] there; zero: no face is known
     expected: bool  # decoded with a force
 
 
 def resting_secant(position: Vector, scale: float, expected: bool) -> Secant:
     """Begin to learn at a position."""
     rest = zero(position)
-    slope = each(_row, (position,), rest)
-    return Secant(scale, position, rest, slope, 0.0, False, Face(rest, rest, rest), expected)
-
-
-def _row(of: float, row: Vector) -> Vector:
-    return row
+    return Secant(scale, position, rest, outer(rest, rest), 0.0, False, rest, rest, expected)
 
 
 def learned(s: Secant) -> float:
     """Return |K^| T/b of the slope; where a contact chatters, (K T + 2B)/b."""
-    total = 0.0
-    for i in range(len(s.slope)):
-        total += squared(s.slope[i])
-    return math.sqrt(total) / s.scale
+    return math.sqrt(total(0.0, each(squared, (s.slope,)))) / s.scale
 
 
 def ratio_in_use(s: Secant) -> float:
@@ -109,12 +95,12 @@ def line(s: Secant, position: Vector, weight: float) -> Line:
         found = plus(s.force, applied(s.slope, minus(position, s.position)))
         kept = _direction(s.force) if s.one_sided else zero(found)
         return Line(found, each(scaled, (s.slope,), weight), kept)
-    along = s.face.along
-    rise = applied(s.slope, minus(position, s.face.position))
-    found = scaled(along, dot(along, plus(s.face.force, rise)))
+    along = _direction(s.face_force)
+    rise = applied(s.slope, minus(position, s.face_at))
+    found = scaled(along, dot(along, plus(s.face_force, rise)))
     stiffness = weight * dot(along, applied(s.slope, along))
-    kept = _direction(along) if s.one_sided else zero(found)
-    return Line(found, _outer(along, scaled(along, stiffness)), kept)
+    kept = along if s.one_sided else zero(found)
+    return Line(found, outer(along, scaled(along, stiffness)), kept)
 
 
 def decoded(to: Line, impedance: Any, free: Vector) -> tuple[Vector, bool]:
@@ -156,15 +142,16 @@ def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
         slope = _raised(slope, course, secant, now and not before and one_sided, s.scale)
         if before and now:
             slope = _decayed(slope, course, secant)
-    face = s.face
+    face_at, face_force = s.face_at, s.face_force
     if now:
-        face = Face(position, force, _direction(force))
+        face_at, face_force = position, force
     elif before:
-        face = Face(s.position, s.force, _direction(s.force))
+        face_at, face_force = s.position, s.force
     elif s.expected:
-        rest = zero(force)
-        face = Face(rest, rest, rest)
-    return Secant(s.scale, position, force, slope, longest, one_sided, face, s.expected)
+        face_at, face_force = zero(force), zero(force)
+    return Secant(
+        s.scale, position, force, slope, longest, one_sided, face_at, face_force, s.expected
+    )
 
 
 def _raised(slope: Rows, course: Vector, secant: Vector, hits: bool, scale: float) -> Rows:
@@ -178,7 +165,7 @@ def _raised(slope: Rows, course: Vector, secant: Vector, hits: bool, scale: floa
     if short <= 0.0 or most <= 0.0:
         return slope
     along = scaled(along, 1.0 / dot(along, course))
-    return each(plus, (slope, _outer(along, scaled(along, most))))
+    return each(plus, (slope, outer(along, scaled(along, most))))
 
 
 def _decayed(slope: Rows, course: Vector, secant: Vector) -> Rows:
@@ -187,16 +174,7 @@ def _decayed(slope: Rows, course: Vector, secant: Vector) -> Rows:
     if excess <= 0.0 or own <= 0.0:
         return slope
     part = scaled(pull, min(1.0 - DECAY, excess / own))
-    return each(minus, (slope, _outer(part, scaled(pull, 1.0 / own))))
-
-
-def _outer(a: Vector, b: Vector) -> Rows:
-    """Return a b^T."""
-    return each(_multiple, (a,), b)
-
-
-def _multiple(factor: float, row: Vector) -> Vector:
-    return scaled(row, factor)
+    return each(minus, (slope, outer(part, scaled(pull, 1.0 / own))))
 
 
 def _direction(a: Vector) -> Vector:

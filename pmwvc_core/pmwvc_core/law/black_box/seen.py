@@ -37,17 +37,17 @@ KICK_M_S = 0.4  # change of force over b
 MEMORY_S = 0.5
 
 
-class Jumps(NamedTuple):
-    """Position, the last force that was used, and the steps since."""
+class Seen(NamedTuple):
+    """What the port knows of one user."""
 
-    position: Vector
-    force: Vector
-    steps: int
-
-
-def resting_jumps(position: Vector) -> Jumps:
-    """Begin without force."""
-    return Jumps(position, zero(position), 0)
+    there: bool
+    x: Vector  # of the avatar at the end of the last step: another one means that it began anew
+    f: Vector
+    secant: Secant  # with F-, the last force that was used
+    at: Vector  # [m] where the environment answered last
+    steps: int  # since F-
+    usable: bool  # the force that the environment answered in the last step with, if it did
+    jumped: bool
 
 
 def faded(way_m: float, period_s: float) -> float:
@@ -55,45 +55,20 @@ def faded(way_m: float, period_s: float) -> float:
     return max(1.0 - period_s / MEMORY_S, 0.0) * way_m
 
 
-def explained(
-    s: Jumps, position: Vector, force: Vector, good: bool, way_m: float, scale: float,
-    period_s: float,
-) -> tuple[Jumps, bool]:  # fmt: skip
-    """Tell whether a force [N] at an avatar [m] can be used; ``scale`` is b/T [N/m]."""
-    steps = s.steps + 1
-    most = LARGEST * scale * way_m + KICK_M_S * scale * period_s * steps
-    found = length(minus(force, s.force)) <= most
-    if good and found:
-        return Jumps(position, force, 0), found
-    return Jumps(position, s.force, steps), found
-
-
-class Seen(NamedTuple):
-    """What the port knows of one user."""
-
-    there: bool
-    x: Vector  # of the avatar at the end of the last step: another one means that it began anew
-    f: Vector
-    secant: Secant
-    jumps: Jumps
-    usable: bool  # the force that the environment answered in the last step with, if it did
-    jumped: bool
-
-
 def resting_seen(position: Vector, scale: float) -> Seen:
     """Return a user who is not there; ``scale`` is b/T with the smallest impedance [N/m]."""
-    rest, secant = zero(position), resting_secant(position, scale, False)
-    return Seen(False, position, rest, secant, resting_jumps(position), True, False)
+    secant = resting_secant(position, scale, False)
+    return Seen(False, position, zero(position), secant, position, 0, True, False)
 
 
 def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
     """Note who is there, and who began anew: where the last step did not leave the avatar."""
-    there, at, f = port.avatar.present, port.x_s, port.avatar.f
-    stayed = s.there and is_zero(minus(at, s.x)) and is_zero(minus(f, s.f))
-    begins, secant, jumps = there and not stayed, s.secant, s.jumps
+    there, x, f = port.avatar.present, port.x_s, port.avatar.f
+    stayed = s.there and is_zero(minus(x, s.x)) and is_zero(minus(f, s.f))
+    begins, secant, at, steps = there and not stayed, s.secant, s.at, s.steps
     if begins:
-        secant, jumps = resting_secant(at, secant.scale, secant.expected), resting_jumps(at)
-    return Seen(there, at, f, secant, jumps, True, False), there, begins, at
+        secant, at, steps = resting_secant(x, secant.scale, secant.expected), x, 0
+    return Seen(there, x, f, secant, at, steps, True, False), there, begins, x
 
 
 def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]:
@@ -104,18 +79,21 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
     free = free_velocity(a.impedance, a.u)
     if port.brake.largest.left <= 0.0:  # a braked avatar waits
         free = plus(free, scaled(a.kept, REPAID / p.body.period_s))
-    secant = s.secant
-    velocity, expected = decoded(line(secant, start, p.new_s), a.impedance, free)
-    return s._replace(secant=secant._replace(expected=expected)), velocity
+    velocity, expected = decoded(line(s.secant, start, p.new_s), a.impedance, free)
+    return s._replace(secant=s.secant._replace(expected=expected)), velocity
 
 
 def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:
     """Note a force that cannot be used; learn from another one."""
-    usable, found, secant, jumps = within(force, LARGEST_N), True, s.secant, s.jumps
-    if p.learns:
-        if not usable:
-            force = zero(force)
-        h = p.body.period_s
-        jumps, found = explained(jumps, position, force, usable, way_m, secant.scale, h)
-        secant = learn(secant, position, force, usable and found)
-    return Seen(s.there, s.x, s.f, secant, jumps, usable, usable and not found)
+    usable = within(force, LARGEST_N)
+    if not p.learns:
+        return s._replace(usable=usable)
+    if not usable:
+        force = zero(force)
+    scale, steps = s.secant.scale, s.steps + 1
+    most = LARGEST * scale * way_m + KICK_M_S * scale * p.body.period_s * steps
+    found = length(minus(force, s.secant.force)) <= most
+    good = usable and found
+    secant = learn(s.secant, position, force, good)
+    steps = 0 if good else steps
+    return Seen(s.there, s.x, s.f, secant, position, steps, usable, usable and not found)

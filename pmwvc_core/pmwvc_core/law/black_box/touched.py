@@ -30,18 +30,15 @@ from pmwvc_core.law.server.contacts import (
     slid,
     touching,
 )
-from pmwvc_core.law.server.grip import Answer
-from pmwvc_core.law.server.implicit import Row, solved_axis
-from pmwvc_core.law.server.springs import ContactLaw, Spring
+from pmwvc_core.law.server.implicit import Row, rows_of, solved_axis
+from pmwvc_core.law.server.springs import Answer
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, free_velocity
 
 Vectors = tuple[Vector, ...]
 visited = Family("visited")  # (s, there, begins, positions) -> s: who is there, who begins anew
-moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces)
+moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces, stored [J])
 local_line = Family("local_line")  # (s, positions, weight_s, p) -> (forces at rest, slopes)
-energy_j = Family("energy_j")  # (s, p) -> stored [J]; below zero where it is not reported
-shown = Family("shown")  # (s, like) -> (x, xd) of the object that pictures show
 
 
 class Visitor(NamedTuple):
@@ -92,14 +89,14 @@ def _visited(s: Visitor, there: bool, begins: bool, position: Vector, centre: Ve
 @moved_by.member(Wall)
 def _wall(
     s: Wall, positions: Vectors, velocities: Vectors, h: float, p: Drive
-) -> tuple[Wall, Vectors]:
+) -> tuple[Wall, Vectors, float]:
     """Follow the drive; the velocity is the mean over the step."""
     time_s = s.time_s + h
     there = scaled(p.amplitude, math.sin(p.rate * time_s))
     shift = minus(there, s.body.x)
     xd = scaled(shift, 1.0 / h)
     visitors, forces = columns(each(_pressed, (s.visitors, positions, velocities), shift, xd))
-    return Wall(visitors, Body(there, xd), time_s), forces
+    return Wall(visitors, Body(there, xd), time_s), forces, _springs_j(visitors)
 
 
 def _pressed(
@@ -115,22 +112,17 @@ def _pressed(
 @moved_by.member(FreeCube)
 def _cube(
     s: FreeCube, positions: Vectors, velocities: Vectors, h: float, p: BodyLaw
-) -> tuple[FreeCube, Vectors]:
+) -> tuple[FreeCube, Vectors, float]:
     """Return the mean forces over the step."""
     rows = columns(each(_rows, (s.visitors, positions), h))
     mean, answers, _ = columns(each(solved_axis, (rows, s.body.xd), p))
     body, _ = drifted(s.body, mean, p)
     visitors, forces = columns(each(_carried, (s.visitors, positions, columns(answers)), h))
-    return FreeCube(visitors, body), forces
+    return FreeCube(visitors, body), forces, _springs_j(visitors) + kinetic_j(body, p)
 
 
 def _rows(s: Visitor, position: Vector, h: float) -> tuple[Row, ...]:
-    held, rate = touching(s.contact), scaled(minus(position, s.at), 1.0 / h)
-    return each(_row, (s.contact.springs, rate), s.there, held, s.contact.law)
-
-
-def _row(spring: Spring, rate: float, there: bool, held: bool, law: ContactLaw) -> Row:
-    return Row(there, spring, rate, math.inf, held, law)
+    return rows_of(s.contact, scaled(minus(position, s.at), 1.0 / h), s.there, math.inf)
 
 
 def _carried(
@@ -157,16 +149,13 @@ def _slope(s: Visitor, position: Vector, weight_s: float) -> tuple[Vector, Vecto
     force = contact_force(contact, rest)
     if not touching(contact):
         return force, rest
-    rise = minus(contact_force(contact, each(_one, (rest,))), force)
-    return force, each(_steeper, (rise,), contact.law.stiffness * weight_s)
+    ones = each(_one, (rest,))
+    rise = minus(contact_force(contact, ones), force)
+    return force, plus(rise, scaled(ones, contact.law.stiffness * weight_s))
 
 
 def _one(x: float) -> float:
     return 1.0
-
-
-def _steeper(rise: float, more: float) -> float:
-    return rise + more
 
 
 @local_line.member(FreeCube)
@@ -175,24 +164,12 @@ def _no_line(s: Any, positions: Vectors, weight_s: float, p: Any) -> tuple[Vecto
     return rest, rest
 
 
-@energy_j.member(Wall)
-def springs_j(s: Any, p: Any) -> float:
-    """Return the energy of the springs [J]."""
-    total = 0.0
-    for i in range(len(s.visitors)):
-        if s.visitors[i].there:
-            total += contact_energy(s.visitors[i].contact)
-    return total
-
-
-@energy_j.member(FreeCube)
-def _cube_j(s: FreeCube, p: BodyLaw) -> float:
-    return springs_j(s, p) + kinetic_j(s.body, p)
-
-
-@shown.member(Wall, FreeCube)
-def _moving(s: Any, like: Vector) -> tuple[Vector, Vector]:
-    return s.body.x, s.body.xd
+def _springs_j(visitors: tuple[Visitor, ...]) -> float:
+    stored_j = 0.0
+    for i in range(len(visitors)):
+        if visitors[i].there:
+            stored_j += contact_energy(visitors[i].contact)
+    return stored_j
 
 
 class Reply(NamedTuple):
@@ -219,20 +196,15 @@ def exchange_known(
         forces, slopes = local_line(s, starts, p.new_s, p.environment)
         velocities = each(solved_line, (avatars, forces, slopes), p.identity)
     positions = each(ahead, (starts, velocities), p.new_s)
-    s, forces = moved_by(s, positions, velocities, p.body.period_s, p.environment)
-    x, xd = shown(s, starts[0])
-    return s, Reply(True, velocities, forces, energy_j(s, p.environment), x, xd)
+    s, forces, stored_j = moved_by(s, positions, velocities, p.body.period_s, p.environment)
+    return s, Reply(True, velocities, forces, stored_j, s.body.x, s.body.xd)
 
 
 def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:
     """Return the velocity that fits F0 [N] and G [N s/m], a slope per axis."""
-    rows = each(scaled, (identity, each(_positive, (slope,))))
+    rows = each(scaled, (identity, each(max, (slope, zero(slope)))))
     free = free_velocity(a.impedance, a.u)
     return decoded(Line(force, rows, zero(force)), a.impedance, free)[0]
-
-
-def _positive(slope: float) -> float:
-    return max(slope, 0.0)
 
 
 def ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:

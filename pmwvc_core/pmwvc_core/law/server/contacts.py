@@ -27,7 +27,7 @@ from pmwvc_core.law.server.springs import (
     stored,
     unwrapped_axis,
 )
-from pmwvc_core.law.vectors import Vector, each, scaled, zero
+from pmwvc_core.law.vectors import Vector, each, scaled, total, zero
 
 
 class Contact(NamedTuple):
@@ -54,10 +54,7 @@ def _position(s: Spring) -> float:
 
 def contact_energy(c: Contact) -> float:
     """Return the energy of the springs [J]."""
-    total = 0.0
-    for i in range(len(c.springs)):
-        total += stored(c.springs[i], c.law)
-    return total
+    return total(0.0, each(stored, (c.springs,), c.law))
 
 
 def attached(c: Contact, offset: Vector) -> Contact:
@@ -123,13 +120,13 @@ def contact_force(c: Contact, rate: Vector) -> Vector:
 
 def contact_heat(c: Contact, rate: Vector) -> float:
     """Return the power [W] that the damper turns into heat at a relative velocity [m/s]."""
-    total, held = 0.0, touching(c)
+    heat_w, held, law = 0.0, touching(c), c.law
     for i in range(len(rate)):
-        s, law = c.springs[i], c.law
+        s = c.springs[i]
         acts = law.inward * spring_force(s, rate[i], held, law) > 0.0 if s.one_sided else held
         if acts:
-            total += law.damping * rate[i] * rate[i]
-    return total
+            heat_w += law.damping * rate[i] * rate[i]
+    return heat_w
 
 
 def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: float) -> Vector:
@@ -175,14 +172,7 @@ def _loosened(c: Contact) -> tuple[Contact, float]:
     """Let the anchor go where the avatar is outside; return the energy of its spring [J]."""
     if touching(c):
         return c, 0.0
-    dropped_j = 0.0
-    for i in range(1, len(c.springs)):
-        dropped_j += stored(c.springs[i], c.law)
-    return c._replace(springs=each(_loose, (c.springs,))), dropped_j
-
-
-def _loose(s: Spring) -> Spring:
-    return s if s.one_sided else Spring(0.0, s.rest + s.deflection, False, False)
+    return detached(c)
 
 
 def cleared(c: Contact, displacement: Vector) -> Vector:

@@ -16,15 +16,13 @@ wave impedance couples the axes: :mod:`.implicit_coupled`.
 Equations: docs/theory.md 4.4, 4.5.
 """
 
-import math
 from typing import NamedTuple
 
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
-from pmwvc_core.law.server.contacts import advanced_contact, touching
-from pmwvc_core.law.server.grip import Answer
-from pmwvc_core.law.server.springs import ContactLaw, Spring, spring_answer, spring_meets
-from pmwvc_core.law.vectors import columns, each, total
+from pmwvc_core.law.server.contacts import Contact, advanced_contact, touching
+from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring, spring_answer
+from pmwvc_core.law.vectors import Vector, columns, each, total
 from pmwvc_core.law.wave.wave import free_velocity, wave_velocity
 
 ROUNDING = 8.0 * 2.0**-52
@@ -41,9 +39,9 @@ class Implicit(NamedTuple):
 class Row(NamedTuple):
     """One avatar along one axis."""
 
-    present: bool
     spring: Spring
     drive: float  # [m/s] velocity without the contact
+    present: bool
     b: float  # [N s/m]; infinite where the avatar moves as it is told
     held: bool
     law: ContactLaw
@@ -65,15 +63,12 @@ def implicit(
 
 
 def _rows(a: Avatar) -> tuple[Row, ...]:
-    drive = free_velocity(a.impedance, a.u)
-    held = touching(a.contact)
-    return each(_row, (a.contact.springs, drive), a.present, a.impedance.b, held, a.contact.law)
+    return rows_of(a.contact, free_velocity(a.impedance, a.u), a.present, a.impedance.b)
 
 
-def _row(
-    spring: Spring, drive: float, present: bool, b: float, held: bool, law: ContactLaw
-) -> Row:
-    return Row(present, spring, drive, b, held, law)
+def rows_of(c: Contact, drive: Vector, present: bool, b: float) -> tuple[Row, ...]:
+    """Return an avatar along every axis, from what :class:`Row` holds of it."""
+    return each(Row, (c.springs, drive), present, b, touching(c), c.law)
 
 
 def solved_axis(
@@ -115,8 +110,6 @@ def solved_axis(
 def _answer(row: Row, velocity: float, h: float) -> Answer:
     if not row.present:
         return Answer(0.0, 0.0, 0.0)
-    if row.b == math.inf:
-        return spring_meets(row.spring, row.drive - velocity, h, row.held, row.law)
     return spring_answer(row.spring, row.drive - velocity, row.b, h, row.held, row.law)
 
 
@@ -124,6 +117,13 @@ def _advanced(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar,
     if not a.present:
         return a, 0.0
     force, rate, _ = columns(answers)
+    return advanced_avatar(a, force, rate, h)
+
+
+def advanced_avatar(a: Avatar, force: Vector, rate: Vector, h: float) -> tuple[Avatar, float]:
+    """Move an avatar with mean force [N] and relative velocity [m/s] of a step; return the heat
+    [J].
+    """
     xd = wave_velocity(a.impedance, a.u, force)
     contact, heat_j = advanced_contact(a.contact, force, rate, h)
     return a._replace(xd=xd, f=force, contact=contact), heat_j

@@ -16,9 +16,8 @@ from typing import NamedTuple
 
 from pmwvc_core.law.server.avatar import Avatar, couple
 from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
-from pmwvc_core.law.server.contacts import advanced_contact
-from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, inverse, of_loop
-from pmwvc_core.law.server.implicit import ROUNDING
+from pmwvc_core.law.server.coupled_axes import CoupledAnswer, coupled_answer, loop_inverse
+from pmwvc_core.law.server.implicit import ROUNDING, advanced_avatar
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
@@ -31,7 +30,7 @@ from pmwvc_core.law.vectors import (
     total,
     zero,
 )
-from pmwvc_core.law.wave.wave import MatrixImpedance, applied, free_velocity, loaded
+from pmwvc_core.law.wave.wave import MatrixImpedance, applied, free_velocity
 
 TAKEN = 1e-9
 STEPS = 60  # of Newton's method
@@ -68,11 +67,7 @@ def implicit_coupled(
 
 
 def _advanced(a: Avatar, answer: CoupledAnswer, h: float) -> tuple[Avatar, float]:
-    if not a.present:
-        return a, 0.0
-    xd = loaded(a.impedance, free_velocity(a.impedance, a.u), answer.force)
-    contact, heat_j = advanced_contact(a.contact, answer.force, answer.rate, h)
-    return a._replace(xd=xd, f=answer.force, contact=contact), heat_j
+    return advanced_avatar(a, answer.force, answer.rate, h) if a.present else (a, 0.0)
 
 
 def _root(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Looked:
@@ -120,8 +115,8 @@ def _look(avatars: tuple[Avatar, ...], velocity: Vector, xd: Vector, law: BodyLa
             size += math.sqrt(squared(push)) + math.sqrt(squared(each(_size, (slope,), free)))
     missing, gives = each(imbalance, (xd, velocity, force), law), mobility(0.0, law)
     numbers = avatars[0].impedance.numbers
-    loop = each(_loop, (slopes, numbers), gives, numbers)
-    step = applied(inverse(loop, numbers), scaled(missing, gives))
+    inverse = loop_inverse(each(scaled, (slopes,), gives), numbers)
+    step = applied(inverse, scaled(missing, gives))
     scale = math.sqrt(squared(velocity)) + gives * size
     settled = math.sqrt(squared(step)) <= ROUNDING * scale
     close = settled or gives * math.sqrt(squared(missing)) <= TAKEN * scale
@@ -137,12 +132,4 @@ def _answer(a: Avatar, velocity: Vector, h: float) -> CoupledAnswer:
 
 
 def _size(row: Vector, free: Vector) -> float:
-    return dot(each(_absolute, (row,)), each(_absolute, (free,)))
-
-
-def _absolute(a: float) -> float:
-    return abs(a)
-
-
-def _loop(row: Vector, number: int, gives: float, numbers: tuple[int, ...]) -> Vector:
-    return each(of_loop, (row, numbers), gives, number)
+    return dot(each(abs, (row,)), each(abs, (free,)))

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.safety.brakes import (
-    AvatarBrake,
     brake_ratio,
     braked,
     released_brake,
@@ -53,16 +52,6 @@ from pmwvc_core.law.wave.wave import wave_j, wave_v
 SLIDE_M_S = 0.1
 
 
-class Sums(NamedTuple):
-    """Energies since the start [J]: of the waves u_s and v_s, and the sum for the packets where it
-    is kept here; below zero: that of their waves.
-    """
-
-    u_j: float
-    v_j: float
-    account_j: float
-
-
 class UserPort(NamedTuple):
     """One user's end: avatar, brake, and what the last step did."""
 
@@ -71,7 +60,9 @@ class UserPort(NamedTuple):
     offset: Vector  # [m] avatar minus device, without force
     x_s: Vector  # [m]
     v_s: Vector  # [sqrt(W)]
-    sums: Sums
+    u_j: float  # of the waves u_s since the start
+    v_j: float  # of the waves v_s
+    account_j: float  # sum for the packets if it is kept here; below zero: that of their waves
     extra: Vector  # signals that a controller declares
 
 
@@ -92,11 +83,6 @@ class EnvironmentParams(NamedTuple):
     brakes: bool
 
 
-def summed(s: Sums, wave: Vector, v_s: Vector, h: float) -> Sums:
-    """Add the energies of a step's waves [J]."""
-    return s._replace(u_j=s.u_j + wave_j(wave, h), v_j=s.v_j + wave_j(v_s, h))
-
-
 # (p, s, came) -> s: one step with what each user brings, :class:`.server_step.Came`
 environment_step = Family("environment_step")
 
@@ -111,7 +97,7 @@ def joined(s: UserPort, position: Vector, body: Body) -> tuple[UserPort, float]:
     x_s = plus(body.x, offset_of(contact))
     avatar = Avatar(True, a.impedance, nothing, nothing, nothing, contact, nothing)
     offset = minus(x_s, position)
-    return UserPort(avatar, s.brake, offset, x_s, nothing, s.sums, s.extra), dropped_j
+    return s._replace(avatar=avatar, offset=offset, x_s=x_s, v_s=nothing), dropped_j
 
 
 def left(s: UserPort) -> tuple[UserPort, float]:
@@ -126,8 +112,7 @@ def left(s: UserPort) -> tuple[UserPort, float]:
 
 def passed_through(s: UserPort, energy_j: float) -> UserPort:
     """Count energy that came and goes back beside the waves [J]."""
-    e = s.sums
-    return s._replace(sums=Sums(e.u_j + energy_j, e.v_j + energy_j, e.account_j))
+    return s._replace(u_j=s.u_j + energy_j, v_j=s.v_j + energy_j)
 
 
 def changed_port(
@@ -182,14 +167,14 @@ def _give(
         contact, dropped_j = slid(contact, moved)
         offset = plus(offset, moved)
     avatar = a._replace(impedance=impedance, u=wave, contact=contact)
-    x_s, sums = plus(body.x, offset_of(contact)), summed(s.sums, wave, v_s, h)
-    return UserPort(avatar, brake, offset, x_s, v_s, sums, s.extra), dropped_j
+    x_s, u_j, v_j = plus(body.x, offset_of(contact)), wave_j(wave, h), wave_j(v_s, h)
+    s = s._replace(avatar=avatar, brake=brake, offset=offset, x_s=x_s, v_s=v_s)
+    return s._replace(u_j=s.u_j + u_j, v_j=s.v_j + v_j), dropped_j
 
 
 # (p, s) -> energies [J]: kinetic, potential, and the accounts of the environment
 environment_energies = Family("environment_energies")
 port_shown = Family("port_shown")  # (p, s, user) -> PortShown
-brake_j = Family("brake_j")  # (brake) -> heat since the start [J]
 
 
 class PortShown(NamedTuple):
@@ -200,16 +185,11 @@ class PortShown(NamedTuple):
     learned: float  # (K T + 2B)/b of what its avatar touches; zero where it learns nothing
 
 
-@brake_j.member(AvatarBrake)
-def _heat_j(s: AvatarBrake) -> float:
-    return s.heat_j
-
-
 def brakes_j(ports: tuple[UserPort, ...]) -> float:
     """Return the heat of all avatars' brakes since the start [J]."""
     total = 0.0
     for i in range(len(ports)):
-        total += brake_j(ports[i].brake)
+        total += ports[i].brake.heat_j
     return total
 
 

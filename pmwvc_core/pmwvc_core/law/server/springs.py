@@ -1,16 +1,27 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The spring and damper of a contact along one axis, and its force on the object.
+"""The spring and damper of a contact along one axis, and its force f on the object.
 
-Two-sided (App. B, Eq. 3): f = K e + B e', of which ``held`` tells whether it acts. The face of a
-grip pushes only (:mod:`.grip`).
+Two-sided (App. B, Eq. 3): f = K e + B e', of which ``held`` tells whether it acts.
 
-Equations: docs/theory.md 4.1.
+The face of a grip: an avatar pushes it and never pulls. With the depth p in the face (negative
+outside) and the inward direction n = -side::
+
+    N = max(0, K p + B p')  while p > 0, else 0        f = n N
+
+The mean force of a step from p0 to p1 = p0 + h w is the difference quotient of the potential
+phi(p) = K max(p, 0)^2 / 2, and the damper acts on the part of the way inside::
+
+    N = max(0, [phi(p1) - phi(p0)] / (p1 - p0) + B [max(p1, 0) - max(p0, 0)] / h)
+
+N never falls with w, so with w = c - N/b it has exactly one solution, piece by piece a quadratic.
+Here p, c and w count inwards.
+
+Equations: docs/theory.md 4.1, 4.3.
 """
 
+import math
 from typing import NamedTuple
-
-from pmwvc_core.law.server.grip import Answer, met, pushed, sampled, unwrapped
 
 
 class ContactLaw(NamedTuple):
@@ -34,6 +45,14 @@ class Spring(NamedTuple):
     shifted: bool  # its face
 
 
+class Answer(NamedTuple):
+    """The answer of a contact to the velocity that its avatar would have without it, per axis."""
+
+    force: float  # [N] on the object
+    rate: float  # [m/s] relative velocity, mean over the step
+    slope: float  # [N s/m] by how much the force falls per velocity of the object
+
+
 def depth(s: Spring, law: ContactLaw) -> float:
     """Return how deep an avatar is in the face; negative outside [m]."""
     return law.inward * s.deflection
@@ -47,46 +66,87 @@ def stored(s: Spring, law: ContactLaw) -> float:
 
 def spring_force(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
     """Return the force [N] at the present deflection and a relative velocity [m/s]."""
+    force = law.stiffness * s.deflection + law.damping * rate
+    acts = held
     if s.one_sided:
-        inward = law.inward
-        return inward * sampled(depth(s, law), inward * rate, law.stiffness, law.damping)
-    return law.stiffness * s.deflection + law.damping * rate if held else 0.0
+        acts = depth(s, law) > 0.0 and law.inward * force > 0.0
+    return force if acts else 0.0
 
 
 def unwrapped_axis(
     s: Spring, free: float, xd_o: float, b: float, weight: float, held: bool, law: ContactLaw
 ) -> float:
-    """Return the force along an axis [N], as above."""
+    """Return the force [N] that fits xd = free - f/b and a move of weight xd; of a grip the one
+    that keeps the avatar inside and pushes, else 0: the sampled law jumps where the damper begins
+    to act, so contact begins only once the avatar ends inside although it is pushed back.
+    """
     gain = law.damping + weight * law.stiffness
-    loose = law.stiffness * s.deflection + gain * free - law.damping * xd_o
+    force = law.stiffness * s.deflection + gain * free - law.damping * xd_o
+    force /= 1.0 + gain / b
+    acts = held
     if s.one_sided:
-        c, inward = law.inward * free, law.inward
-        return inward * unwrapped(depth(s, law), c, inward * loose, gain, b, weight)
-    return loose / (1.0 + gain / b) if held else 0.0
+        deep = s.deflection + weight * (free - force / b)
+        acts = law.inward * force > 0.0 and law.inward * deep > 0.0
+    return force if acts else 0.0
 
 
 def spring_answer(
     s: Spring, free: float, b: float, h: float, held: bool, law: ContactLaw
 ) -> Answer:
-    """Return the mean force over a step of h [s] for which rate = free - force/b."""
-    if s.one_sided:
-        inward, p0 = law.inward, depth(s, law)
-        push = pushed(p0, inward * free, law.stiffness, law.damping, b, h)
-        return Answer(inward * push.force, inward * push.rate, push.slope)
-    if not held:
+    """Return the mean force over a step of h [s] for which rate = free - force/b; with an infinite
+    b the avatar moves as it is told.
+    """
+    inward = law.inward if s.one_sided else 1.0
+    p0, c = inward * s.deflection, inward * free
+    push = Answer(0.0, c, 0.0)
+    if p0 > 0.0 or not s.one_sided:
+        push = _staying(p0, c, b, h, law)
+        if s.one_sided and not p0 + h * push.rate >= 0.0:
+            push = _leaving(p0, c, b, h, law)
+    elif p0 + h * c > 0.0:
+        push = _entering(p0, c, b, h, law)
+    acts = push.force > 0.0 if s.one_sided else held
+    if not acts:
         return Answer(0.0, free, 0.0)
-    gain = 0.5 * law.stiffness * h + law.damping
+    return Answer(inward * push.force, inward * push.rate, push.slope / (1.0 + push.slope / b))
+
+
+def _staying(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
+    """Inside at both ends: N = K p0 + (K h/2 + B) w."""
+    gain, pull = 0.5 * law.stiffness * h + law.damping, law.stiffness * p0
     ratio = 1.0 + gain / b
-    pull = law.stiffness * s.deflection
-    return Answer((pull + gain * free) / ratio, (free - pull / b) / ratio, gain / ratio)
+    return Answer((pull + gain * c) / ratio, (c - pull / b) / ratio, gain)
 
 
-def spring_meets(s: Spring, rate: float, h: float, held: bool, law: ContactLaw) -> Answer:
-    """Return the mean force over a step of h [s] with a given mean relative velocity."""
-    if s.one_sided:
-        push = met(depth(s, law), law.inward * rate, law.stiffness, law.damping, h)
-        return Answer(law.inward * push.force, rate, push.slope)
-    if not held:
-        return Answer(0.0, rate, 0.0)
-    gain = 0.5 * law.stiffness * h + law.damping
-    return Answer(law.stiffness * s.deflection + gain * rate, rate, gain)
+def _leaving(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
+    """Inside at the start only: N = K p0^2/(2 h s) - B p0/h, s = -w, s^2 + beta s = gamma."""
+    k, damping = law.stiffness, law.damping
+    beta = c + damping * p0 / (h * b)
+    gamma = 0.5 * k * p0 * p0 / (h * b)
+    size = math.sqrt(beta * beta + 4.0 * gamma)
+    speed = 2.0 * gamma / (beta + size) if beta > 0.0 else 0.5 * (size - beta)
+    way = h * speed
+    ratio = p0 / way if way > 0.0 else p0  # of the way that is inside
+    normal = 0.5 * k * p0 * ratio - damping * p0 / h
+    return Answer(normal, -speed, 0.5 * h * k * ratio * ratio)
+
+
+def _entering(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
+    """Inside at the end only: p1 is the positive root of a p^2 - 2 q p = g, g >= 0 (over b).
+
+    The depth without resistance, p0 + h c > 0, is the only small difference in it.
+    """
+    k, damping = law.stiffness, law.damping
+    reach = max(p0 + h * c, 0.0)
+    a = 1.0 + (0.5 * h * k + damping) / b
+    q = 0.5 * ((1.0 + damping / b) * p0 + reach)
+    g = -reach * min(p0, 0.0)
+    size = math.sqrt(q * q + a * g)
+    p1 = (q + size) / a
+    if q <= 0.0:
+        less = size - q
+        p1 = g / less if less > 0.0 else g
+    way = p1 - p0 if p1 > p0 else 1.0
+    ratio = p1 / way  # of the way that is inside
+    normal = 0.5 * k * p1 * ratio + damping * p1 / h
+    return Answer(normal, way / h, 0.5 * h * k * ratio * (2.0 - ratio) + damping)

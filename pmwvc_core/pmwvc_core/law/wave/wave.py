@@ -60,6 +60,15 @@ def applied(matrix: Rows, a: Vector) -> Vector:
     return each(dot, (matrix,), a)
 
 
+def outer(a: Vector, b: Vector) -> Rows:
+    """Return a b^T."""
+    return each(_multiple, (a,), b)
+
+
+def _multiple(factor: float, row: Vector) -> Vector:
+    return scaled(row, factor)
+
+
 damper = Family("damper")  # (impedance, xd) -> b xd [N]
 rooted = Family("rooted")  # (impedance, a) -> sqrt(2b) a
 free_velocity = Family("free_velocity")  # (impedance, u) -> xd [m/s] of one that touches nothing

@@ -3,7 +3,7 @@
 """The server's end of all controllers without waves.
 
 The object moves exactly under the last forces held; then every avatar meets it, each by itself.
-``sums.u_j`` is the flow to the avatar, ``sums.v_j`` the flow back, both from f_s xd_s. An avatar
+``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s. An avatar
 goes along with the device (``direct``, ``tdpa``; the force goes back), or hangs on spring and
 damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's frame).
 """
@@ -24,7 +24,6 @@ from pmwvc_core.law.server.sampled import object_pushed
 from pmwvc_core.law.server.server_port import (
     Environment,
     PortShown,
-    Sums,
     UserPort,
     avatar_of,
     environment_energies,
@@ -66,7 +65,7 @@ class Met(NamedTuple):
     lost_j: float
 
 
-# (law, kept, report, x_s, xd_s, contact, body, h) -> Met: move an avatar and form its force
+# (law, port, avatar, report, body, h) -> Met: move an avatar and form its force
 meet = Family("meet")
 
 
@@ -84,14 +83,15 @@ def _meet(
     if not a.present:
         return s, 0.0
     report = Reported(plus(came.position, s.offset), came.wave, came.received_j)
-    met = meet(law, s.brake, report, s.x_s, a.xd, a.contact, body, h)
+    met = meet(law, s, a, report, body, h)
     avatar = a._replace(xd=met.xd, f=met.f, contact=met.contact)
     x_s = plus(body.x, offset_of(met.contact))
     answer = minus(x_s, s.offset) if sprung else met.f
     flow_j = h * dot(met.f, met.xd)
-    sums = Sums(s.sums.u_j + max(flow_j, 0.0), s.sums.v_j + max(-flow_j, 0.0), met.sent_j)
+    u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
     lost_j = met.lost_j + h * contact_heat(met.contact, met.rate)
-    return UserPort(avatar, met.kept, s.offset, x_s, answer, sums, s.extra), lost_j
+    s = UserPort(avatar, met.kept, s.offset, x_s, answer, u_j, v_j, met.sent_j, s.extra)
+    return s, lost_j
 
 
 @environment_energies.member(AvatarEndParams)
@@ -115,11 +115,9 @@ def port_without_waves(p: Any, s: Environment, user: int) -> PortShown:
 
 
 def pulled(
-    contact: Contact, stretch: Vector, velocity: Vector, stiffness: float, damping: float,
-    body: Body, h: float,
-) -> tuple[Vector, Vector, Contact, float]:  # fmt: skip
-    """Let spring and damper pull an avatar against its contact (backward Euler); return xd_s, f_s,
-    the contact, and the energy that it dropped.
+    kept: Any, contact: Contact, stretch: Vector, velocity: Vector, law: Any, body: Body, h: float
+) -> Met:
+    """Let the spring and damper of a law pull an avatar against its contact (backward Euler).
 
     ::
 
@@ -127,12 +125,12 @@ def pulled(
 
     is xd_s = free - f_s/Z with Z = K h + B: solved as at a wave port, with the object as sampled.
     """
-    impedance = stiffness * h + damping
-    free = each(_free, (stretch, velocity), stiffness, damping, impedance)
+    impedance = law.stiffness * h + law.damping
+    free = each(_free, (stretch, velocity), law.stiffness, law.damping, impedance)
     f = contact_unwrapped(contact, free, body.xd, impedance, h)
     xd = each(loaded_axis, (free, f), impedance)
     contact, lost_j = slid(contact, scaled(xd, h))
-    return xd, f, contact, lost_j
+    return Met(kept, xd, f, contact, minus(xd, body.xd), -1.0, lost_j)
 
 
 def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:

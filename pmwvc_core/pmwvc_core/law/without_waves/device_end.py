@@ -17,17 +17,11 @@ from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.vectors import Vector, dot, zero
 
 
-class DeviceMotion(NamedTuple):
-    """Position [m] and velocity [m/s] last measured."""
-
-    x: Vector
-    xd: Vector
-
-
 class DeviceEnd(NamedTuple):
     """A master's end without waves."""
 
-    motion: DeviceMotion
+    x: Vector  # [m] last measured
+    xd: Vector  # [m/s]
     law: Any
     given_j: float  # from the device into the controller
     taken_j: float  # and back
@@ -44,15 +38,15 @@ def _no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
     return law, -1.0
 
 
-# (law, before, now, p) -> law: moved since the last tick
+# (law, before, x, xd, p) -> law: moved since the last tick, when the end was that
 device_moved = Family("device_moved", same)
 # (law, p) -> (law, running sum of energy; below zero: none)
 device_sends = Family("device_sends", _no_energy)
 # (law, packet, received_j, p) -> law: once a frame
 device_receives = Family("device_receives", same)
-# (law, wave, silent, motion, p) -> law: what the newest packet carries, or let go
+# (law, wave, silent, x, p) -> law: what the newest packet carries, or let go
 device_answer = Family("device_answer")
-device_force = Family("device_force")  # (law, motion, p) -> (law, force wanted [N])
+device_force = Family("device_force")  # (law, x, xd, p) -> (law, force wanted [N])
 # (state at either end) -> accounts [J]
 controller_energies = Family("controller_energies", no_accounts)
 device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
@@ -61,14 +55,13 @@ device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force
 def resting_end(law: Any, axes: int) -> DeviceEnd:
     """Return a device's end at rest, with the state of its controller."""
     nothing = (0.0,) * axes
-    return DeviceEnd(DeviceMotion(nothing, nothing), law, 0.0, 0.0)
+    return DeviceEnd(nothing, nothing, law, 0.0, 0.0)
 
 
 @master.port_measure.member(DeviceEnd)
 def _measure(s: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> DeviceEnd:
-    x, xd = known_motion(x, xd, s.motion.x)
-    now = DeviceMotion(x, xd)
-    return s._replace(motion=now, law=device_moved(s.law, s.motion, now, p))
+    x, xd = known_motion(x, xd, s.x)
+    return s._replace(x=x, xd=xd, law=device_moved(s.law, s, x, xd, p))
 
 
 @master.port_send.member(DeviceEnd)
@@ -76,8 +69,7 @@ def _send(
     s: DeviceEnd, arrivals: Any, frame_s: float, number: int, held_j: float, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Sent]:
     law, energy_j = device_sends(s.law, p)
-    sent = Sent(s.motion.xd, s.motion.x, energy_j, ())
-    return s._replace(law=law), arrivals, sent
+    return s._replace(law=law), arrivals, Sent(s.xd, s.x, energy_j, ())
 
 
 @master.port_packet.member(DeviceEnd)
@@ -89,7 +81,7 @@ def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> 
 def _answer(
     s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
 ) -> DeviceEnd:
-    return s._replace(law=device_answer(s.law, wave, silent, s.motion, p))
+    return s._replace(law=device_answer(s.law, wave, silent, s.x, p))
 
 
 @master.port_tick.member(DeviceEnd)
@@ -97,21 +89,20 @@ def _tick(
     s: DeviceEnd, arrivals: Any, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Vector]:
     s = _measure(s, x, xd, p)
-    law, f = device_force(s.law, s.motion, p)
+    law, f = device_force(s.law, s.x, s.xd, p)
     return s._replace(law=law), arrivals, f
 
 
 @master.port_applied.member(DeviceEnd)
 def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
-    energy_j = p.tick_s * dot(f, s.motion.xd)
-    law = device_applied(s.law, f, p)
+    energy_j = p.tick_s * dot(f, s.xd)
     given_j, taken_j = s.given_j + max(energy_j, 0.0), s.taken_j + max(-energy_j, 0.0)
-    return DeviceEnd(s.motion, law, given_j, taken_j)
+    return DeviceEnd(s.x, s.xd, device_applied(s.law, f, p), given_j, taken_j)
 
 
 @master.port_signals.member(DeviceEnd)
 def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
-    nothing = zero(s.motion.x)
+    nothing = zero(s.x)
     return nothing, nothing, nothing
 
 

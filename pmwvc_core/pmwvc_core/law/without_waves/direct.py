@@ -11,13 +11,14 @@ when it last reported; ``xd_s`` is the velocity as reported::
 
 from typing import NamedTuple
 
-from pmwvc_core.law.family import Nothing
+from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
+from pmwvc_core.law.server.contacts import contact_force, offset_of, slid
+from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import Vector, minus, plus, zero
 from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams
 
 
 class Held(NamedTuple):
@@ -33,23 +34,20 @@ class Direct(NamedTuple):
 
 
 @device_end.device_answer.member(Held)
-def _answer(s: Held, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams) -> Held:
+def _answer(s: Held, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> Held:
     return Held(zero(wave) if silent else wave)
 
 
 @device_end.device_force.member(Held)
-def _force(s: Held, motion: DeviceMotion, p: DeviceEndParams) -> tuple[Held, Vector]:
+def _force(s: Held, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Held, Vector]:
     return s, s.force
 
 
 @meet.member(Direct)
-def _meet(
-    p: Direct, kept: Nothing, report: Reported, x_s: Vector, xd_s: Vector, contact: Contact,
-    body: Body, h: float,
-) -> Met:  # fmt: skip
+def _meet(p: Direct, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
     """Put the avatar where the device is and form the force."""
-    place = plus(body.x, offset_of(contact))
-    contact, lost_j = slid(contact, minus(report.position, place))
+    place = plus(body.x, offset_of(a.contact))
+    contact, lost_j = slid(a.contact, minus(report.position, place))
     rate = minus(report.velocity, body.xd)
     f = contact_force(contact, rate)
-    return Met(kept, report.velocity, f, contact, rate, -1.0, lost_j)
+    return Met(s.brake, report.velocity, f, contact, rate, -1.0, lost_j)

@@ -26,12 +26,14 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.safety.brakes import released_brake
+from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import Contact, offset_of
+from pmwvc_core.law.server.contacts import offset_of
+from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
+from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams
 
 
 class Pspm(NamedTuple):
@@ -115,11 +117,11 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
 
 @device_end.device_moved.member(PspmDevice)
 def _moved(
-    s: PspmDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
+    s: PspmDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
-    q, work_j = s.spring.q if s.coupled else now.x, dot(s.force, minus(now.x, before.x))
-    return s._replace(spring=set_to(s.spring, q, now.x, work_j, p.law))
+    q, work_j = s.spring.q if s.coupled else x, dot(s.force, minus(x, before.x))
+    return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
 
 
 @device_end.device_sends.member(PspmDevice)
@@ -135,18 +137,16 @@ def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndPara
 
 @device_end.device_answer.member(PspmDevice)
 def _answer(
-    s: PspmDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
+    s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
 ) -> PspmDevice:
     if silent:
-        return PspmDevice(spring_let_go(s.spring, motion.x), s.force, False)
-    return PspmDevice(aimed(s.spring, wave, motion.x, p.law), s.force, True)
+        return PspmDevice(spring_let_go(s.spring, x), s.force, False)
+    return PspmDevice(aimed(s.spring, wave, x, p.law), s.force, True)
 
 
 @device_end.device_force.member(PspmDevice)
-def _force(s: PspmDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
-    if not s.coupled:
-        return s, zero(motion.x)
-    return s, each(_wanted, (motion.x, motion.xd, s.spring.q), p.law)
+def _force(s: PspmDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
+    return s, each(_wanted, (x, xd, s.spring.q), p.law) if s.coupled else zero(x)
 
 
 def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
@@ -175,15 +175,11 @@ def _released(s: ModulatedSpring) -> ModulatedSpring:
 
 
 @meet.member(Pspm)
-def _meet(
-    p: Pspm, kept: ModulatedSpring, report: Reported, x_s: Vector, xd_s: Vector, contact: Contact,
-    body: Body, h: float,
-) -> Met:  # fmt: skip
+def _meet(p: Pspm, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
     """Move the set point, then the avatar; one that has just joined begins where it is."""
-    spring = taken_in(kept if kept.placed else spring_let_go(kept, x_s), report.received_j)
-    spring = aimed(spring, report.position, x_s, p)
-    stretch = minus(spring.q, x_s)
-    xd, f, contact, lost_j = pulled(contact, stretch, zero(x_s), p.stiffness, p.damping, body, h)
-    x_s, work_j = plus(body.x, offset_of(contact)), -h * dot(f, xd)
+    spring: ModulatedSpring = s.brake if s.brake.placed else spring_let_go(s.brake, s.x_s)
+    spring = aimed(taken_in(spring, report.received_j), report.position, s.x_s, p)
+    met = pulled(spring, a.contact, minus(spring.q, s.x_s), zero(s.x_s), p, body, h)
+    x_s, work_j = plus(body.x, offset_of(met.contact)), -h * dot(met.f, met.xd)
     spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)
-    return Met(spring, xd, f, contact, minus(xd, body.xd), spring.sent_j, lost_j)
+    return met._replace(kept=spring, sent_j=spring.sent_j)

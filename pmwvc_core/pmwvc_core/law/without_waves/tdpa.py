@@ -22,12 +22,14 @@ by a share per step under the same observer (after Coelho et al. 2019).
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import Contact, contact_force, offset_of, slid
+from pmwvc_core.law.server.contacts import contact_force, offset_of, slid
+from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
+from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams
 from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -102,10 +104,10 @@ def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float
 
 @device_end.device_moved.member(TdpaDevice)
 def _moved(
-    s: TdpaDevice, before: DeviceMotion, now: DeviceMotion, p: DeviceEndParams
+    s: TdpaDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> TdpaDevice:
     """Book the work of the force held until here; the local damper is not the link's."""
-    way = minus(now.x, before.x)
+    way = minus(x, before.x)
     drag = dot(before.xd, way)
     dissipated_j = s.braked * drag
     given_j = dissipated_j + p.law.damping * drag - dot(s.held, way)
@@ -125,20 +127,20 @@ def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndPara
 
 @device_end.device_answer.member(TdpaDevice)
 def _answer(
-    s: TdpaDevice, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
+    s: TdpaDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
 ) -> TdpaDevice:
     return s._replace(force=zero(wave) if silent else wave)
 
 
 @device_end.device_force.member(TdpaDevice)
-def _force(s: TdpaDevice, motion: DeviceMotion, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
+def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
     """Return the force received and that of both dampers [N]."""
-    square, needed = squared(motion.xd), 0.0
+    square, needed = squared(xd), 0.0
     if square > LEAST:
-        excess_j = overdraft_j(s.observer, -p.tick_s * dot(s.force, motion.xd))
+        excess_j = overdraft_j(s.observer, -p.tick_s * dot(s.force, xd))
         needed = min(excess_j / (p.tick_s * square), p.law.damping_max)
     damping = max(needed, s.damping * p.law.kept)
-    f = plus(s.force, scaled(motion.xd, p.law.damping + damping))
+    f = plus(s.force, scaled(xd, p.law.damping + damping))
     return s._replace(damping=damping), f
 
 
@@ -158,13 +160,10 @@ def _of_device(s: TdpaDevice) -> Vector:
 
 
 @meet.member(Tdpa)
-def _meet(
-    p: Tdpa, kept: Observer, report: Reported, x_s: Vector, xd_s: Vector, contact: Contact,
-    body: Body, h: float,
-) -> Met:  # fmt: skip
+def _meet(p: Tdpa, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
     """Arrive where the last step led, form the force, choose the velocity from here."""
-    observer = informed(kept, report.received_j)
-    contact, lost_j = slid(contact, scaled(xd_s, h))
+    observer = informed(s.brake, report.received_j)
+    contact, lost_j = slid(a.contact, scaled(a.xd, h))
     x_s = plus(body.x, offset_of(contact))
     rate = minus(report.velocity, body.xd)
     f = contact_force(contact, rate)

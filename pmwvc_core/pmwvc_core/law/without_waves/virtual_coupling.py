@@ -16,13 +16,13 @@ device's damping b exceeds K_c T_c/2 + B_c; with delays T_1 + T_2 around the loo
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.family import Nothing
+from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import Contact
+from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import Vector, each, minus, scaled, zero
 from pmwvc_core.law.without_waves import device_end
 from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams, DeviceMotion
+from pmwvc_core.law.without_waves.device_end import DeviceEndParams
 
 
 class VirtualCoupling(NamedTuple):
@@ -61,16 +61,14 @@ def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndPara
 
 @device_end.device_answer.member(AvatarSeen)
 def _answer(
-    s: AvatarSeen, wave: Vector, silent: bool, motion: DeviceMotion, p: DeviceEndParams
+    s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
 ) -> AvatarSeen:
     return s._replace(p=s.p if silent else wave, coupled=not silent)
 
 
 @device_end.device_force.member(AvatarSeen)
-def _force(s: AvatarSeen, motion: DeviceMotion, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
-    if not s.coupled:
-        return s, zero(motion.x)
-    return s, each(_spring, (motion.x, motion.xd, s.p, s.pd), p.law)
+def _force(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
+    return s, each(_spring, (x, xd, s.p, s.pd), p.law) if s.coupled else zero(x)
 
 
 def _spring(x: float, xd: float, p: float, pd: float, law: VirtualCoupling) -> float:
@@ -79,12 +77,8 @@ def _spring(x: float, xd: float, p: float, pd: float, law: VirtualCoupling) -> f
 
 @meet.member(VirtualCoupling)
 def _meet(
-    p: VirtualCoupling, kept: Nothing, report: Reported, x_s: Vector, xd_s: Vector,
-    contact: Contact, body: Body, h: float,
-) -> Met:  # fmt: skip
+    p: VirtualCoupling, s: UserPort, a: Avatar, report: Reported, body: Body, h: float
+) -> Met:
     """Pull the avatar towards the device."""
-    stretch = minus(report.position, x_s)
-    xd, f, contact, lost_j = pulled(
-        contact, stretch, report.velocity, p.stiffness, p.damping, body, h
-    )
-    return Met(kept, xd, f, contact, minus(xd, body.xd), -1.0, lost_j)
+    stretch = minus(report.position, s.x_s)
+    return pulled(s.brake, a.contact, stretch, report.velocity, p, body, h)

@@ -114,8 +114,8 @@ def note_step(
         port = at.ports[k]
         presence[row, k] = server.guests[k].presence
         seen = port_shown(p.environment, at, k)
-        energies[row, 3 + 4 * k] = port.sums.u_j
-        energies[row, 4 + 4 * k] = port.sums.v_j
+        energies[row, 3 + 4 * k] = port.u_j
+        energies[row, 4 + 4 * k] = port.v_j
         energies[row, 5 + 4 * k] = seen.touches
         energies[row, 6 + 4 * k] = seen.learned
         for i in range(len(port.x_s)):
