@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.numeric import Value, dot
-from pmwvc_core.runtime.messages.fields import PER_AXIS, PER_TICK
+from pmwvc_core.runtime.messages import PER_AXIS, PER_TICK
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.traces import ENERGIES
 from pmwvc_core.transport.packet import WavePacket

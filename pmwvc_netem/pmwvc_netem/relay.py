@@ -19,8 +19,8 @@ from rclpy.node import Node
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.pacing import sleep_until
-from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
+from pmwvc_core.runtime.topics import Polled
 from pmwvc_netem.relayed_link import RelayedLink
 
 FINE_NS = 150_000  # the last bit before a deadline is slept on the clock

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from rclpy.node import Node
 
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import RECORDED_QOS
+from pmwvc_core.runtime.topics import RECORDED_QOS
 from pmwvc_netem.relayed_link import RelayedLink, Timing
 
 FATES_NS = 100_000_000

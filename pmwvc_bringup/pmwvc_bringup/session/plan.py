@@ -14,8 +14,8 @@ import yaml
 
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.user import server_times
+from pmwvc_core.runtime.messages import record_of
 from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SERVER, to_ros_yaml
-from pmwvc_core.runtime.records import record_of
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
 

@@ -17,7 +17,7 @@ from std_msgs.msg import Bool
 from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import signal
-from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.topics import Polled
 from pmwvc_master.devices import cdr
 
 MOST_AXES = 3

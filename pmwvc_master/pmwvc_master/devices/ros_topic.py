@@ -17,7 +17,7 @@ from rclpy.qos import qos_profile_sensor_data
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
 from pmwvc_core.numeric import Value, finite, flatten, signal
-from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.topics import Polled
 from pmwvc_master.devices import cdr
 from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
 

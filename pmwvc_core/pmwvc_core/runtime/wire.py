@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from pmwvc_core.numeric import Value
-from pmwvc_core.runtime.messages.types import NS_PER_S, axes, scalar
+from pmwvc_core.runtime.messages import NS_PER_S, axes, scalar
 from pmwvc_core.transport.packet import FLAG_SHORT, WavePacket, refused, size_bytes
 from pmwvc_core.transport.verdict import Verdict
 
