@@ -27,8 +27,8 @@ from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.wave.design.aliasing import warnings_of
+from pmwvc_master.devices import make_device
 from pmwvc_master.loop import MasterLoop
-from pmwvc_master.plugins import make_device
 from pmwvc_master.profile import warnings_of_device
 from pmwvc_master.settings import declare_settings
 from pmwvc_master.wires import RosWires

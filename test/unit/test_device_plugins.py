@@ -11,7 +11,7 @@ from support.lab import offer
 
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
-from pmwvc_master import plugins
+from pmwvc_master import devices as plugins
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 
 

@@ -12,6 +12,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from rcl_interfaces import msg
@@ -21,7 +22,15 @@ from rclpy.parameter import Parameter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
 from pmwvc_core.params.names import hint, joined, leaves
-from pmwvc_core.runtime.parameter_values import built, from_ros, to_ros, values_of
+from pmwvc_core.runtime.parameter_values import (
+    TOP_AT_ENDS,
+    Share,
+    built,
+    from_ros,
+    to_ros,
+    values_of,
+)
+from pmwvc_core.scenario.scenario import DEFAULTS, TOP
 
 P = TypeVar("P")
 Type = Parameter.Type
@@ -61,6 +70,12 @@ def declare_value(node: Node, name: str, spec: Spec, default: Any) -> Any:
         raise ParameterError(f"{name} = {problem}")
     _describe(node, name, spec, value, fixed=True)
     return value
+
+
+def declare_top(node: Node) -> dict[str, Any]:
+    """Declare what master and server have to be told alike; return the values by name."""
+    defaults = {"controller": "pmwvc", **DEFAULTS}
+    return {name: declare_value(node, name, TOP[name], defaults[name]) for name in TOP_AT_ENDS}
 
 
 def declare_names(node: Node, name: str, default: Sequence[str], description: str) -> list[str]:
@@ -163,6 +178,27 @@ class ParameterBinding:
         self._owner |= dict.fromkeys(leaves(prefix, kind), group)
         self._floats |= {n for n, spec in leaves(prefix, kind).items() if spec.kind is float}
         return value
+
+    def declare_shares(
+        self,
+        shares: Sequence[Share],
+        start: str = "",
+        *,
+        defaults: Mapping[str, Any] = MappingProxyType({}),
+        **changing: Mapping[str, Any],
+    ) -> dict[str, Any]:
+        """Declare the node's shares of a user or scenario below ``start``; return their values by
+        attribute. ``changing`` are the arguments of :meth:`declare` of those that may change.
+        """
+        found = {}
+        for prefix, attribute, kind, only in shares:
+            where, default = joined(start, prefix), defaults.get(attribute)
+            if attribute in changing:
+                options = changing[attribute]
+                found[attribute] = self.declare(where, kind, defaults=default, **options)
+            else:
+                found[attribute] = declare(self._node, where, kind, defaults=default, only=only)
+        return found
 
     def _convert(self, parameters: list[Parameter]) -> list[Parameter]:
         """Turn whole numbers given for doubles into doubles."""

@@ -15,13 +15,10 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
 from pmwvc_core.numeric import Value, finite, flatten, signal
 from pmwvc_core.runtime.topics import Polled
-from pmwvc_master.devices import cdr
-from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
-
-MOST_AXES = 3
+from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.topics import MOST_AXES, first_vector, wrench
 
 
 class RosTopicDevice:
@@ -62,11 +59,11 @@ class RosTopicDevice:
         sample = self._sample
         sample.fresh = False
         while (message := self._twist.take()) is not None:
-            twist = cdr.first_vector(message)
+            twist = first_vector(message)
             if twist is not None and finite(velocity := self._signal(twist[1])):
                 sample.xd, self._twist_ns = velocity, due_ns
         while (message := self._pose.take()) is not None:
-            pose = cdr.first_vector(message)
+            pose = first_vector(message)
             if pose is not None:
                 self._move(self._signal(pose[1]), pose[0], due_ns)
         return sample
@@ -93,10 +90,10 @@ class RosTopicDevice:
     def write(self, f_m: Value) -> None:
         """Publish the force on the hand."""
         if self._dof == 1:
-            self._force.publish(cdr.wrench((-float(f_m), 0.0, 0.0)))
+            self._force.publish(wrench((-float(f_m), 0.0, 0.0)))
             return
         x, y, z = [*(-flatten(f_m)), 0.0][:3]
-        self._force.publish(cdr.wrench((float(x), float(y), float(z))))
+        self._force.publish(wrench((float(x), float(y), float(z))))
 
     def couple(self) -> None:
         """Do nothing: a person needs no start."""
