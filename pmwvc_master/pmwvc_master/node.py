@@ -60,16 +60,15 @@ class Master:
         )
         self._use_profile()
         self.device.open()
+        master = settings.master
         if has_waves(settings.controller):
             for text in warnings_of(
-                settings.master.filter,
-                tick_s=settings.master.tick_s,
-                rate_drop=settings.master.rate_drop,
+                master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
             ):
                 node.get_logger().warning(text)
         node.get_logger().info(
-            f"{1.0 / settings.master.tick_s:.0f} force ticks and "
-            f"{1.0 / settings.master.frame_s:.0f} packets per second; "
+            f"{1.0 / master.tick_s:.0f} force ticks and "
+            f"{1.0 / master.frame_s:.0f} packets per second; "
             f"device {settings.device.plugin}; waiting for the server"
         )
         self._late = 0  # late samples when last looked
@@ -92,12 +91,9 @@ class Master:
         self._warn(self.settings.master)
 
     def _warn(self, master: MasterParams) -> None:
-        settings = self.settings
-        waves, info = has_waves(settings.controller), self.device.info
-        found = warnings_of_device(
-            info, master, settings.device, waves=waves, strict=settings.strict
-        )
-        for text in found:
+        given, waves = self.settings, has_waves(self.settings.controller)
+        info, strict = self.device.info, given.strict
+        for text in warnings_of_device(info, master, given.device, waves=waves, strict=strict):
             self.node.get_logger().warning(text)
 
     def run(self, stop: threading.Event) -> None:

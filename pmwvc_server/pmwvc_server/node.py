@@ -59,7 +59,7 @@ class Server:
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()
-        self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
+        self._scene = Scene(self.names, size_m=settings.server.object_size_m)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         links = {
             f"{name}/up": (f"~/{name}/wave_up", f"~/{name}/wave_down", inbox)

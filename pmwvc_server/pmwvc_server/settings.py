@@ -151,11 +151,12 @@ def declare_settings(
 class _ForAll:
     """The contact for all users, and what may change of any contact."""
 
+    contact = ContactParams()
+    black_box = strict = False
+    timeout_s = 0.0
+
     def __init__(self, node: Node, users: list[str]) -> None:
         self._node, self._users = node, users
-        self.contact = ContactParams()
-        self.black_box = self.strict = False
-        self.timeout_s = 0.0
 
     def pass_on(self, new: ContactParams) -> None:
         """Hand what changed for all users to each of them."""

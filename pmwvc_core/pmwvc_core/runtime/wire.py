@@ -58,9 +58,8 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     found = layout.unpack(data)
     integral, energy, position = 10 + dof, 10 + 2 * dof, 12 + 2 * dof
     beside = position + dof + 1
-    if not found[8] == found[integral - 1] == found[position - 1] == dof:
-        return refused(_other_lengths(data))
-    if found[beside - 1] != extra:
+    same = found[8] == found[integral - 1] == found[position - 1] == dof
+    if not same or found[beside - 1] != extra:
         return refused(_other_lengths(data))
     return WavePacket(
         epoch=found[4],
