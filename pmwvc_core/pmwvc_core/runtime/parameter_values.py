@@ -60,7 +60,7 @@ def given(shares: Sequence[Share], owner: Any, start: str = "") -> dict[str, Any
     """Return what a node is given of a user or scenario: dataclasses by prefix and single values
     by dotted name, below ``start``.
     """
-    found = {}
+    found: dict[str, Any] = {}
     for prefix, attribute, _, only in shares:
         value, where = getattr(owner, attribute), joined(start, prefix)
         found |= {joined(where, n): getattr(value, n) for n in only} if only else {where: value}

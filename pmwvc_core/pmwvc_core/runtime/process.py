@@ -18,7 +18,6 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from typing import Any
 
 import rclpy
@@ -71,7 +70,13 @@ def run_node(name: str, build: Callable[[Node], Any], *, args: Sequence[str] | N
             rclpy.try_shutdown()
             return _refused(name, error)
         try:
-            code = _worked(node, build, stop)
+            gate = StartGate(node)
+            with contextlib.closing(build(node)) as work:
+                refuse_undeclared(node)
+                with _served(node, stop) as failures:
+                    if gate.wait(stop):
+                        work.run(stop)
+            code = 1 if failures else 0
         except PmwvcError as error:
             code = _refused(name, error)
         except Exception:
@@ -153,20 +158,7 @@ def refuse_undeclared(node: Node) -> None:
         raise ParameterError("; ".join(unknown))
 
 
-def _worked(node: Node, build: Callable[[Node], Any], stop: threading.Event) -> int:
-    gate = StartGate(node)
-    work = build(node)
-    try:
-        refuse_undeclared(node)
-        with _served(node, stop) as failures:
-            if gate.wait(stop):
-                work.run(stop)
-        return 1 if failures else 0
-    finally:
-        work.close()
-
-
-@contextmanager
+@contextlib.contextmanager
 def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
     """Serve the node's parameters, services and timers in a thread of its own.
 
@@ -206,7 +198,7 @@ def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
             executor.shutdown()
 
 
-@contextmanager
+@contextlib.contextmanager
 def _signals_set(stop: threading.Event) -> Iterator[None]:
     """Have SIGINT and SIGTERM set an event.
 

@@ -37,8 +37,7 @@ class RosTopicDevice:
         self.info = DeviceInfo(
             model="ROS topics", dof=setup.dof, pacing="event", velocity="estimated"
         )
-        self._node = setup.node
-        self._dof = setup.dof
+        self._node, self._dof = setup.node, setup.dof
         self._zero = signal([0.0] * setup.dof, setup.dof)
         start = signal([setup.start_m, *[0.0] * (setup.dof - 1)], setup.dof)
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)
@@ -48,8 +47,7 @@ class RosTopicDevice:
 
     def open(self) -> None:
         """Make publisher and subscriptions."""
-        quality = qos_profile_sensor_data
-        node = self._node
+        node, quality = self._node, qos_profile_sensor_data
         self._pose = Polled(node, PoseStamped, "device/measured_cp", quality, raw=True)
         self._twist = Polled(node, TwistStamped, "device/measured_cv", quality, raw=True)
         self._force = node.create_publisher(WrenchStamped, "device/servo_cf", quality)
