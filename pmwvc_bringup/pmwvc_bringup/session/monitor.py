@@ -47,8 +47,7 @@ class Monitor:
     """A session seen from outside."""
 
     def __init__(self, node: Node, users: Sequence[str], *, restarts: bool) -> None:
-        self._node = node
-        self._users = list(users)
+        self._node, self._users = node, list(users)
         self._masters = {u: Polled(node, MasterTrace, f"{u}/trace", NEWEST) for u in users}
         self._server = Polled(node, ServerTrace, "server/trace", NEWEST)
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
