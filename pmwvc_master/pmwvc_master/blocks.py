@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.numeric import Value, dot
-from pmwvc_core.runtime.messages.fields import PER_AXIS, PER_TICK
+from pmwvc_core.runtime.messages import PER_AXIS, PER_TICK
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.traces import ENERGIES
 from pmwvc_core.transport.packet import WavePacket
@@ -25,22 +25,16 @@ UINT32 = 0xFFFFFFFF
 class DeviceWork:
     """Running sums of the work done at a device by the forces held between its samples [J].
 
-    Attributes
-    ----------
-    device, hand
-        Work of the device's force against the hand, and of the hand on the device [J].
-    samples
-        Samples of the device that were new.
-    held
-        Forces of device and hand since the last sample [N]; None before the first.
+    ``device`` is that of the device's force against the hand, ``hand`` that of the hand on the
+    device.
     """
 
     def __init__(self, *, hand_force_known: bool) -> None:
         self.device: Value = 0.0
         self.hand: Value = 0.0
         self._hand_force_known = hand_force_known
-        self.samples = 0
-        self.held: tuple[Value, Value] | None = None
+        self.samples = 0  # that were new
+        self.held: tuple[Value, Value] | None = None  # of device and hand, since a sample [N]
 
     def moved(self, x: Value, sample: DeviceSample) -> None:
         """Take a sample; add the work since the last valid position [m]."""
@@ -59,21 +53,13 @@ class Block:
     """The ticks of one frame, written one after the other into arrays made once: at most ``ticks``
     of them, with ``dof`` values of every signal.
 
-    Attributes
-    ----------
-    first_tick, start_ns
-        Number and due time [ns] of the first tick.
-    changes
-        Frames that took changes over up to this one.
-    taken
-        Tick of the block, number and sender's epoch of each packet given to the receiver, in
-        their order.
-    state, reason, energy, accounts
-        State and energies [J] at the end of the frame.
+    ``taken`` has tick of the block, number and sender's epoch of each packet given to the
+    receiver, in their order.
     """
 
-    first_tick = start_ns = changes = state = 0
-    reason = ""
+    first_tick = start_ns = 0  # number and due time [ns] of the first tick
+    changes = 0  # frames that took changes over up to this one
+    state, reason = 0, ""  # at the end of the frame, as the energies [J]
     energy: Mapping[str, Value] = MappingProxyType({})
     accounts: Mapping[str, Value] = MappingProxyType({})
 

@@ -22,15 +22,13 @@ from std_srvs.srv import Trigger
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.device_sample import LATE_NS
 from pmwvc_core.params import MasterParams, SafetyParams
-from pmwvc_core.runtime.pacing import Watch
-from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
-from pmwvc_core.runtime.receptions import Receptions
+from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.wave.design.aliasing import warnings_of
+from pmwvc_master.devices import make_device
 from pmwvc_master.loop import MasterLoop
-from pmwvc_master.plugins import make_device
 from pmwvc_master.profile import warnings_of_device
 from pmwvc_master.settings import declare_settings
 from pmwvc_master.wires import RosWires
@@ -62,31 +60,21 @@ class Master:
         )
         self._use_profile()
         self.device.open()
+        master = settings.master
         if has_waves(settings.controller):
             for text in warnings_of(
-                settings.master.filter,
-                tick_s=settings.master.tick_s,
-                rate_drop=settings.master.rate_drop,
+                master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
             ):
                 node.get_logger().warning(text)
         node.get_logger().info(
-            f"{1.0 / settings.master.tick_s:.0f} force ticks and "
-            f"{1.0 / settings.master.frame_s:.0f} packets per second; "
+            f"{1.0 / master.tick_s:.0f} force ticks and "
+            f"{1.0 / master.frame_s:.0f} packets per second; "
             f"device {settings.device.plugin}; waiting for the server"
         )
-        self._watch, self._late = Watch(self.loop), 0  # late samples when last looked
-        self._peers = Peers(
-            publishers_of(node),
-            inboxes={node.resolve_topic_name("wave_down"): self.loop.protocol.inbox},
-            own=[node.resolve_topic_name("wave_up")],
-        )
-        self._receptions = Receptions(
-            node,
-            "reception",
-            inboxes={f"{settings.name}/down": self.loop.protocol.inbox},
-            epoch=epoch,
-            other_controller=lambda: self.loop.protocol.other_controller,
-        )
+        self._late = 0  # late samples when last looked
+        link = "wave_down", "wave_up", self.loop.protocol.inbox
+        links = {f"{settings.name}/down": link}
+        self._watch = Watch(node, self.loop, links=links, reception="reception", epoch=epoch)
         node.create_service(Trigger, "~/rearm", self._rearm)
         publish_health(node, self._health)
         self.loop.memory = hold_memory()
@@ -103,24 +91,21 @@ class Master:
         self._warn(self.settings.master)
 
     def _warn(self, master: MasterParams) -> None:
-        settings = self.settings
-        waves, info = has_waves(settings.controller), self.device.info
-        found = warnings_of_device(
-            info, master, settings.device, waves=waves, strict=settings.strict
-        )
-        for text in found:
+        given, waves = self.settings, has_waves(self.settings.controller)
+        info, strict = self.device.info, given.strict
+        for text in warnings_of_device(info, master, given.device, waves=waves, strict=strict):
             self.node.get_logger().warning(text)
 
     def run(self, stop: threading.Event) -> None:
         """Run the force loop."""
-        self._receptions.begin()
+        self._watch.begin()
         self.loop.run(stop)
 
     def close(self) -> None:
         """Give the device back; leave the server the time to take the goodbye."""
         self.device.stop()
         self.device.close()
-        self._receptions.publish()
+        self._watch.publish()
         # A reader may forget what it has not yet taken of a writer that is gone.
         newest = self.loop.protocol.inbox.newest
         time.sleep(FAREWELL_PERIODS * (newest.period if newest else self.settings.server.period_s))
@@ -143,22 +128,19 @@ class Master:
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return level, text and values of the diagnostics, once a second."""
-        loop = self.loop
+        protocol = self.loop.protocol
         values, missed = self._watch.look()
-        protocol = loop.protocol
-        late, self._late = loop.protocol.late_samples - self._late, loop.protocol.late_samples
+        late, self._late = protocol.late_samples - self._late, protocol.late_samples
         state = STATES[int(protocol.state)]
         values |= {
-            "device samples": loop.work.samples,
-            LATE_SAMPLES: loop.protocol.late_samples,
+            "device samples": self.loop.work.samples,
+            LATE_SAMPLES: protocol.late_samples,
             "state": state,
             "reason": protocol.reason,
             "safety events": protocol.safety_events,
-            "packets of another controller": loop.protocol.other_controller,
-            "real time": str(loop.report or "not requested yet"),
         }
         values |= diagnostics(protocol.inbox, out="up", into="down")
-        wrong, peers = self._peers.look()
+        wrong, peers = self._watch.peers.look()
         values |= peers
         wrong += [f"{missed} deadlines missed"] if missed else []
         wrong += [f"{LATE_SAMPLES}: {late}"] if late else []

@@ -4,7 +4,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 from rclpy.node import Node
 
@@ -14,23 +13,13 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.made.waves import waves_params
 from pmwvc_core.master.safety import check_change
-from pmwvc_core.params import (
-    BaselineParams,
-    ContactParams,
-    DeviceParams,
-    MasterParams,
-    OperatorParams,
-    SafetyParams,
-    ServerParams,
-    TaskParams,
-    specs,
-)
+from pmwvc_core.params import MasterParams, SafetyParams, ServerParams, TaskParams, specs
 from pmwvc_core.params.ports import matrix_conflicts
-from pmwvc_core.runtime.parameter_values import OF_SERVER
-from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
+from pmwvc_core.runtime.parameter_values import SHARED_AT_MASTER, USER_AT_MASTER
+from pmwvc_core.runtime.parameters import ParameterBinding, declare_top, declare_value
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import NEEDS_STRICT
-from pmwvc_core.scenario.scenario import ControllerOwn, Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.admission import Token
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
@@ -98,7 +87,6 @@ def declare_settings(
     on_safety: Callable[[SafetyParams], None],
 ) -> MasterSettings:
     """Declare all parameters of the node and return the values; ParameterError if one is wrong."""
-    value, known = partial(declare_value, node), specs(Scenario)
 
     def designed(master: MasterParams) -> None:
         """Refuse what cannot be made; the plain channel has no playout."""
@@ -111,26 +99,19 @@ def declare_settings(
         settings.check_deadband(new)
 
     binding = ParameterBinding(node)
-    name = node.get_namespace().rpartition("/")[2]
+    name, seed = node.get_namespace().rpartition("/")[2], specs(Scenario)["seed"]
     settings = MasterSettings(
         name=name,
-        controller=value("controller", known["controller"], "pmwvc"),
-        channel=value("channel", known["channel"], known["channel"].default),
-        dof=value("dof", known["dof"], known["dof"].default),
-        seed=value("seed", known["seed"], known["seed"].default),
-        side=value("side", specs(User)["side"], -1),
-        server=declare(node, "server", ServerParams, only=OF_SERVER),
-        master=binding.declare(
-            "master", MasterParams, on_master, check=designed, check_change=allowed
+        **declare_top(node),
+        seed=declare_value(node, "seed", seed, seed.default),
+        side=declare_value(node, "side", specs(User)["side"], -1),
+        **binding.declare_shares(SHARED_AT_MASTER),
+        **binding.declare_shares(
+            USER_AT_MASTER,
+            master={"listener": on_master, "check": designed, "check_change": allowed},
+            safety={"listener": on_safety, "check_change": check_change},
         ),
-        baseline=declare(node, "baseline", BaselineParams),
-        own=declare(node, "", ControllerOwn),
-        safety=binding.declare("safety", SafetyParams, on_safety, check_change=check_change),
-        device=declare(node, "device", DeviceParams),
-        operator=declare(node, "operator", OperatorParams),
-        task=declare(node, "task", TaskParams),
-        contact=declare(node, "server", ContactParams),
-        token=token_of_node(value(TOKEN_FILE, TOKEN_SPEC, ""), user=name),
+        token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=name),
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")

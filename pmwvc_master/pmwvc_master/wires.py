@@ -17,8 +17,7 @@ from rclpy.qos import qos_profile_sensor_data
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import RECORDED_QOS, offered
-from pmwvc_core.runtime.wave_topics import WaveTopics
+from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.transport.admission import Admission
 from pmwvc_master.blocks import Block
 from pmwvc_master.devices import DeviceSample

@@ -22,8 +22,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import sleep_until
-from pmwvc_core.runtime.polling import RECORDED_QOS, Polled
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
+from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_netem.relayed_link import RelayedLink, Timing
 
 FINE_NS = 150_000  # the last bit before a deadline is slept on the clock

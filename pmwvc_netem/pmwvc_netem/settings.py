@@ -31,7 +31,7 @@ from pmwvc_core.runtime.parameters import (
     pass_on,
     set_together,
 )
-from pmwvc_core.runtime.polling import message_class
+from pmwvc_core.runtime.topics import message_class
 
 DIRECTIONS = ("up", "down")
 WAVE = "pmwvc_msgs/msg/Wave"

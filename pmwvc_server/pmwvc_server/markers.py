@@ -35,25 +35,22 @@ COLORS = (
 
 
 class Scene:
-    """Builds the markers of one session, whose object has edges of ``size_m`` [m].
-
-    Axes beyond ``dof`` are drawn at zero.
+    """Builds the markers of one session, whose object has edges of ``size_m`` [m]. Axes that it
+    does not have are drawn at zero.
     """
 
-    def __init__(self, users: Sequence[str], *, size_m: float, dof: int) -> None:
-        self._users = list(users)
-        self._size_m = size_m
-        self._dof = dof
+    def __init__(self, users: Sequence[str], *, size_m: float) -> None:
+        self._users, self._size_m = list(users), size_m
 
     def markers(self, loop: ServerLoop, stamp: Any) -> MarkerArray:
         """Return the scene after the last step."""
         end, presence = loop.protocol, loop.protocol.presence
         size = self._size_m
         cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
-        cube.pose.position = self._point(end.x_o)
+        cube.pose.position = _point(end.x_o)
         cube.scale = Vector3(x=size, y=size, z=size)
         target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
-        target.pose.position = self._point(end.target_m)
+        target.pose.position = _point(end.target_m)
         target.scale = Vector3(x=1.02 * size, y=1.02 * size, z=1.02 * size)
         found = [cube, target]
         for user, name in enumerate(self._users):
@@ -72,28 +69,22 @@ class Scene:
             avatar.action = force.action = Marker.DELETE
             return [avatar, force]
         x, f = map(flatten, loop.protocol.avatar(user))
-        avatar.pose.position = self._point(x)
+        avatar.pose.position = _point(x)
         avatar.scale = Vector3(x=AVATAR_M, y=AVATAR_M, z=AVATAR_M)
-        force.points = [self._point(x), self._point(x + f * ARROW_M_PER_N)]
+        force.points = [_point(x), _point(x + f * ARROW_M_PER_N)]
         force.scale = Vector3(x=0.004, y=0.008, z=0.008)
         return [avatar, force]
 
-    def _point(self, value: Value) -> Point:
-        x, y, z = [*flatten(value), 0.0, 0.0][:3]
-        return Point(x=float(x), y=float(y), z=float(z))
+
+def _point(value: Value) -> Point:
+    x, y, z = [*flatten(value), 0.0, 0.0][:3]
+    return Point(x=float(x), y=float(y), z=float(z))
 
 
 def _marker(
-    namespace: str,
-    number: int,
-    kind: int,
-    stamp: Any,
-    color: tuple[float, float, float],
-    opacity: float,
+    namespace: str, number: int, kind: int, stamp: Any, color: Sequence[float], opacity: float
 ) -> Marker:
     marker = Marker(ns=namespace, id=number, type=kind, action=Marker.ADD)
-    marker.header.frame_id = FRAME
-    marker.header.stamp = stamp
-    red, green, blue = color
-    marker.color = ColorRGBA(r=red, g=green, b=blue, a=opacity)
+    marker.header.frame_id, marker.header.stamp = FRAME, stamp
+    marker.color = ColorRGBA(**dict(zip("rgba", (*color, opacity), strict=True)))
     return marker

@@ -20,11 +20,9 @@ from pmwvc_core.ends.joining import kept_words, why_kept
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
-from pmwvc_core.runtime.pacing import Watch
-from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
-from pmwvc_core.runtime.receptions import Receptions
+from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.reception import diagnostics
@@ -61,22 +59,13 @@ class Server:
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()
-        self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
+        self._scene = Scene(self.names, size_m=settings.server.object_size_m)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
-        self._watch = Watch(self.loop)
-        inboxes = dict(zip(self.names, self.loop.protocol.inboxes, strict=True))
-        self._peers = Peers(
-            publishers_of(node),
-            inboxes={node.resolve_topic_name(f"~/{n}/wave_up"): box for n, box in inboxes.items()},
-            own=[node.resolve_topic_name(f"~/{name}/wave_down") for name in self.names],
-        )
-        self._receptions = Receptions(
-            node,
-            "~/reception",
-            inboxes={f"{name}/up": box for name, box in inboxes.items()},
-            epoch=epoch,
-            other_controller=lambda: self.loop.protocol.other_controller,
-        )
+        links = {
+            f"{name}/up": (f"~/{name}/wave_up", f"~/{name}/wave_down", inbox)
+            for name, inbox in zip(self.names, self.loop.protocol.inboxes, strict=True)
+        }
+        self._watch = Watch(node, self.loop, links=links, reception="~/reception", epoch=epoch)
         self._contained = 0
         node.create_timer(1.0 / MARKER_HZ, self._show)
         publish_health(node, self._health)
@@ -84,13 +73,13 @@ class Server:
 
     def run(self, stop: threading.Event) -> None:
         """Run the loop."""
-        self._receptions.begin()
+        self._watch.begin()
         self.loop.run(stop)
 
     def close(self) -> None:
         """Log what the last step brought, report what was received."""
         self._log_changes()
-        self._receptions.publish()
+        self._watch.publish()
 
     def _change(self, params: ServerParams) -> None:
         self._pending.append(partial(self.loop.configure, params))
@@ -132,8 +121,6 @@ class Server:
         loop = self.loop
         values, missed = self._watch.look()
         values["steps"] = loop.protocol.steps
-        values["packets of another controller"] = loop.protocol.other_controller
-        values["real time"] = str(loop.report or "not requested yet")
         silent, apart = [], []
         for user, name in enumerate(self.names):
             presence = loop.protocol.presence[user]
@@ -154,7 +141,7 @@ class Server:
         text += f"; {missed} deadlines missed" if missed else ""
         text += "".join(f"; {each}" for each in apart)
         contained = self._contain(values)
-        wrong, peers = self._peers.look()
+        wrong, peers = self._watch.peers.look()
         values |= peers
         wrong += [contained] if contained else []
         text = "; ".join([text, *wrong])

@@ -20,9 +20,7 @@ from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.made.server import coupling_of
 from pmwvc_core.params import (
-    BaselineParams,
     ContactParams,
-    MasterParams,
     SafetyParams,
     ServerParams,
     TaskParams,
@@ -32,17 +30,18 @@ from pmwvc_core.params import (
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.params.user import ServerTimes, server_times
-from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SAFETY
+from pmwvc_core.runtime.parameter_values import SHARED_AT_SERVER, USER_AT_SERVER
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare,
     declare_names,
+    declare_top,
     declare_value,
     pass_on,
 )
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
-from pmwvc_core.scenario.scenario import ControllerOwn, EnvironmentOwn, Scenario, User
+from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.admission import Token
 from pmwvc_server.asking import caller
@@ -111,39 +110,29 @@ def declare_settings(
     )
     if not 1 <= len(names) <= LARGEST:
         raise ParameterError(f"users = {names}: must be 1 to {LARGEST} names")
-    port = declare(node, "master", MasterParams, only=OF_MASTER)
     for_all = _ForAll(node, names)
-    contact = for_all.contact = binding.declare("server", ContactParams, for_all.pass_on)
-    baseline = declare(node, "baseline", BaselineParams)
-    own: Any = declare(node, "", ControllerOwn)
-    known, side = specs(Scenario), specs(User)["side"]
+    common = binding.declare_shares(USER_AT_SERVER, contact={"listener": for_all.pass_on})
+    for_all.contact = common["contact"]
+    change, side = for_all.check_change, specs(User)["side"]
     settings = ServerSettings(
-        controller=declare_value(node, "controller", known["controller"], "pmwvc"),
-        channel=declare_value(node, "channel", known["channel"], known["channel"].default),
-        dof=declare_value(node, "dof", known["dof"], known["dof"].default),
+        **declare_top(node),
         users=tuple(
             User(
                 name=name,
                 side=declare_value(node, f"{name}.side", side, -1 if number % 2 == 0 else 1),
-                master=declare(
-                    node, f"{name}.master", MasterParams, defaults=port, only=OF_MASTER
+                **binding.declare_shares(
+                    USER_AT_SERVER,
+                    name,
+                    defaults=common,
+                    contact={"listener": partial(on_contact, number), "check_change": change},
                 ),
-                contact=binding.declare(
-                    f"{name}.server",
-                    ContactParams,
-                    partial(on_contact, number),
-                    defaults=contact,
-                    check_change=for_all.check_change,
-                ),
-                baseline=declare(node, f"{name}.baseline", BaselineParams, defaults=baseline),
-                own=declare(node, name, ControllerOwn, defaults=own),
             )
             for number, name in enumerate(names)
         ),
-        server=binding.declare("server", ServerParams, on_server, check_change=for_all.check),
-        times=server_times([declare(node, "safety", SafetyParams, only=OF_SAFETY)]),
-        task=declare(node, "task", TaskParams),
-        own=declare(node, "", EnvironmentOwn),
+        times=server_times([declare(node, "safety", SafetyParams, only=ServerTimes._fields)]),
+        **binding.declare_shares(
+            SHARED_AT_SERVER, server={"listener": on_server, "check_change": for_all.check}
+        ),
         token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=""),
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
@@ -163,11 +152,12 @@ def declare_settings(
 class _ForAll:
     """The contact for all users, and what may change of any contact."""
 
+    contact = ContactParams()
+    black_box = strict = False
+    timeout_s = 0.0
+
     def __init__(self, node: Node, users: list[str]) -> None:
         self._node, self._users = node, users
-        self.contact = ContactParams()
-        self.black_box = self.strict = False
-        self.timeout_s = 0.0
 
     def pass_on(self, new: ContactParams) -> None:
         """Hand what changed for all users to each of them."""

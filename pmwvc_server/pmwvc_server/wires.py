@@ -13,8 +13,7 @@ from rclpy.node import Node
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.frame.rows import PortRow
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import RECORDED_QOS, offered
-from pmwvc_core.runtime.wave_topics import WaveTopics
+from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.transport.admission import Admission
 from pmwvc_server.loop import ServerLoop, Step
 from pmwvc_server.settings import ServerSettings

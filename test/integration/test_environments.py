@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from support.processes import NodeProcess, ros
 
 from pmwvc_core.params import DeviceParams, OperatorParams
-from pmwvc_core.runtime.polling import RECORDED_QOS
+from pmwvc_core.runtime.topics import RECORDED_QOS
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 
 pytestmark = [pytest.mark.integration]

@@ -15,7 +15,7 @@ from support.processes import NodeProcess, ros
 
 from pmwvc_core.params import MasterParams, OperatorParams, VelocityFilterParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import RECORDED_QOS, WAVE_QOS
+from pmwvc_core.runtime.topics import RECORDED_QOS, WAVE_QOS
 from pmwvc_msgs.msg import MasterTrace, Reception, Wave
 
 pytestmark = [pytest.mark.integration]

@@ -12,7 +12,7 @@ from pmwvc_bringup.session import plan
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.runtime.parameter_values import values_of
-from pmwvc_core.runtime.parameters import refuse_undeclared
+from pmwvc_core.runtime.process import refuse_undeclared
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_master.settings import declare_settings as declare_master
 from pmwvc_server.settings import declare_settings

@@ -14,7 +14,7 @@ from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.runtime.records import record_of
+from pmwvc_core.runtime.messages import record_of
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 

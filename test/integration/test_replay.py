@@ -19,7 +19,7 @@ from support.sessions import ROOT, Running
 
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import POSITION_M
-from pmwvc_core.runtime.polling import WAVE_QOS
+from pmwvc_core.runtime.topics import WAVE_QOS
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 

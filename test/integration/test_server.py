@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import RECORDED_QOS, WAVE_QOS
+from pmwvc_core.runtime.topics import RECORDED_QOS, WAVE_QOS
 from pmwvc_core.transport.packet import FLAG_DIRECT, Packer
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from pmwvc_core.params import MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import WAVE_QOS
+from pmwvc_core.runtime.topics import WAVE_QOS
 from pmwvc_core.transport.packet import Packer
 from pmwvc_msgs.msg import MasterTrace, Wave
 from support.processes import NodeProcess

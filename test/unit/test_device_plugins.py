@@ -12,7 +12,7 @@ from support.lab import offer
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plugins import installed
-from pmwvc_master import plugins
+from pmwvc_master import devices as plugins
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 
 

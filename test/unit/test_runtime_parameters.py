@@ -29,8 +29,8 @@ from pmwvc_core.runtime.parameters import (
     declare,
     declare_names,
     declare_value,
-    refuse_undeclared,
 )
+from pmwvc_core.runtime.process import refuse_undeclared
 
 GROUPS = [
     ContactParams,

@@ -163,7 +163,7 @@ def stopped(node: str, length_s: float) -> Outcome:
 
 SLOW = """
 import sys, time, rclpy
-from pmwvc_core.runtime.polling import RECORDED_QOS
+from pmwvc_core.runtime.topics import RECORDED_QOS
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 rclpy.init()
 node, taken = rclpy.create_node("slow"), []

@@ -32,7 +32,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
-from pmwvc_core.runtime.messages.fields import (
+from pmwvc_core.runtime.misfits import (
     LinkState,
     MasterTrace,
     PacketFate,

@@ -23,8 +23,7 @@ from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import file_errors
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.runtime.messages import MessageTypes
-from pmwvc_core.runtime.messages.fields import OF_OBJECT
+from pmwvc_core.runtime.messages import OF_OBJECT, MessageTypes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import (
     ENERGIES,
@@ -102,9 +101,8 @@ def _all(
     for link, received in traces.receptions.items():
         owner, _, way = link.rpartition("/")
         end_ns = _ns(traces.duration_s)
-        message = build.reception(
-            types,
-            stamp_ns=start + end_ns,
+        message = types.Reception(
+            stamp=build.time_message(types, start + end_ns),
             epoch=SERVER_EPOCH if way == "up" else _epoch(traces, owner),
             seq=1 + (list(traces.receptions).index(link) // 2 if way == "up" else 0),
             link=link,

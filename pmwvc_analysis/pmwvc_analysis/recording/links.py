@@ -26,7 +26,7 @@ from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes, nanoseconds
-from pmwvc_core.runtime.messages.fields import LinkState, PacketFate, Reception
+from pmwvc_core.runtime.misfits import LinkState, PacketFate, Reception
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces
 from pmwvc_core.transport.reception import PASSAGE, REFUSED
 

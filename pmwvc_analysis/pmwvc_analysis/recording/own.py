@@ -5,7 +5,7 @@
 A ROS domain is open: any program on it can publish on the topics of a session. A message is left
 out when
 
-* its fields do not fit together (:mod:`pmwvc_core.runtime.messages.misfits`);
+* its fields do not fit together (:mod:`pmwvc_core.runtime.misfits`);
 * it comes from another publisher. Every start of a node draws an epoch, and a node that is started
   again follows its predecessor in time. Of epochs that overlap in time the one with the most
   messages stays; a trace's epoch is also the epoch of the packets that its node sends, so where
@@ -29,7 +29,7 @@ from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.sequence import numbered
 from pmwvc_core.numeric import Integers
 from pmwvc_core.plural import count
-from pmwvc_core.runtime.messages import misfit
+from pmwvc_core.runtime.misfits import misfit
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
 LATEST_NS = 1 << 62  # log times beyond overflow

@@ -26,10 +26,11 @@ from std_srvs.srv import Trigger
 from pmwvc_bringup.session.status import UserStatus
 from pmwvc_core.controllers.accounts import NODE, RELEASED
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.runtime.messages import misfit, nanoseconds
+from pmwvc_core.runtime.messages import nanoseconds
+from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.peers import publishers_of
-from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.services import unmatched
+from pmwvc_core.runtime.topics import Polled
 from pmwvc_msgs.msg import LinkState, MasterTrace, Reception, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -46,8 +47,7 @@ class Monitor:
     """A session seen from outside."""
 
     def __init__(self, node: Node, users: Sequence[str], *, restarts: bool) -> None:
-        self._node = node
-        self._users = list(users)
+        self._node, self._users = node, list(users)
         self._masters = {u: Polled(node, MasterTrace, f"{u}/trace", NEWEST) for u in users}
         self._server = Polled(node, ServerTrace, "server/trace", NEWEST)
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -14,8 +14,17 @@ import yaml
 
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.user import server_times
-from pmwvc_core.runtime.parameter_values import OF_MASTER, OF_SERVER, to_ros_yaml
-from pmwvc_core.runtime.records import record_of
+from pmwvc_core.runtime.messages import record_of
+from pmwvc_core.runtime.parameter_values import (
+    SHARED_AT_MASTER,
+    SHARED_AT_SERVER,
+    TOP_AT_ENDS,
+    USER_AT_MASTER,
+    USER_AT_NETEM,
+    USER_AT_SERVER,
+    given,
+    to_ros_yaml,
+)
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
 
@@ -131,44 +140,30 @@ def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
     return [[node.ros_name for node in planned if node.kind == kind] for kind in kinds]
 
 
-def _common(scenario: Scenario) -> dict[str, object]:
-    return {"controller": scenario.controller, "channel": scenario.channel, "dof": scenario.dof}
+def _top(scenario: Scenario) -> dict[str, object]:
+    return {name: getattr(scenario, name) for name in TOP_AT_ENDS}
 
 
 def _master(scenario: Scenario, user: User) -> dict[str, object]:
     return {
-        **_common(scenario),
+        **_top(scenario),
         "seed": scenario.seed,
         "side": user.side,
-        "master": user.master,
-        "baseline": user.baseline,
-        "": user.own,
-        "device": user.device,
-        "operator": user.operator,
-        "safety": user.safety,
-        "task": scenario.task,
-        "server": user.contact,
-        **{f"server.{name}": getattr(scenario.server, name) for name in OF_SERVER},
+        **given(USER_AT_MASTER, user),
+        **given(SHARED_AT_MASTER, scenario),
     }
 
 
 def _server(scenario: Scenario) -> dict[str, object]:
     times = server_times(user.safety for user in scenario.users)
     found = {
-        **_common(scenario),
+        **_top(scenario),
         "users": [user.name for user in scenario.users],
-        "server": scenario.server,
-        "task": scenario.task,
-        "": scenario.own,
+        **given(SHARED_AT_SERVER, scenario),
         **{f"safety.{name}": value for name, value in times._asdict().items()},
     }
     for user in scenario.users:
-        found[f"{user.name}.side"] = user.side
-        found[f"{user.name}.server"] = user.contact
-        found[f"{user.name}.baseline"] = user.baseline
-        found[user.name] = user.own
-        for name in OF_MASTER:
-            found[f"{user.name}.master.{name}"] = getattr(user.master, name)
+        found |= {f"{user.name}.side": user.side, **given(USER_AT_SERVER, user, user.name)}
     return found
 
 
@@ -178,8 +173,7 @@ def _netem(scenario: Scenario) -> dict[str, object]:
         "users": [user.name for user in scenario.users],
     }
     for user in scenario.users:
-        found[f"{user.name}.link.up"] = user.link_up
-        found[f"{user.name}.link.down"] = user.link_down
+        found |= given(USER_AT_NETEM, user, user.name)
     return found
 
 

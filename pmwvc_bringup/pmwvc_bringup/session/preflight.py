@@ -80,7 +80,7 @@ def notes(scenario: Scenario) -> list[str]:
 def _require_device(name: str) -> None:
     """Refuse a device that is not installed; the nodes, and devices with them, come with ROS."""
     if importlib.util.find_spec("pmwvc_master") is not None:
-        from pmwvc_master.plugins import PLUGINS
+        from pmwvc_master.devices import PLUGINS
 
         PLUGINS.required(name)
 

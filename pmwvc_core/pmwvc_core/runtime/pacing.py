@@ -14,7 +14,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 from pmwvc_core.errors import ParameterError
 
@@ -159,35 +158,3 @@ class Health:
             self.late_max_ns = late_ns
         if compute_ns > self.compute_max_ns:
             self.compute_max_ns = compute_ns
-
-
-class Paced(Protocol):
-    """A loop that keeps such counts."""
-
-    health: Health
-    missed: int  # deadlines that were skipped
-
-
-class Watch:
-    """Looks at a paced loop from time to time, for diagnostics."""
-
-    def __init__(self, loop: Paced) -> None:
-        self._loop, self._looked_s, self._missed = loop, time.monotonic(), loop.missed
-
-    def look(self) -> tuple[dict[str, object], int]:
-        """Return values for people by name, and how many deadlines were missed since the last
-        look.
-        """
-        loop, now_s = self._loop, time.monotonic()
-        health, loop.health = loop.health, Health()
-        elapsed_s, self._looked_s = now_s - self._looked_s, now_s
-        missed, self._missed = loop.missed - self._missed, loop.missed
-        ticks_us = 1e3 * max(health.ticks, 1)
-        return {
-            "rate [Hz]": f"{health.ticks / elapsed_s:.1f}",
-            "lateness mean [us]": f"{health.late_sum_ns / ticks_us:.1f}",
-            "lateness max [us]": f"{health.late_max_ns / 1e3:.1f}",
-            "compute mean [us]": f"{health.compute_sum_ns / ticks_us:.1f}",
-            "compute max [us]": f"{health.compute_max_ns / 1e3:.1f}",
-            "missed deadlines": loop.missed,
-        }, missed

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameter dataclasses as flat values by dotted name, the way ROS holds them, and back. Needs no
-ROS.
+"""Parameter dataclasses as flat values by dotted name, the way ROS holds them, and back; and which
+node is given which of a scenario's. Needs no ROS.
 
 Names are those of :mod:`pmwvc_core.params.names`. ROS has no "not given" for a number: an optional
 one is a double whose 0.0 stands for ``None`` (its range never holds zero). Whole numbers are
@@ -9,19 +9,75 @@ accepted for doubles.
 """
 
 import dataclasses
-from collections.abc import Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
-from pmwvc_core.params.names import assembled, flattened, leaves, nested
-from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.params.names import assembled, flattened, joined, leaves, nested
+from pmwvc_core.scenario.scenario import Scenario, User, prefixed
 
 P = TypeVar("P")
-# The parameters that a node has of a dataclass of another node, the rest at their defaults.
-OF_MASTER = ("impedance", "impedance_matrix", "rate_drop", "tick_s")  # at the server
-OF_SAFETY = ServerTimes._fields  # at the server
-OF_SERVER = ("period_s", "object_size_m")  # at the masters
+
+
+class Share(NamedTuple):
+    """What a node is given of a group of a scenario: ``only`` some of its own parameters, the rest
+    at their defaults, or all of them.
+    """
+
+    prefix: str
+    attribute: str  # of a user or of the scenario
+    kind: type
+    only: tuple[str, ...] = ()
+
+
+def _shares(owner: type, *whole: str, **only: tuple[str, ...]) -> tuple[Share, ...]:
+    return tuple(
+        Share(prefix, attribute, kind, only.get(attribute, ()))
+        for prefix, (attribute, kind) in prefixed(owner).items()
+        if attribute in whole or attribute in only
+    )
+
+
+# The table: what each node is given of a user, and of what all users share.
+USER_AT_MASTER = _shares(
+    User, "master", "baseline", "own", "device", "operator", "safety", "contact"
+)
+SHARED_AT_MASTER = _shares(Scenario, "task", server=("period_s", "object_size_m"))
+USER_AT_SERVER = _shares(
+    User,
+    *("contact", "baseline", "own"),
+    master=("impedance", "impedance_matrix", "rate_drop", "tick_s"),
+)
+SHARED_AT_SERVER = _shares(Scenario, "server", "task", "own")
+USER_AT_NETEM = _shares(User, "link_up", "link_down")
+TOP_AT_ENDS = ("controller", "channel", "dof")  # of the scenario, at master and server
+
+
+def given(shares: Sequence[Share], owner: Any, start: str = "") -> dict[str, Any]:
+    """Return what a node is given of a user or scenario: dataclasses by prefix and single values
+    by dotted name, below ``start``.
+    """
+    found: dict[str, Any] = {}
+    for prefix, attribute, _, only in shares:
+        value, where = getattr(owner, attribute), joined(start, prefix)
+        found |= {joined(where, n): getattr(value, n) for n in only} if only else {where: value}
+    return found
+
+
+def taken_back(
+    shares: Sequence[Share], values: Mapping[str, Any], start: str = ""
+) -> dict[str, Any]:
+    """Return the values of a scenario's parameters by name from those that a node, which was given
+    all of their groups below ``start``, holds.
+    """
+    return {
+        name: from_ros(spec, values[joined(start, name)])
+        for share in shares
+        if not share.only
+        for name, spec in leaves(share.prefix, share.kind).items()
+        if joined(start, name) in values
+    }
 
 
 def values_of(prefix: str, owner: Any) -> dict[str, Any]:

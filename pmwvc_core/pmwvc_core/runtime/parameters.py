@@ -1,34 +1,36 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS parameters from parameter dataclasses: type, unit, range and description from each field's
-``Spec``.
-
-Whole numbers given for doubles are accepted, from files and while running. How dataclasses become
-flat values by dotted name is in :mod:`pmwvc_core.runtime.parameter_values`. No default, range or
-unit belongs here: the dataclasses are the only source.
+"""ROS parameters from parameter dataclasses, the only source of default, type, unit, range and
+description. Whole numbers given for doubles are accepted, from files and while running.
 """
 
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from rcl_interfaces import msg
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import Spec
-from pmwvc_core.params.names import hint, joined, leaves
-from pmwvc_core.runtime.parameter_values import built, from_ros, to_ros, values_of
+from pmwvc_core.params import Spec, specs
+from pmwvc_core.params.names import joined, leaves
+from pmwvc_core.runtime.parameter_values import (
+    TOP_AT_ENDS,
+    Share,
+    built,
+    from_ros,
+    to_ros,
+    values_of,
+)
+from pmwvc_core.scenario.scenario import Scenario
 
 P = TypeVar("P")
 Type = Parameter.Type
 _TYPES = {float: Type.DOUBLE, int: Type.INTEGER, bool: Type.BOOL, str: Type.STRING}
 _LARGEST, _LARGEST_INT = sys.float_info.max, 2**63 - 1
 _NAME = re.compile("[A-Za-z][A-Za-z0-9_]*")
-_OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 
 
 def declare(
@@ -40,9 +42,8 @@ def declare(
     only: Sequence[str] = (),
     fixed: bool = True,
 ) -> P:
-    """Declare a parameter dataclass, whose values are fixed at the start of the node by default,
-    or ``only`` some of its own parameters; ParameterError naming every wrong value that the node
-    was given.
+    """Declare a parameter dataclass, or ``only`` some of its own parameters, fixed at the start of
+    the node by default; ParameterError naming every wrong value that the node was given.
     """
     specs = leaves(prefix, kind)
     names = [joined(prefix, name) for name in only] or specs
@@ -63,47 +64,31 @@ def declare_value(node: Node, name: str, spec: Spec, default: Any) -> Any:
     return value
 
 
+def declare_top(node: Node) -> dict[str, Any]:
+    """Declare what master and server have to be told alike; return the values by name."""
+    known = specs(Scenario)
+    defaults = {name: known[name].default for name in TOP_AT_ENDS} | {"controller": "pmwvc"}
+    return {name: declare_value(node, name, known[name], defaults[name]) for name in TOP_AT_ENDS}
+
+
 def declare_names(node: Node, name: str, default: Sequence[str], description: str) -> list[str]:
     """Declare a list of names that become part of topics, fixed at the start of the node;
-    ParameterError where it is no list of texts, or a name in it cannot be used or is there twice.
+    ParameterError where it is none.
     """
     value = _given(node, name, list(default))
     if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
         raise ParameterError(f"{name} = {value!r}: must be a list of strings, like ['a','b']")
     for entry in value:
         if not _NAME.fullmatch(entry):
-            wanted = "letters, digits and _, beginning with a letter"
-            raise ParameterError(f"{name}: {entry!r} must be {wanted}")
+            raise ParameterError(
+                f"{name}: {entry!r} must be letters, digits and _, beginning with a letter"
+            )
         if value.count(entry) > 1:
             raise ParameterError(f"{name}: {entry!r} is there twice")
     kind = Type.STRING_ARRAY
     descriptor = msg.ParameterDescriptor(type=kind.value, description=description, read_only=True)
     node.set_descriptor(name, descriptor, Parameter(name, kind, value).get_parameter_value())
     return value
-
-
-def refuse_undeclared(node: Node) -> None:
-    """Refuse parameters that were given to the node and that it does not declare.
-
-    For a node made with ``automatically_declare_parameters_from_overrides``, once all is declared.
-    ParameterError naming each with the nearest right name.
-    """
-    given = [n for n in node.get_parameters_by_prefix("") if not n.startswith(_OWN_OF_ROS)]
-    known = [name for name in given if node.describe_parameter(name).description]
-    unknown = [f"{n}: there is no such parameter{hint(n, known)}" for n in given if n not in known]
-    if unknown:
-        raise ParameterError("; ".join(unknown))
-
-
-@dataclass(frozen=True, eq=False)
-class _Group:
-    """A dataclass whose values may change, and the checks of a change."""
-
-    prefix: str
-    kind: type
-    listener: Callable[[Any], None]
-    check: Callable[[Any], None]
-    check_change: Callable[[Any, Any], None]
 
 
 def set_together(node: Node, values: Mapping[str, Any]) -> None:
@@ -120,6 +105,17 @@ def pass_on(node: Node, users: Sequence[str], prefix: str, old: Any, new: Any) -
     set_together(node, {f"{user}.{n}": value for user in users for n, value in changed.items()})
 
 
+class _Group(NamedTuple):
+    """A dataclass whose values may change, and the checks of a change."""
+
+    prefix: str
+    kind: type
+    specs: Mapping[str, Spec]
+    listener: Callable[[Any], None]
+    check: Callable[[Any], None]
+    check_change: Callable[[Any, Any], None]
+
+
 class ParameterBinding:
     """Parameters of one node that may change while it runs.
 
@@ -131,10 +127,8 @@ class ParameterBinding:
     """
 
     def __init__(self, node: Node, *, settled: Callable[[], None] = lambda: None) -> None:
-        self._node = node
-        self._settled = settled
-        self._floats: set[str] = set()  # names of parameters that are doubles
-        self._owner: dict[str, _Group] = {}
+        self._node, self._settled = node, settled
+        self._groups: list[_Group] = []
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._validate)
         node.add_post_set_parameters_callback(self._hand_over)
@@ -150,25 +144,43 @@ class ParameterBinding:
         check_change: Callable[[P, P], None] = lambda _, __: None,
     ) -> P:
         """Declare a parameter dataclass and return its values at the start; ParameterError where a
-        value given to the node is wrong.
-
-        ``listener`` gets the complete new object after each accepted change. ``check`` raises
-        ParameterError for what the dataclass cannot know, at the start and at each change;
-        ``check_change``, which gets the present object and the new one, for a step that is not
-        allowed while running.
+        value given to the node is wrong. ``check`` raises ParameterError for what the dataclass
+        cannot know, at the start and at each change; ``check_change``, which gets the present
+        object and the new one, for a step that is not allowed while running.
         """
         value = declare(self._node, prefix, kind, defaults=defaults, fixed=False)
         check(value)
-        group = _Group(prefix, kind, listener, check, check_change)
-        self._owner |= dict.fromkeys(leaves(prefix, kind), group)
-        self._floats |= {n for n, spec in leaves(prefix, kind).items() if spec.kind is float}
+        specs = leaves(prefix, kind)
+        self._groups.append(_Group(prefix, kind, specs, listener, check, check_change))
         return value
+
+    def declare_shares(
+        self,
+        shares: Sequence[Share],
+        start: str = "",
+        *,
+        defaults: Mapping[str, Any] | None = None,
+        **changing: Mapping[str, Any],
+    ) -> dict[str, Any]:
+        """Declare the node's shares of a user or scenario below ``start``; return their values by
+        attribute. ``changing`` are the arguments of :meth:`declare` of those that may change.
+        """
+        found = {}
+        for prefix, attribute, kind, only in shares:
+            where, default = joined(start, prefix), (defaults or {}).get(attribute)
+            if attribute in changing:
+                options = changing[attribute]
+                found[attribute] = self.declare(where, kind, defaults=default, **options)
+            else:
+                found[attribute] = declare(self._node, where, kind, defaults=default, only=only)
+        return found
 
     def _convert(self, parameters: list[Parameter]) -> list[Parameter]:
         """Turn whole numbers given for doubles into doubles."""
+        floats = {n for g in self._groups for n, spec in g.specs.items() if spec.kind is float}
         return [
             Parameter(p.name, Type.DOUBLE, float(p.value))
-            if p.type_ == Type.INTEGER and p.name in self._floats
+            if p.type_ == Type.INTEGER and p.name in floats
             else p
             for p in parameters
         ]
@@ -189,12 +201,12 @@ class ParameterBinding:
 
     def _rebuilt(self, parameters: list[Parameter]) -> Iterator[tuple[_Group, Any, Any]]:
         """Yield every group a change touches: as it is, and with the new values."""
-        new = {p.name: p.value for p in parameters if p.name in self._owner}
-        for group in dict.fromkeys(self._owner[name] for name in new):
-            of = group.prefix, group.kind
-            present = {n: self._node.get_parameter(n).value for n in leaves(*of)}
-            changed = {n: value for n, value in new.items() if n in present}
-            yield group, built(*of, present), built(*of, present | changed)
+        touched = [g for p in parameters for g in self._groups if p.name in g.specs]
+        for group in {id(group): group for group in touched}.values():
+            of, new = (group.prefix, group.kind), {p.name: p.value for p in parameters}
+            present = {name: self._node.get_parameter(name).value for name in group.specs}
+            changed = {name: new.get(name, value) for name, value in present.items()}
+            yield group, built(*of, present), built(*of, changed)
 
 
 def _given(node: Node, name: str, default: Any) -> Any:
@@ -205,13 +217,10 @@ def _given(node: Node, name: str, default: Any) -> Any:
 
 
 def _describe(node: Node, name: str, spec: Spec, value: Any, *, fixed: bool) -> None:
-    """Give a parameter its type, range and description; a whole number becomes a double."""
+    """Give a parameter its type, range and description; a whole number becomes a double. Ranges
+    of a descriptor are closed, ``additional_constraints`` is exact.
+    """
     parameter = Parameter(name, _TYPES[spec.kind], to_ros(spec, value))
-    node.set_descriptor(name, _descriptor(spec, fixed=fixed), parameter.get_parameter_value())
-
-
-def _descriptor(spec: Spec, *, fixed: bool) -> msg.ParameterDescriptor:
-    """Return the descriptor for tools; ranges are closed, ``additional_constraints`` is exact."""
     unit = f" [{spec.unit}]" if spec.unit and spec.unit != "-" else ""
     absent = " (0: not given)" if spec.optional else ""
     descriptor = msg.ParameterDescriptor(
@@ -222,15 +231,14 @@ def _descriptor(spec: Spec, *, fixed: bool) -> msg.ParameterDescriptor:
     )
     low = spec.above if spec.low is None else spec.low
     high = spec.below if spec.high is None else spec.high
-    if low is None and high is None:
-        return descriptor
+    bounded = low is not None or high is not None
     if spec.optional:
         low = min(low or 0.0, 0.0)  # zero stands for "not given"
-    if spec.kind is int:
-        low, high = -_LARGEST_INT if low is None else low, _LARGEST_INT if high is None else high
+    largest = _LARGEST_INT if spec.kind is int else _LARGEST
+    low, high = -largest if low is None else low, largest if high is None else high
+    if bounded and spec.kind is int:
         descriptor.integer_range = [msg.IntegerRange(from_value=int(low), to_value=int(high))]
-    else:
-        low, high = -_LARGEST if low is None else low, _LARGEST if high is None else high
+    elif bounded:
         span = msg.FloatingPointRange(from_value=float(low), to_value=float(high))
         descriptor.floating_point_range = [span]
-    return descriptor
+    node.set_descriptor(name, descriptor, parameter.get_parameter_value())

@@ -46,11 +46,8 @@ class Peers:
         own: Sequence[str],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._publishers = publishers
-        self._inboxes = dict(inboxes)
-        self._own = list(own)
-        self._clock = clock
-        self._begin_s = clock()
+        self._publishers, self._inboxes, self._own = publishers, dict(inboxes), list(own)
+        self._clock, self._begin_s = clock, clock()
         self._before = {(topic, verdict): 0 for topic in self._inboxes for verdict in SUSPECT}
 
     def look(self) -> tuple[list[str], dict[str, object]]:
@@ -59,30 +56,28 @@ class Peers:
         values: dict[str, object] = {}
         for topic, inbox in self._inboxes.items():
             names = sorted(self._publishers(topic))
+            others = [f"{epoch:016x} ({n} packets)" for epoch, n in inbox.strangers.items()]
             values[f"{topic}: publishers"] = ", ".join(names) or "none"
             values[f"{topic}: sender followed"] = f"{inbox.epoch:016x}" if inbox.epoch else "none"
-            values[f"{topic}: other senders"] = _others(inbox)
-            wrong += self._of_topic(topic, names, inbox)
+            values[f"{topic}: other senders"] = ", ".join(others) or "none"
+            wrong += _several(topic, names) or self._of_packets(topic, names, inbox)
         for topic in self._own:
-            names = sorted(self._publishers(topic))
-            if len(names) > 1:
-                wrong.append(f"{len(names)} publishers on {topic}: {', '.join(names)}")
+            wrong += _several(topic, sorted(self._publishers(topic)))
         return wrong, values
 
-    def _of_topic(self, topic: str, names: Sequence[str], inbox: Receiver) -> list[str]:
-        if len(names) > 1:
-            return [f"{len(names)} publishers on {topic}: {', '.join(names)}"]
+    def _of_packets(self, topic: str, names: Sequence[str], inbox: Receiver) -> list[str]:
         wrong = []
         for verdict, words in SUSPECT.items():
             key, number = (topic, verdict), inbox.counts[verdict]
             before, self._before[key] = self._before[key], number
             if number > before:
                 wrong.append(f"{count(number - before, 'packet')} {words} on {topic}")
-        if wrong:
+        if wrong or inbox.newest is not None or self._clock() - self._begin_s < PATIENCE_S:
             return wrong
-        if inbox.newest is not None or self._clock() - self._begin_s < PATIENCE_S:
-            return []
-        return [_never_met(topic, names, inbox)]
+        refused = [f"{inbox.counts[v]} {v.value}" for v in REFUSED if inbox.counts[v]]
+        if refused:
+            return [f"every packet on {topic} was refused: {', '.join(refused)}"]
+        return [nothing_on(topic, names)]
 
 
 class WrongTokens:
@@ -103,11 +98,9 @@ class WrongTokens:
         return found
 
 
-def _never_met(topic: str, names: Sequence[str], inbox: Receiver) -> str:
-    refused = [f"{inbox.counts[v]} {v.value}" for v in REFUSED if inbox.counts[v]]
-    if refused:
-        return f"every packet on {topic} was refused: {', '.join(refused)}"
-    return nothing_on(topic, names)
+def _several(topic: str, names: Sequence[str]) -> list[str]:
+    several = f"{len(names)} publishers on {topic}: {', '.join(names)}"
+    return [several] if len(names) > 1 else []
 
 
 def nothing_on(topic: str, names: Sequence[str]) -> str:
@@ -119,11 +112,6 @@ def nothing_on(topic: str, names: Sequence[str]) -> str:
         f"no packets on {topic}: no publisher in ROS domain {domain}; is the other node "
         "running, in the same domain and namespace?"
     )
-
-
-def _others(inbox: Receiver) -> str:
-    found = [f"{epoch:016x} ({number} packets)" for epoch, number in inbox.strangers.items()]
-    return ", ".join(found) or "none"
 
 
 def publishers_of(node: object) -> Callable[[str], Sequence[str]]:

@@ -18,8 +18,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any
 
 import rclpy
 from rclpy.duration import Duration
@@ -31,8 +30,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from pmwvc_core.errors import ParameterError, PmwvcError
+from pmwvc_core.params.names import hint
 from pmwvc_core.runtime.messages import diagnostic, live_types
-from pmwvc_core.runtime.parameters import refuse_undeclared
 from pmwvc_core.runtime.services import StartGate
 
 OK, WARN, ERROR = 0, 1, 2
@@ -43,6 +42,7 @@ _PRIORITY = 10
 _LAST_S = 10.0  # for what a recorder has not got yet; longer than that nothing is kept
 _TEARDOWN_S = 5.0  # ROS needs some tens of milliseconds to remove a node
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 _REFUSALS = (
     PmwvcError,
     InvalidNamespaceException,
@@ -52,24 +52,14 @@ _REFUSALS = (
 )
 
 
-class Work(Protocol):
-    """The work of a node, once its parameters are read."""
-
-    def run(self, stop: threading.Event) -> None:
-        """Work in the calling thread until ``stop`` is set."""
-
-    def close(self) -> None:
-        """Let go of everything; called once, also when ``run`` never was."""
-
-
-def run_node(
-    name: str, build: Callable[[Node], Work], *, args: Sequence[str] | None = None
-) -> int:
+def run_node(name: str, build: Callable[[Node], Any], *, args: Sequence[str] | None = None) -> int:
     """Run a node until it is asked to stop; return the exit code.
 
-    ``build`` declares the parameters and makes the work; a parameter that was given and is not
-    declared is refused. With ``start.paused`` the work waits for a call of ``~/start``. ROS
-    arguments may give another name; ``args`` are those of the process by default.
+    ``build`` declares the parameters and makes the node's work: ``run(stop)`` works in the calling
+    thread until the event ``stop`` is set, ``close()`` lets go of everything, once, also when
+    ``run`` never was called. A parameter that was given and is not declared is refused. With
+    ``start.paused`` the work waits for a call of ``~/start``. ROS arguments may give another name;
+    ``args`` are those of the process by default.
     """
     stop = threading.Event()
     sys.setswitchinterval(_SWITCH_S)
@@ -80,7 +70,13 @@ def run_node(
             rclpy.try_shutdown()
             return _refused(name, error)
         try:
-            code = _worked(node, build, stop)
+            gate = StartGate(node)
+            with contextlib.closing(build(node)) as work:
+                refuse_undeclared(node)
+                with _served(node, stop) as failures:
+                    if gate.wait(stop):
+                        work.run(stop)
+            code = 1 if failures else 0
         except PmwvcError as error:
             code = _refused(name, error)
         except Exception:
@@ -150,20 +146,19 @@ def _remove(node: Node, code: int) -> None:
     timer.cancel()
 
 
-def _worked(node: Node, build: Callable[[Node], Work], stop: threading.Event) -> int:
-    gate = StartGate(node)
-    work = build(node)
-    try:
-        refuse_undeclared(node)
-        with _served(node, stop) as failures:
-            if gate.wait(stop):
-                work.run(stop)
-        return 1 if failures else 0
-    finally:
-        work.close()
+def refuse_undeclared(node: Node) -> None:
+    """Refuse, once all is declared, parameters that were given to a node made with
+    ``automatically_declare_parameters_from_overrides`` and that it does not declare:
+    ParameterError naming each with the nearest right name.
+    """
+    given = [n for n in node.get_parameters_by_prefix("") if not n.startswith(_OWN_OF_ROS)]
+    known = [name for name in given if node.describe_parameter(name).description]
+    unknown = [f"{n}: there is no such parameter{hint(n, known)}" for n in given if n not in known]
+    if unknown:
+        raise ParameterError("; ".join(unknown))
 
 
-@contextmanager
+@contextlib.contextmanager
 def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
     """Serve the node's parameters, services and timers in a thread of its own.
 
@@ -203,7 +198,7 @@ def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
             executor.shutdown()
 
 
-@contextmanager
+@contextlib.contextmanager
 def _signals_set(stop: threading.Event) -> Iterator[None]:
     """Have SIGINT and SIGTERM set an event.
 

@@ -48,10 +48,9 @@ def hold_memory() -> RealTimeReport:
 def request_real_time(priority: int) -> RealTimeReport:
     """Ask for what makes the calling thread wake in time; a refusal is reported, never raised.
 
-    Timer slack and scheduling class (SCHED_FIFO with a priority of 1 to 99) belong to the calling
-    thread, so call this from the loop's own thread; threads and processes it starts later do not
-    inherit the class. The threads of the middleware, without which no packet comes in, go one step
-    below.
+    Call this from the loop's own thread, to which timer slack and SCHED_FIFO (priority 1 to 99)
+    belong; what it starts later does not inherit the class. The threads of the middleware, without
+    which no packet comes in, go one step below.
     """
     return _asked(
         ("timer slack 1 ns", _set_timer_slack),
@@ -101,8 +100,7 @@ _WAY_OUT = {
 
 
 def _set_timer_slack() -> None:
-    if _libc.prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(1), 0, 0, 0):
-        raise _last_error()
+    _checked(_libc.prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(1), 0, 0, 0))
 
 
 def _set_fifo(priority: int) -> None:
@@ -125,8 +123,7 @@ def _lock_memory() -> None:
     limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
     limitless = limit == resource.RLIM_INFINITY or os.geteuid() == 0
     which = _MCL_CURRENT | _MCL_FUTURE if limitless else _MCL_CURRENT
-    if _libc.mlockall(which | _MCL_ONFAULT):
-        raise _last_error()
+    _checked(_libc.mlockall(which | _MCL_ONFAULT))
 
 
 def _freeze_garbage() -> None:
@@ -134,6 +131,6 @@ def _freeze_garbage() -> None:
     gc.freeze()
 
 
-def _last_error() -> OSError:
-    code = ctypes.get_errno()
-    return OSError(code, os.strerror(code))
+def _checked(failed: int) -> None:
+    if failed:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))

@@ -33,15 +33,14 @@ class StartGate:
     """
 
     def __init__(self, node: Node) -> None:
-        spec = Spec(bool, description="wait for a call of ~/start before the first tick")
-        self._open = threading.Event()
-        if not declare_value(node, "start.paused", spec, False):
+        paused = Spec(bool, description="wait for a call of ~/start before the first tick")
+        joins = Spec(bool, description="wait until waves and trace have found their other ends")
+        least = Spec(int, low=1, description="subscribers of the trace to wait for when joining")
+        self._node, self._open = node, threading.Event()
+        if not declare_value(node, "start.paused", paused, False):
             self._open.set()
-        spec = Spec(bool, description="wait until waves and trace have found their other ends")
-        self._joins = declare_value(node, "start.joins", spec, False)
-        spec = Spec(int, low=1, description="subscribers of the trace to wait for when joining")
-        self._listeners = declare_value(node, "start.listeners", spec, 1)
-        self._node = node
+        self._joins = declare_value(node, "start.joins", joins, False)
+        self._listeners = declare_value(node, "start.listeners", least, 1)
         node.create_service(Trigger, "~/start", self._start)
         node.create_service(Trigger, "~/matched", self._matched)
 
@@ -59,7 +58,12 @@ class StartGate:
     def _found(self) -> bool:
         """Tell whether each topic of the session has another end, and the trace its listeners."""
         known = matched(self._node)
-        counts = [count for side in known.values() for _, count in _of_session(side)]
+        counts = [
+            count
+            for side in known.values()
+            for topic, count in side.items()
+            if topic.rpartition("/")[2] in OF_SESSION
+        ]
         traces = [n for topic, n in known[PUBLISHERS].items() if topic.endswith("/trace")]
         return all(counts) and min(traces, default=self._listeners) >= self._listeners
 
@@ -73,10 +77,6 @@ class StartGate:
         response.success = True
         response.message = json.dumps(matched(self._node))
         return response
-
-
-def _of_session(side: Mapping[str, int]) -> list[tuple[str, int]]:
-    return [each for each in side.items() if each[0].rpartition("/")[2] in OF_SESSION]
 
 
 def matched(node: Node) -> dict[str, dict[str, int]]:

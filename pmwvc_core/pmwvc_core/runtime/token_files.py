@@ -23,8 +23,8 @@ _HEAD = "PMWVC session token, secret"
 
 def write_token(path: Path, token: Token) -> None:
     """Write a token into a new file for its owner only; ParameterError where it cannot be made."""
-    lines = [_HEAD, f"session {token.session:016x}", f"user {token.user}".rstrip()]
-    text = "\n".join([*lines, f"key {token.key.hex()}"]) + "\n"
+    who = f"user {token.user}".rstrip()
+    text = f"{_HEAD}\nsession {token.session:016x}\n{who}\nkey {token.key.hex()}\n"
     try:
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with os.fdopen(descriptor, "w", encoding="ascii") as file:
@@ -35,8 +35,7 @@ def write_token(path: Path, token: Token) -> None:
 
 def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
     """Write the key of a new session and a token for each user into a folder; return the files.
-    ParameterError where a user has no name of its own, or a file is there already or cannot be
-    made.
+    ParameterError where a user has no name of its own, or a file is there or cannot be made.
     """
     wrong = [name for name in users if not name.isidentifier() or name == SERVER]
     if wrong or len(set(users)) != len(users):

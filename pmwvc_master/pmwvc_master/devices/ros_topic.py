@@ -16,13 +16,10 @@ from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.ends.forms import value
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
 from pmwvc_core.numeric import Value, finite, flatten
-from pmwvc_core.runtime.polling import Polled
-from pmwvc_master.devices import cdr
-from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
-
-MOST_AXES = 3
+from pmwvc_core.runtime.topics import Polled
+from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.topics import MOST_AXES, first_vector, wrench
 
 
 class RosTopicDevice:
@@ -41,8 +38,7 @@ class RosTopicDevice:
         self.info = DeviceInfo(
             model="ROS topics", dof=setup.dof, pacing="event", velocity="estimated"
         )
-        self._node = setup.node
-        self._dof = setup.dof
+        self._node, self._dof = setup.node, setup.dof
         self._zero = value((0.0,) * setup.dof)
         start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)
@@ -52,8 +48,7 @@ class RosTopicDevice:
 
     def open(self) -> None:
         """Make publisher and subscriptions."""
-        quality = qos_profile_sensor_data
-        node = self._node
+        node, quality = self._node, qos_profile_sensor_data
         self._pose = Polled(node, PoseStamped, "device/measured_cp", quality, raw=True)
         self._twist = Polled(node, TwistStamped, "device/measured_cv", quality, raw=True)
         self._force = node.create_publisher(WrenchStamped, "device/servo_cf", quality)
@@ -63,11 +58,11 @@ class RosTopicDevice:
         sample = self._sample
         sample.fresh = False
         while (message := self._twist.take()) is not None:
-            twist = cdr.first_vector(message)
+            twist = first_vector(message)
             if twist is not None and finite(velocity := value(twist[1][: self._dof])):
                 sample.xd, self._twist_ns = velocity, due_ns
         while (message := self._pose.take()) is not None:
-            pose = cdr.first_vector(message)
+            pose = first_vector(message)
             if pose is not None:
                 self._move(value(pose[1][: self._dof]), pose[0], due_ns)
         return sample
@@ -91,10 +86,10 @@ class RosTopicDevice:
     def write(self, f_m: Value) -> None:
         """Publish the force on the hand."""
         if self._dof == 1:
-            self._force.publish(cdr.wrench((-float(f_m), 0.0, 0.0)))
+            self._force.publish(wrench((-float(f_m), 0.0, 0.0)))
             return
         x, y, z = [*(-flatten(f_m)), 0.0][:3]
-        self._force.publish(cdr.wrench((float(x), float(y), float(z))))
+        self._force.publish(wrench((float(x), float(y), float(z))))
 
     def couple(self) -> None:
         """Do nothing: a person needs no start."""

@@ -9,12 +9,11 @@ real device, but not more than ``CATCH_UP_S`` at once.
 
 from pmwvc_core.ends.simulated_device import CATCH_UP_S
 from pmwvc_core.ends.simulated_device import SimulatedDevice as Plant
-from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
-from pmwvc_master.devices.hand_topics import HandTopics
-from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
+from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.topics import HandTopics
 
 
 class SimulatedDevice:

@@ -14,9 +14,16 @@ from typing import Any
 from rclpy.node import Node
 
 from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
-from pmwvc_core.runtime.parameter_values import from_ros
+from pmwvc_core.runtime.parameter_values import (
+    SHARED_AT_SERVER,
+    TOP_AT_ENDS,
+    USER_AT_MASTER,
+    USER_AT_NETEM,
+    USER_AT_SERVER,
+    taken_back,
+)
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.scenario.scenario import PARAMETERS, Scenario
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.controls import renamed
 from pmwvc_view.live.parameters import Parameters
 
@@ -62,24 +69,21 @@ class Graph:
 
         PmwvcError where they make none.
         """
-        server = self.values[self.server]
+        server, netem = self.values[self.server], self.values.get(self.netem, {})
         found: dict[str, Any] = {
             **about,
-            "controller": server["controller"],
-            "channel": server["channel"],
-            "dof": server["dof"],
+            **{name: server[name] for name in TOP_AT_ENDS},
             "users": len(self.users),
-            "seed": self.values.get(self.netem, {}).get("seed", 1),
-            **_known(server, ("server.", "task."), of_user=False),
+            "seed": netem.get("seed", 1),
+            **taken_back(SHARED_AT_SERVER, server),
         }
         for number, user in enumerate(self.users, start=1):
-            own = {"side": server[f"{user}.side"]}
-            master = self.values.get(self.master(user), {})
-            groups = ("master.", "baseline.", "device.", "operator.", "safety.")
-            own |= _known(master, groups)
-            own |= _known(_below(server, f"{user}."), ("server.",))
-            emulator = _below(self.values.get(self.netem, {}), f"{user}.")
-            own |= _known(emulator, ("link.",))
+            own = {
+                "side": server[f"{user}.side"],
+                **taken_back(USER_AT_MASTER, self.values.get(self.master(user), {})),
+                **taken_back(USER_AT_SERVER, server, user),  # contacts: their changes are here
+                **taken_back(USER_AT_NETEM, netem, user),
+            }
             found |= {f"user{number}.{name}": value for name, value in own.items()}
         try:
             scenario = parse_scenario(found, source="the session's parameters")
@@ -166,19 +170,3 @@ def _is_emulated(node: Node, graph: Graph, stop: threading.Event, *, expected: b
             return False
         time.sleep(LOOK_S)
     return True
-
-
-def _below(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    return {n.removeprefix(prefix): v for n, v in values.items() if n.startswith(prefix)}
-
-
-def _known(
-    values: Mapping[str, Any], groups: tuple[str, ...], *, of_user: bool = True
-) -> dict[str, Any]:
-    """Return the values of parameters of a scenario, as a scenario has them."""
-    found = {}
-    for name, value in values.items():
-        known = PARAMETERS.get(name) if name.startswith(groups) else None
-        if known and known.of_user == of_user:
-            found[name] = from_ros(known.spec, value)
-    return found

@@ -14,8 +14,8 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from pmwvc_core.numeric import Array
-from pmwvc_core.runtime.messages import misfit
-from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.misfits import misfit
+from pmwvc_core.runtime.topics import Polled
 from pmwvc_core.transport.reception import ROUND_TRIP
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed.feed import Feed

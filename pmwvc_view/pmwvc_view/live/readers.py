@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from rclpy.serialization import deserialize_message, serialize_message
 
-from pmwvc_core.runtime.messages import misfit
+from pmwvc_core.runtime.misfits import misfit
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
 from pmwvc_view.feed.traces import AVATAR, F_H, NS, OBJECT, SIGNALS, Block, Step

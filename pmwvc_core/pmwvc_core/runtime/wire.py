@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from pmwvc_core.numeric import Value
-from pmwvc_core.runtime.messages.types import NS_PER_S, axes, scalar
+from pmwvc_core.runtime.messages import NS_PER_S, axes, scalar
 from pmwvc_core.transport.packet import FLAG_SHORT, Verdict, WavePacket, refused, size_bytes
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
@@ -57,9 +57,8 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     found = layout.unpack(data)
     integral, energy, position = 10 + dof, 10 + 2 * dof, 12 + 2 * dof
     beside = position + dof + 1
-    if not found[8] == found[integral - 1] == found[position - 1] == dof:
-        return refused(_other_lengths(data))
-    if found[beside - 1] != extra:
+    same = found[8] == found[integral - 1] == found[position - 1] == dof
+    if not same or found[beside - 1] != extra:
         return refused(_other_lengths(data))
     return WavePacket(
         epoch=found[4],

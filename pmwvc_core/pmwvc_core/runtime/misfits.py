@@ -8,21 +8,21 @@ do not match. Readers of other programs' messages check them here first.
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 from pmwvc_core.network.in_flight import COLUMNS
-from pmwvc_core.runtime.messages.fields import (
-    OF_OBJECT,
-    PER_AXIS,
-    LinkState,
-    MasterTrace,
-    PacketFate,
-    Reception,
-    ServerTrace,
-    Trace,
-    Wave,
-)
+from pmwvc_core.runtime.messages import OF_OBJECT, PER_AXIS
 from pmwvc_core.traces import OF_AVATARS
+
+# Messages that rclpy or rosbags decoded: classes that have nothing in common.
+Trace: TypeAlias = Any  # MasterTrace or ServerTrace
+MasterTrace: TypeAlias = Any
+ServerTrace: TypeAlias = Any
+Wave: TypeAlias = Any
+LinkState: TypeAlias = Any
+Reception: TypeAlias = Any
+PacketFate: TypeAlias = Any
+Stamp: TypeAlias = Any  # a time of ROS
 
 MOST_DOF = 6
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3

@@ -1,0 +1,247 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Building messages: one conversion for live nodes and for recordings written without ROS.
+
+Every builder takes the message classes as its first argument: :func:`live_types` for rclpy,
+:func:`types_from` for a typestore of rosbags. Both are built by keywords and differ only in what a
+sequence and a byte are. Fields, units and meaning are those of the ``.msg`` files; fields given by
+keyword have their names. Nothing here judges what a message holds; a receiver does.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.network.in_flight import COLUMNS
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import LinkParams
+from pmwvc_core.traces import ENERGIES, OF_AVATARS
+from pmwvc_core.transport.packet import WavePacket
+
+NS_PER_S = 1_000_000_000
+# What a node publishes for a recorder is kept at the sender, and sent again to one that missed it.
+KEPT = 10_000  # messages of a topic: ten seconds at 1 kHz
+
+PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")  # of a tick
+PER_TICK = {"lateness": "f", "compute": "f", "looked": "I"}  # typecodes
+OF_OBJECT = ("x_o", "xd_o", "target")  # of a step
+
+_SETTINGS = ("delay_s", "jitter_s", "jitter", "loss", "duplicate", "rate_limit_bps")
+_UINT32 = 0xFFFFFFFF
+_OURS = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate", "Reception")
+_PACKAGES = {
+    **{"Time": "builtin_interfaces", "Header": "std_msgs"},
+    **dict.fromkeys(("DiagnosticArray", "DiagnosticStatus", "KeyValue"), "diagnostic_msgs"),
+    **dict.fromkeys(_OURS, "pmwvc_msgs"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class MessageTypes:
+    """The message classes by name, and what their sequences are made of.
+
+    ``sequence(values, kind)`` makes a sequence of numbers (typecodes or numpy types), ``flags``
+    one of booleans, ``octet`` a single byte.
+    """
+
+    by_name: Mapping[str, Any]
+    sequence: Callable[[Any, Any], Any]
+    flags: Callable[[Sequence[bool]], Any]
+    octet: Callable[[int], Any]
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a message class: ``types.Wave(...)``."""
+        try:
+            return self.by_name[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+
+def live_types() -> MessageTypes:
+    """Return the message classes of rclpy."""
+    return MessageTypes(
+        {n: getattr(import_module(f"{package}.msg"), n) for n, package in _PACKAGES.items()},
+        sequence=lambda values, _: values,
+        flags=lambda values: [bool(value) for value in values],
+        octet=lambda value: bytes((value,)),
+    )
+
+
+def types_from(classes: Mapping[str, Any]) -> MessageTypes:
+    """Return the message classes of ``typestore.types`` of rosbags that knows ``pmwvc_msgs``."""
+    return MessageTypes(
+        {n: classes[f"{package}/msg/{n}"] for n, package in _PACKAGES.items()},
+        sequence=lambda values, kind: np.array(values, dtype=kind),
+        flags=lambda values: np.array(values, dtype=bool),
+        octet=int,
+    )
+
+
+def record_of(topic: str) -> str:
+    """Return the topic on which waves are published once more, for the recorder: packets go to the
+    other end with best effort, once; sent again they would fill its queue.
+    """
+    return f"{topic}/sent"
+
+
+def time_message(types: MessageTypes, stamp_ns: int) -> Any:
+    """Return a time [ns] as a message."""
+    sec, nanosec = divmod(int(stamp_ns), NS_PER_S)
+    return types.Time(sec=sec, nanosec=nanosec)
+
+
+def nanoseconds(stamp: Any) -> int:
+    """Return a time message in ns."""
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def axes(value: Value, dof: int) -> Any:
+    """Return a signal's elements; a float stands for the same value on every axis."""
+    if isinstance(value, np.ndarray) and value.ndim:
+        return value.ravel()
+    return (float(value),) * dof
+
+
+def scalar(value: Value) -> float:
+    """Return a quantity of the whole (an energy) that a law may keep as an array of one."""
+    return float(value.ravel()[0]) if isinstance(value, np.ndarray) else float(value)
+
+
+def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> Any:
+    """Return a packet as a Wave message, as recordings hold it; loops send bytes
+    (:mod:`pmwvc_core.runtime.wire`). A float stands for that value on each of ``dof`` axes.
+    """
+    plain = ("sent_ns", "epoch", "seq", "period", "session")
+    echo = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
+    signals = {n: axes(getattr(packet, n), dof) for n in ("wave", "integral", "position")}
+    sequences = {**signals, "extra": packet.extra}
+    return types.Wave(
+        stamp=time_message(types, stamp_ns),
+        energy=scalar(packet.energy),
+        flags=packet.message_flags,
+        check=0,
+        tag=0,
+        **{name: getattr(packet, name) for name in (*plain, *echo)},
+        **{name: types.sequence(values, "d") for name, values in sequences.items()},
+    )
+
+
+def packet_fates(
+    types: MessageTypes, *, stamp_ns: int, link: str, first: int, **columns: Sequence[int]
+) -> Any:
+    """Return a block of records, one entry a record in every column, as a PacketFate message."""
+    found = {name: types.sequence(columns[name], kind) for name, kind in COLUMNS.items()}
+    return types.PacketFate(stamp=time_message(types, stamp_ns), link=link, first=first, **found)
+
+
+def link_state(
+    types: MessageTypes,
+    *,
+    stamp_ns: int,
+    counts: Mapping[str, int],
+    delays: Mapping[str, float],
+    params: LinkParams,
+    **fields: Any,
+) -> Any:
+    """Return counts (LinkCounters), delays since the last message (``delay_mean, delay_min,
+    delay_max, delay_error_max`` [s]) and settings of a link as a LinkState message.
+    """
+    settings = {name: getattr(params, name) for name in _SETTINGS}
+    stamp = time_message(types, stamp_ns)
+    return types.LinkState(stamp=stamp, **counts, **delays, **settings, **fields)
+
+
+def diagnostic(
+    types: MessageTypes, *, stamp_ns: int, level: int, values: Mapping[str, object], **fields: str
+) -> Any:
+    """Return the health of one node as a DiagnosticArray (level 0 fine, 1 warning, 2 error)."""
+    pairs = [types.KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    level = types.octet(level)
+    status = types.DiagnosticStatus(level=level, hardware_id="", values=pairs, **fields)
+    header = types.Header(stamp=time_message(types, stamp_ns), frame_id="")
+    return types.DiagnosticArray(header=header, status=[status])
+
+
+def master_trace(
+    types: MessageTypes,
+    series: Mapping[str, Any],
+    *,
+    taken: Sequence[tuple[int, int, int]],
+    stamp_ns: int,
+    energy: Mapping[str, Value],
+    accounts: Mapping[str, Value],
+    **fields: Any,
+) -> Any:
+    """Return one block of ticks as a MasterTrace message.
+
+    ``series`` are the fields of each tick by name, row-major; ``taken`` has tick, number and
+    sender's epoch of each packet taken in; ``energy`` holds ENERGIES at the end of the block [J],
+    ``accounts`` the energies that only this controller keeps [J]. ``fields`` are all others, as in
+    ``MasterTrace.msg``.
+    """
+    return types.MasterTrace(
+        stamp=time_message(types, stamp_ns),
+        **{name: types.sequence(series[name], "d") for name in PER_AXIS},
+        **{name: types.sequence(series[name], code) for name, code in PER_TICK.items()},
+        **_taken(types, "tick", taken),
+        **{f"energy_{name}": scalar(energy[name]) for name in ENERGIES},
+        **_accounts(types, accounts),
+        **fields,
+    )
+
+
+def server_trace(
+    types: MessageTypes,
+    *,
+    stamp_ns: int,
+    dof: int,
+    state: Sequence[int],
+    contact: Sequence[bool],
+    taken: Sequence[tuple[int, int, int]],
+    accounts: Mapping[str, Value],
+    **fields: Any,
+) -> Any:
+    """Return one step of the server as a ServerTrace; one entry a user in every sequence.
+
+    ``taken`` has user, number and sender's epoch of each packet taken in; ``fields`` are all
+    others, as in ``ServerTrace.msg``; without lateness and compute [s] they are zero.
+    """
+
+    def each(values: Sequence[Value]) -> Any:
+        return types.sequence([entry for value in values for entry in axes(value, dof)], "d")
+
+    made = {name: each([fields.pop(name)]) for name in OF_OBJECT}
+    made |= {name: each(fields.pop(name)) for name in OF_AVATARS}
+    made |= {name: _scalars(types, fields.pop(name)) for name in ("energy_u_s", "energy_v_s")}
+    made |= {name: scalar(fields.pop(name)) for name in ("kinetic", "potential", "dissipated")}
+    return types.ServerTrace(
+        stamp=time_message(types, stamp_ns),
+        dof=dof,
+        state=types.sequence([int(entry) for entry in state], "B"),
+        contact=types.flags(contact),
+        **made,
+        **_accounts(types, accounts),
+        **_taken(types, "user", taken),
+        **{"lateness": 0.0, "compute": 0.0} | fields,
+    )
+
+
+def _taken(
+    types: MessageTypes, place: str, packets: Sequence[tuple[int, int, int]]
+) -> dict[str, Any]:
+    columns = zip(*packets, strict=True) if packets else ((), (), ())
+    return {
+        f"taken_{name}": types.sequence([value & _UINT32 for value in column], "I")
+        for name, column in zip((place, "seq", "epoch"), columns, strict=True)
+    }
+
+
+def _accounts(types: MessageTypes, accounts: Mapping[str, Value]) -> dict[str, Any]:
+    return {"account_names": list(accounts), "accounts": _scalars(types, accounts.values())}
+
+
+def _scalars(types: MessageTypes, values: Iterable[Value]) -> Any:
+    return types.sequence([scalar(entry) for entry in values], "d")
