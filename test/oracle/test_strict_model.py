@@ -28,7 +28,7 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_core.law.channel.pace import RESTING_PACE
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.vectors import zero
-from pmwvc_core.simulation.stepped import SteppedSession
+from pmwvc_core.simulation.session import SteppedSession
 
 AROUND = (
     {},

@@ -45,7 +45,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_958, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_993,
+        5_997,
         4_700,
         (
             *inside(
@@ -56,7 +56,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_978, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_937,
+        5_940,
         3_500,
         inside(
             "pmwvc_analysis",

@@ -75,22 +75,22 @@ def test_processes_change_nothing():
 
 def test_an_interrupted_map_goes_on_where_it_stopped(tmp_path):
     of = grid(DAMPING, STIFFNESS)
-    computed = []
+    first = []
 
     class Interrupted(Exception):
         pass
 
     def stop(points):
-        computed.append(points)
-        if len(computed) == 2:
+        first.append(points)
+        if len(first) == 2:
             raise Interrupted
 
     with pytest.raises(Interrupted):
         compute(of, workers=1, folder=tmp_path, done=stop)
-    assert np.sum(~np.isnan(unfinished(tmp_path, of))) == sum(map(len, computed)) > 0
+    assert np.sum(~np.isnan(unfinished(tmp_path, of))) == sum(map(len, first)) > 0
     later = []
     found = compute(of, folder=tmp_path, done=later.append)
-    assert sorted(sum(computed + later, ())) == list(range(found.size))
+    assert sorted(sum(first + later, ())) == list(range(found.size))
     np.testing.assert_array_equal(found, computed(DAMPING, STIFFNESS))
 
 

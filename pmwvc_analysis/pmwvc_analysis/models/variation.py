@@ -5,6 +5,7 @@
 Whatever decides when things happen (delays, periods, counts, names) is the same for all of them.
 """
 
+import copy
 import dataclasses
 from typing import Any
 
@@ -99,5 +100,7 @@ def _run(value: Any, columns: Any, run: int) -> Any:
     if isinstance(value, tuple):
         pairs = enumerate(value)
         return tuple(_run(each, columns[i], run) if i in columns else each for i, each in pairs)
-    new = {name: _run(getattr(value, name), inside, run) for name, inside in columns.items()}
-    return dataclasses.replace(value, **new)
+    found = copy.copy(value)  # its numbers were checked as columns
+    for name, inside in columns.items():
+        vars(found)[name] = _run(getattr(value, name), inside, run)
+    return found

@@ -72,28 +72,32 @@ class Spec:
         """Return what is wrong with a value, or None."""
         if value is None:
             return None if self.optional else f"null: must be {self.range_text()}"
-        wrong = f"{value!r}: must be "
+        demand = self._demand(value)
+        return f"{value!r}: must be {demand}" if demand else None
+
+    def _demand(self, value: Any) -> str:
+        """Return what a value that is none of the allowed ones must be; else empty."""
         if self.kind is str or self.kind is bool:
             right = isinstance(value, self.kind) and (
                 not self.choices or value in self.choices or value in self.plugins()
             )
-            return None if right else wrong + self.range_text()
+            return "" if right else self.range_text()
         numbers = np.asarray(value)
         listed = isinstance(value, (bool, list, tuple)) or not numbers.size
         if listed or numbers.dtype.kind not in "iuf":
-            return wrong + self._number_text()
+            return self._number_text()
         if not np.isfinite(numbers).all():
-            return f"{wrong}finite and {self.range_text()}"
+            return f"finite and {self.range_text()}"
         if self.kind is int and not (numbers == np.floor(numbers)).all():
-            return wrong + self._number_text()
+            return self._number_text()
         for side, within in _BOUNDS.values():
             limit = getattr(self, side)
             if limit is not None and not within(numbers, limit).all():
                 ratio = self.kind is float and (self.low, self.high) == (0.0, 1.0)
                 percent = ratio and numbers.size == 1 and 1 < value <= 100
                 way_out = f"; {value:g} % is {value / 100:g}" if percent else ""
-                return wrong + self.range_text() + way_out
-        return None
+                return self.range_text() + way_out
+        return ""
 
     def _number_text(self) -> str:
         """Return the allowed values of a number, and that it is one."""
