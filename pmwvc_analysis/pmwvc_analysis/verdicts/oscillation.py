@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """RMS velocity above the band in which an operator moves voluntarily (:mod:`..traces.bands`).
 
-Its strength at an instant is that of its analytic signal z, sqrt(sum |z|^2/2): the RMS of an
-oscillation, whatever its phase. A hand that moves in steps, an object let go or contact made for
-the first time give short bursts of fast motion; a median passes over them. Motion is judged from
-the middle of the session, or from the last time that contact was made or lost or a parameter
-changed if that is later; less than a second after it, it is unknown whether the vibration decays.
+A hand that moves in steps, an object let go or contact made for the first time give short bursts
+of fast motion; a median over quarter-second windows passes over them. Motion is judged from the
+middle of the session, or from the last time that contact was made or lost or a parameter changed
+if that is later; less than a second after it, it is unknown whether the vibration decays.
 
-Motion is filtered piece by piece between rows that are missing; where less than half of a third
-of what is judged is known, there is no verdict.
+Motion is filtered piece by piece between rows that are missing; where less than half of the
+windows of the end or the middle are known, there is no verdict.
 """
 
 import itertools
@@ -18,7 +17,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
 from pmwvc_analysis.traces.felt import closed_s
@@ -28,7 +26,8 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 OSCILLATION_M_S = 1e-3
-SHORTEST_S = 1.5  # of a session: a quarter of a second for each third of its second half
+WINDOW_S = 0.25
+SHORTEST_S = 6 * WINDOW_S  # of a session: one window for each third of its second half
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
 HALVED = 0.5  # of a motion's strength in the third of the judged span before
@@ -91,26 +90,25 @@ def lasts(found: Strength, motion: Motion) -> bool:
 
 def strength(motion: Motion, duration_s: float) -> Strength:
     """Return how strong motion beyond the band is, and whether it grows or dies out."""
+    windows = max(1, round(WINDOW_S / motion.period_s))
     pieces = _pieces(motion)
-    short = len(motion.velocity) * motion.period_s < SHORTEST_S
-    if short or not np.isfinite(motion.velocity).all():
+    if len(motion.velocity) // windows < 6 or not np.isfinite(motion.velocity).all():
         return Strength(0.0, 0.0, known=len(pieces) <= 1)
-    rows = np.concatenate([motion.velocity[piece] for piece in pieces])
-    fast = np.concatenate([_analytic(motion, motion.velocity[piece]) for piece in pieces])
-    levels = np.sqrt(0.5 * np.sum(np.abs(fast) ** 2, axis=-1))
+    found = [_levels(motion, piece, windows) for piece in pieces]
+    middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
     start_s = min(max(0.5 * duration_s, motion.since_s), duration_s)
     third_s = (duration_s - start_s) / 3.0
     edges_s = (start_s, start_s + third_s, start_s + 2.0 * third_s, math.inf)
-    thirds = [(motion.time_s >= a) & (motion.time_s < b) for a, b in itertools.pairwise(edges_s)]
-    last_two = motion.time_s >= edges_s[1]
+    thirds = [(middles >= a) & (middles < b) for a, b in itertools.pairwise(edges_s)]
+    last_two = middles >= edges_s[1]
     early, middle, late = (_median(levels[third]) for third in thirds)
     known = min(int(third.sum()) for third in thirds)
-    slow = np.linalg.norm(rows - fast.real, axis=-1)
+    expected = 0.5 * third_s / (windows * motion.period_s) - 1.0
     return Strength(
         min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,
-        known=len(pieces) <= 1 or known * motion.period_s >= 0.5 * third_s,
+        known=len(pieces) <= 1 or known >= expected,
         settled=motion.since_s <= 0.5 * duration_s or 3.0 * third_s >= SETTLE_S,
         purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
@@ -128,34 +126,39 @@ def _pieces(motion: Motion) -> list[slice]:
     return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
 
 
-def _analytic(motion: Motion, velocity: Array) -> NDArray[np.complex128]:
-    return analytic(velocity, motion.period_s, motion.band_hz)
+def _levels(motion: Motion, piece: slice, windows: int) -> tuple[Array, Array, Array]:
+    """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window."""
+    velocity = motion.velocity[piece]
+    count = len(velocity) // windows
+    fast = beyond(velocity, motion.period_s, motion.band_hz)
+    times = motion.time_s[piece][: count * windows].reshape(count, windows)
+
+    def rms(part: Array) -> Array:
+        squares = np.sum(part * part, axis=-1)[: count * windows].reshape(count, windows)
+        levels: Array = np.sqrt(squares.mean(axis=1))
+        return levels
+
+    return times.mean(axis=1), rms(fast), rms(velocity - fast)
 
 
 def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
-    """Return the part of a velocity above a frequency (:func:`analytic`)."""
-    return np.asarray(analytic(velocity, period_s, band_hz).real)
-
-
-def analytic(velocity: Array, period_s: float, band_hz: float) -> NDArray[np.complex128]:
-    """Return the analytic signal of a velocity above a frequency: a Butterworth high pass of order
-    4 forwards and backwards, no delay, by its response f^8/(f^8 + band^8).
+    """Return the part of a velocity above a frequency: a Butterworth high pass of order 4 forwards
+    and backwards, no delay, by its response f^8/(f^8 + band^8).
 
     The ends are continued by reflection in their last point, so that they do not ring.
     """
     rows = len(velocity)
     if band_hz * period_s >= 0.45 or rows < 30:
-        return np.zeros(velocity.shape, dtype=complex)
+        return np.zeros_like(velocity)
     pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
     before = 2.0 * velocity[:1] - velocity[pad:0:-1]
     after = 2.0 * velocity[-1:] - velocity[-2 : -pad - 2 : -1]
     whole = np.concatenate([before, velocity, after])
-    ratio = np.fft.fftfreq(len(whole), period_s) / band_hz
-    passed = (1.0 + np.sign(ratio)) * ratio**8 / (1.0 + ratio**8)
-    if len(whole) % 2 == 0:
-        passed[len(whole) // 2] = 1.0  # half the sampling rate has no negative twin
-    spectrum = np.fft.fft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
-    return np.asarray(np.fft.ifft(spectrum, axis=0)[pad : pad + rows])
+    ratio = np.fft.rfftfreq(len(whole), period_s) / band_hz
+    passed = ratio**8 / (1.0 + ratio**8)
+    spectrum = np.fft.rfft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
+    found: Array = np.fft.irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
+    return found
 
 
 def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
