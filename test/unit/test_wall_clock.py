@@ -20,11 +20,11 @@ CONTROL = ("pmwvc_core/pmwvc_core", "pmwvc_master", "pmwvc_server", "pmwvc_netem
 # waited in the middleware, for the report of its delay: bounded, and no part of control.
 STAMPS = {
     "pmwvc_core/pmwvc_core/runtime/process.py",
-    "pmwvc_core/pmwvc_core/runtime/receptions.py",
-    "pmwvc_core/pmwvc_core/runtime/wave_topics.py",
-    "pmwvc_master/pmwvc_master/devices/cdr.py",
+    "pmwvc_core/pmwvc_core/runtime/watch.py",
+    "pmwvc_core/pmwvc_core/runtime/topics.py",
+    "pmwvc_master/pmwvc_master/devices/topics.py",
     "pmwvc_master/pmwvc_master/wires.py",
-    "pmwvc_netem/pmwvc_netem/reports.py",
+    "pmwvc_netem/pmwvc_netem/relay.py",
     "pmwvc_server/pmwvc_server/node.py",
     "pmwvc_server/pmwvc_server/wires.py",
 }
