@@ -16,7 +16,7 @@ from pmwvc_core.network.delay_trace import LOST, recording_of
 from pmwvc_core.network.distributions import Distribution, drawn
 from pmwvc_core.network.draws import Draws
 from pmwvc_core.network.effects import check, plugins_of
-from pmwvc_core.network.effects.library import TRACE
+from pmwvc_core.network.effects.library import LIBRARY, TRACE_NAME
 from pmwvc_core.network.effects.record import HOOKS, Effect, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.network.losses import Losses
@@ -93,11 +93,11 @@ class Link(InFlight):
             ]
             for hook in HOOKS
         }
-        self._now = params
+        self._now, self._on = params, {each.name for each in LIBRARY if each.active(params)}
         self._jitter: Distribution | None = drawn(params)
-        self._trace = recording_of(params) if TRACE.active(params) else None
+        self._trace = recording_of(params) if TRACE_NAME in self._on else None
         self._order.begin()
-        if params.rate_limit_bps > 0.0:
+        if "rate_limit" in self._on:
             self._line.begin()
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
@@ -118,16 +118,16 @@ class Link(InFlight):
             if entry.ramp_s:
                 ramp_s = (entry.ramp_s[1] - entry.ramp_s[0]) * part
         recorded_ns = self._trace.at(elapsed_ns) if self._trace else 0
-        p, draws, losses = self._now, self._draws, self._losses
+        p, on, draws, losses = self._now, self._on, self._draws, self._losses
         number = self.counters.in_count = self.counters.in_count + 1
         luck = draws.four()
         fate = Fate(number, now_ns, size=size_bytes)
         lost: Cause | bool = False
         for cause in (  # all are asked: each draws the same in any company
-            p.loss > 0.0 and draws.correlated("loss", fate, luck[0], p.loss_correlation) < p.loss,
-            (p.ge_p > 0.0 or p.ge_good > 0.0) and losses.by_two_states(p, fate),
-            (p.markov_p13 > 0.0 or p.markov_p14 > 0.0) and losses.by_four_states(p, fate),
-            p.handover_s > 0.0 and losses.by_hand_over(p, fate, elapsed_ns),
+            "loss" in on and draws.correlated("loss", fate, luck[0], p.loss_correlation) < p.loss,
+            "gilbert_elliott" in on and losses.by_two_states(p, fate),
+            "four_states" in on and losses.by_four_states(p, fate),
+            "handover" in on and losses.by_hand_over(p, fate, elapsed_ns),
             outage and Cause.OUTAGE,
             recorded_ns == LOST,
         ):
@@ -140,11 +140,11 @@ class Link(InFlight):
             fate.kind = FateKind.LOST
             fate.cause = lost if isinstance(lost, Cause) else Cause.LOSS
             return [fate]
-        step_s = losses.step_s(p, elapsed_ns) if p.handover_s > 0.0 else 0.0
+        step_s = losses.step_s(p, elapsed_ns) if "handover" in on else 0.0
         delay_s = step_s + p.delay_s + ramp_s
         fates = [self._travel(payload, fate, luck, delay_s, recorded_ns)]
         copies = 0
-        if p.duplicate > 0.0:
+        if "duplication" in on:
             u = draws.correlated("duplication", fate, luck[1], p.duplicate_correlation)
             copies += u < p.duplicate
         for more in self._hooks["copies"]:
@@ -159,9 +159,9 @@ class Link(InFlight):
         self, payload: Any, fate: Fate, luck: list[float], delay_s: float, recorded_ns: int
     ) -> Fate:
         """Send a packet or copy on its way, or drop it; ``delay_s`` without jitter."""
-        p, draws, hooks = self._now, self._draws, self._hooks
+        p, on, draws, hooks = self._now, self._on, self._draws, self._hooks
         ready_ns: int | None = fate.time_in_ns
-        if p.rate_limit_bps > 0.0:
+        if "rate_limit" in on:
             ready_ns = self._line.departs_ns(p, fate, fate.time_in_ns)
         for departs_ns in hooks["departs_ns"]:
             if ready_ns is not None:
@@ -170,7 +170,7 @@ class Link(InFlight):
             self.counters.dropped += 1
             fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
             return fate
-        if p.corrupt > 0.0:
+        if "corruption" in on:
             u = draws.of("corruption", fate)
             u = draws.correlated("corruption", fate, u, p.corrupt_correlation)
             if u < p.corrupt:
@@ -179,7 +179,7 @@ class Link(InFlight):
             if (fraction := corrupts(fate)) is not None:
                 self._corrupt(fate, fraction)
         at_once = False
-        if p.reorder > 0.0:  # one packet after every ``reorder_gap - 1`` others
+        if "reordering" in on:  # one packet after every ``reorder_gap - 1`` others
             u = draws.of("reordering", fate)
             u = draws.correlated("reordering", fate, u, p.reorder_correlation)
             at_once = self._since >= p.reorder_gap - 1 and u < p.reorder
@@ -193,7 +193,7 @@ class Link(InFlight):
         for hook in hooks["delay_s"]:
             delay_s += hook(fate)
         due_ns = ready_ns + (0 if at_once else max(0, round(delay_s * 1e9))) + recorded_ns
-        if p.slot_max_s > 0.0:
+        if "slots" in on:
             due_ns = self._slots.arrives_ns(p, fate, due_ns, self._begin_ns or 0)
         for hook in hooks["arrives_ns"]:
             due_ns = hook(fate, due_ns)
