@@ -9,6 +9,7 @@ clock. What plug-ins do comes after the library in each step, but before the ord
 
 from collections.abc import Sequence
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 from pmwvc_core.errors import PLUGIN_ERRORS
@@ -16,7 +17,7 @@ from pmwvc_core.network.delay_trace import LOST, recording_of
 from pmwvc_core.network.distributions import Distribution, drawn
 from pmwvc_core.network.draws import Draws
 from pmwvc_core.network.effects import check, plugins_of
-from pmwvc_core.network.effects.library import LIBRARY, TRACE_NAME
+from pmwvc_core.network.effects.library import LIBRARY
 from pmwvc_core.network.effects.record import HOOKS, Effect, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.network.losses import Losses
@@ -93,12 +94,12 @@ class Link(InFlight):
             ]
             for hook in HOOKS
         }
-        self._now, self._on = params, {each.name for each in LIBRARY if each.active(params)}
+        self._now = params
+        self._on = SimpleNamespace(**{each.name: each.active(params) for each in LIBRARY})
         self._jitter: Distribution | None = drawn(params)
-        self._trace = recording_of(params) if TRACE_NAME in self._on else None
+        self._trace = recording_of(params) if self._on.trace else None
         self._order.begin()
-        if "rate_limit" in self._on:
-            self._line.begin()
+        self._line.begin()
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """Put a packet in; return its fate, and one for every extra copy."""
@@ -115,8 +116,7 @@ class Link(InFlight):
                 self._take(self._steps[step])
             entry = self._timeline.entries[step]
             outage = entry.outage
-            if entry.ramp_s:
-                ramp_s = (entry.ramp_s[1] - entry.ramp_s[0]) * part
+            ramp_s = (entry.ramp_s[1] - entry.ramp_s[0]) * part if entry.ramp_s else 0.0
         recorded_ns = self._trace.at(elapsed_ns) if self._trace else 0
         p, on, draws, losses = self._now, self._on, self._draws, self._losses
         number = self.counters.in_count = self.counters.in_count + 1
@@ -124,10 +124,10 @@ class Link(InFlight):
         fate = Fate(number, now_ns, size=size_bytes)
         lost: Cause | bool = False
         for cause in (  # all are asked: each draws the same in any company
-            "loss" in on and draws.correlated("loss", fate, luck[0], p.loss_correlation) < p.loss,
-            "gilbert_elliott" in on and losses.by_two_states(p, fate),
-            "four_states" in on and losses.by_four_states(p, fate),
-            "handover" in on and losses.by_hand_over(p, fate, elapsed_ns),
+            on.loss and draws.correlated("loss", fate, luck[0], p.loss_correlation) < p.loss,
+            on.gilbert_elliott and losses.by_two_states(p, fate),
+            on.four_states and losses.by_four_states(p, fate),
+            on.handover and losses.by_hand_over(p, fate, elapsed_ns),
             outage and Cause.OUTAGE,
             recorded_ns == LOST,
         ):
@@ -140,11 +140,11 @@ class Link(InFlight):
             fate.kind = FateKind.LOST
             fate.cause = lost if isinstance(lost, Cause) else Cause.LOSS
             return [fate]
-        step_s = losses.step_s(p, elapsed_ns) if "handover" in on else 0.0
+        step_s = losses.step_s(p, elapsed_ns) if on.handover else 0.0
         delay_s = step_s + p.delay_s + ramp_s
         fates = [self._travel(payload, fate, luck, delay_s, recorded_ns)]
         copies = 0
-        if "duplication" in on:
+        if on.duplication:
             u = draws.correlated("duplication", fate, luck[1], p.duplicate_correlation)
             copies += u < p.duplicate
         for more in self._hooks["copies"]:
@@ -161,7 +161,7 @@ class Link(InFlight):
         """Send a packet or copy on its way, or drop it; ``delay_s`` without jitter."""
         p, on, draws, hooks = self._now, self._on, self._draws, self._hooks
         ready_ns: int | None = fate.time_in_ns
-        if "rate_limit" in on:
+        if on.rate_limit:
             ready_ns = self._line.departs_ns(p, fate, fate.time_in_ns)
         for departs_ns in hooks["departs_ns"]:
             if ready_ns is not None:
@@ -170,7 +170,7 @@ class Link(InFlight):
             self.counters.dropped += 1
             fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
             return fate
-        if "corruption" in on:
+        if on.corruption:
             u = draws.of("corruption", fate)
             u = draws.correlated("corruption", fate, u, p.corrupt_correlation)
             if u < p.corrupt:
@@ -179,7 +179,7 @@ class Link(InFlight):
             if (fraction := corrupts(fate)) is not None:
                 self._corrupt(fate, fraction)
         at_once = False
-        if "reordering" in on:  # one packet after every ``reorder_gap - 1`` others
+        if on.reordering:  # one packet after every ``reorder_gap - 1`` others
             u = draws.of("reordering", fate)
             u = draws.correlated("reordering", fate, u, p.reorder_correlation)
             at_once = self._since >= p.reorder_gap - 1 and u < p.reorder
@@ -193,7 +193,7 @@ class Link(InFlight):
         for hook in hooks["delay_s"]:
             delay_s += hook(fate)
         due_ns = ready_ns + (0 if at_once else max(0, round(delay_s * 1e9))) + recorded_ns
-        if "slots" in on:
+        if on.slots:
             due_ns = self._slots.arrives_ns(p, fate, due_ns, self._begin_ns or 0)
         for hook in hooks["arrives_ns"]:
             due_ns = hook(fate, due_ns)
