@@ -21,7 +21,7 @@ import numpy as np
 from pmwvc_analysis.traces.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
 from pmwvc_analysis.traces.felt import closed_s
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -113,6 +113,31 @@ def strength(motion: Motion, duration_s: float) -> Strength:
         purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
     )
+
+
+def shaking(motion: Motion) -> list[tuple[float, float]]:
+    """Return from when to when [s] a motion beyond the band was about as strong all the time, for
+    ``SHORTEST_S`` at least.
+    """
+    windows, least = max(1, round(WINDOW_S / motion.period_s)), round(SHORTEST_S / WINDOW_S)
+    if len(motion.velocity) // windows < least or not np.isfinite(motion.velocity).all():
+        return []
+    found: list[tuple[float, float]] = []
+    for piece in _pieces(motion):
+        middles, levels, _ = _levels(motion, piece, windows)
+        for run in _runs(levels > max(OSCILLATION_M_S, motion.noise_m_s), least):
+            strong_m_s = np.sort(levels[run])[-least]
+            for part in _runs(levels[run] > HALVED * strong_m_s, least):
+                times = middles[run][part]
+                found.append((float(times[0]) - WINDOW_S / 2, float(times[-1]) + WINDOW_S / 2))
+    return found
+
+
+def _runs(flags: Flags, least: int) -> list[slice]:
+    """Return where so many flags at least are set without a gap."""
+    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0))
+    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    return [slice(start, end) for start, end in runs if end - start >= least]
 
 
 def _median(values: Array) -> float:

@@ -15,16 +15,20 @@ In this order:
     the energy limit of a black box's port displaced the device so far that most of its
     depth is neither the environment's nor the link's (environment.py).
 ``sustained oscillation``
-    motion faster than anybody's on purpose that does not die out (oscillation.py). Not judged is
-    one that became less from third to third; a change of less than a tenth where the exact model,
-    hands off, decays as slowly; contact made or lost or a parameter changed less than a second
-    before the end; and packets that came unevenly (traces/arrivals.py), which move devices as
-    well, unless the loop is seen to keep the motion up (kept_up.py).
+    motion faster than anybody's on purpose that does not die out (oscillation.py), or, at any
+    time of the session, one that the loop drove (drive.py). Not judged is one that became less
+    from third to third; a change of less than a tenth where the exact model, hands off, decays as
+    slowly; contact made or lost or a parameter changed less than a second before the end; and
+    packets that came unevenly (traces/arrivals.py), which move devices as well. What the hands
+    drive is theirs where the exact model decays, and not judged without one. In both cases a loop
+    that is seen to keep the motion up (kept_up.py) is judged.
 
-The exact model decides nothing else; where a verdict contradicts it, the words say so.
+What the hands threw out of the workspace is not judged either. The exact model decides nothing
+else; where a verdict contradicts it, the words say so.
 """
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +38,9 @@ from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
+from pmwvc_analysis.traces.bands import REST_BAND_HZ
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.verdicts.drive import drive
 from pmwvc_analysis.verdicts.kept_up import kept_up
 from pmwvc_analysis.verdicts.limits import often_shortened, taken_over
 from pmwvc_analysis.verdicts.oscillation import (
@@ -44,15 +50,17 @@ from pmwvc_analysis.verdicts.oscillation import (
     Strength,
     lasts,
     motions,
+    shaking,
     strength,
 )
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.wave.impedance import largest_wave
 
 GROWN_M_S = 50e-3
-LIMITED = "limited by safety"
+LIMITED, SUSTAINED = "limited by safety", "sustained oscillation"
 DEFAULT_WORKSPACE_M = 0.2
 
 Judgement = tuple[bool | None, str | None, str]  # stable, kind of instability, what showed it
@@ -71,25 +79,50 @@ class Verdict(NamedTuple):
 
 def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     """Judge one session."""
-    found = [(strength(motion, traces.duration_s), motion) for motion in motions(traces, scenario)]
+    moved = motions(traces, scenario)
+    found = [(strength(motion, traces.duration_s), motion) for motion in moved]
     strongest = max((each.late_m_s for each, _ in found), default=0.0)
-    return Verdict(*_judged(traces, scenario, found), strongest)
+    judgement = _judged(traces, scenario, found)
+    if judgement[0] is not False and (driven := _driven(traces, scenario, moved)):
+        judgement = False, SUSTAINED, driven
+    return Verdict(*judgement, strongest)
+
+
+def _driven(traces: SessionTraces, scenario: Scenario | None, moved: list[Motion]) -> str:
+    """Return which motion the loop drove at any time of a session, in words; empty: none."""
+    for motion in (replace(each, band_hz=REST_BAND_HZ) for each in moved):
+        for start_s, end_s in shaking(motion):
+            found = drive(traces, scenario, start_s, end_s)
+            if found is not None and found.by_loop:
+                given = quantity(found.given_j, "J")
+                return (
+                    f"{motion.name} oscillated from {start_s:.2f} to {end_s:.2f} s, and the loop "
+                    f"gave the hands {given} in the meantime"
+                )
+    return ""
 
 
 def _judged(
     traces: SessionTraces, scenario: Scenario | None, strengths: list[tuple[Strength, Motion]]
 ) -> Judgement:
-    if outside := _outside(traces, scenario) or _beyond(traces, scenario):
+    outside, left_s = _outside(traces, scenario)
+    thrown = drive(traces, scenario, 0.0, left_s) if left_s else None
+    if thrown is not None and thrown.given_j < 0.0:
+        return _unknown(f"{outside}; the hands did the work of it")
+    if outside := outside or _beyond(traces, scenario):
         return False, "diverged", outside
     lasting = [(found, motion) for found, motion in strengths if lasts(found, motion)]
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
     since_s = max([0.5 * traces.duration_s, *(motion.since_s for _, motion in lasting)])
     shaken = waited(links, since_s, traces.duration_s)
     in_time = timely(links, since_s, traces.duration_s)
+    driven = drive(traces, scenario, since_s, traces.duration_s) if lasting else None
+    by_hands = driven is not None and driven.by_hands
     own = [
         (found, motion)
         for found, motion in lasting
-        if shaken <= UNEVEN or kept_up(found, motion, traces.duration_s, in_time)
+        if (shaken <= UNEVEN and not by_hands)
+        or kept_up(found, motion, traces.duration_s, in_time)
     ]
     for found, motion in own:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
@@ -106,16 +139,28 @@ def _judged(
         return _unknown(f"{shortened}, to the largest that is allowed; {why}")
     if lost := environment.lost(traces, scenario):
         return False, "environment lost", lost
+    explained = ""
     if lasting:
-        first = min(own or lasting, key=lambda pair: pair[0].fades)
-        return _of_lasting(*first, traces, scenario, shaken=None if own else shaken)
+        found, motion = min(own or lasting, key=lambda pair: pair[0].fades)
+        if own or not by_hands:
+            return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
+        rate_per_s, model = _expected(traces, scenario)
+        explained = f"{_moves(found, motion)}, and the hands did the work of it"
+        if not rate_per_s < 0.0:
+            return _unknown(f"{explained}: whether the loop keeps it up is not known")
+        explained = f"{explained}; {model}"
     if (length_s := traces.duration_s) < SHORTEST_S:
         return _unknown(f"{length_s:.2g} s are too short to judge, {SHORTEST_S:g} s at least")
     if unknown := ", ".join(motion.name for found, motion in strengths if not found.known):
         return _unknown(f"too little of the motion of {unknown} was recorded")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
-    return True, None, _quiet_words([found for found, _ in strengths])
+    return True, None, explained or _quiet_words([found for found, _ in strengths])
+
+
+def _moves(found: Strength, motion: Motion) -> str:
+    speed = f"{found.late_m_s * 1e3:.1f} mm/s"
+    return f"{motion.name} moves with {speed} beyond the voluntary band"
 
 
 def _unknown(why: str) -> Judgement:
@@ -134,7 +179,7 @@ def _of_lasting(
     waiting for late packets, where the loop is not seen to keep the motion up.
     """
     speed = f"{found.late_m_s * 1e3:.1f} mm/s"
-    moves = f"{motion.name} moves with {speed} beyond the voluntary band"
+    moves = _moves(found, motion)
     if not found.settled:
         changed = scenario and stages(traces, scenario)[-1].start_s == motion.since_s
         what = "a parameter changed" if changed else "contact was made or lost"
@@ -158,7 +203,7 @@ def _of_lasting(
             f"s, and {model}: only a longer session can show whether it is kept up"
         )
     why = f"{motion.name} keeps oscillating with {speed}"
-    return False, "sustained oscillation", "; ".join([why, model] if model else [why])
+    return False, SUSTAINED, "; ".join([why, model] if model else [why])
 
 
 def _expected(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:
@@ -207,8 +252,10 @@ def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
     return ""
 
 
-def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
-    """Return what is not finite or far outside the workspace, in words; empty when nothing is."""
+def _outside(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, float]:
+    """Return what is not finite or far outside the workspace, in words, and since when [s]; empty
+    when nothing is.
+    """
     workspace = DEFAULT_WORKSPACE_M
     if scenario is not None:
         workspace = max(user.device.workspace_m for user in scenario.users)
@@ -221,9 +268,9 @@ def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
             positions.append((f"{name}'s avatar", x_s[present], server.time_s[present]))
     for name, x, time_s in positions:
         if not np.isfinite(x).all():
-            return f"{name}: a position is not a number"
+            return f"{name}: a position is not a number", 0.0
         far = np.flatnonzero(np.abs(x).max(axis=-1, initial=0.0) > 1.5 * workspace)
         if len(far):
             space = f"the workspace (+-{workspace * 1e3:.0f} mm)"
-            return f"{name} left {space} at {time_s[far[0]]:.2f} s"
-    return ""
+            return f"{name} left {space} at {time_s[far[0]]:.2f} s", float(time_s[far[0]])
+    return "", 0.0

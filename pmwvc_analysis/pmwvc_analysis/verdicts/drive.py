@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Who drives a motion: the loop or the hands.
+
+While a force F_k is held a device goes from x_k to x_{k+1}, and its loop gives it the work
+-F_k . (x_{k+1} - x_k). In motion beyond half a hertz, a passive loop takes more from all devices
+together than it gives; for a moment it may give back what moving masses hold. One that keeps a
+motion up gives, cycle after cycle, what the hands take out of it.
+
+Equations: docs/theory.md 13.13.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_analysis.traces.bands import REST_BAND_HZ
+from pmwvc_analysis.verdicts.oscillation import beyond
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
+
+DRIVES = 0.1  # share of the work from which on one side drives a motion
+CYCLES = 10.0  # a loop gives so many times what the masses hold, and not once what was stored
+
+
+class Drive(NamedTuple):
+    """Work that the loop gave to all devices together in motion beyond half a hertz."""
+
+    given_j: float
+    share: float  # of the work that went to and fro, -1..1
+    held_j: float  # most energy of motion that devices and object held
+
+    @property
+    def by_loop(self) -> bool:
+        """Tell whether the loop drove the motion."""
+        return self.share > DRIVES and self.given_j > CYCLES * self.held_j
+
+    @property
+    def by_hands(self) -> bool:
+        """Tell whether the hands did."""
+        return self.share < -DRIVES
+
+
+def drive(
+    traces: SessionTraces, scenario: Scenario | None, start_s: float, end_s: float
+) -> Drive | None:
+    """Return who drove the motion between two instants [s]; None where that is not known: the
+    environment has energy of its own, or a user's ticks were not all recorded.
+    """
+    if scenario is None or scenario.environment.own_energy(scenario.server):
+        return None
+    known = {user.name: user for user in scenario.users}
+    given_j = moved_j = held_j = 0.0
+    for user in traces.users:
+        inside = (user.time_s >= start_s) & (user.time_s <= end_s)
+        since_s = max(start_s, float(user.time_s[0]))
+        if user.name not in known or not _whole(user.time_s, user.tick_s, since_s, end_s):
+            return None
+        moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:]) / user.tick_s
+        if not (np.isfinite(moved).all() and np.isfinite(user.f_applied).all()):
+            return None
+        force, velocity = (beyond(a, user.tick_s, REST_BAND_HZ) for a in (user.f_applied, moved))
+        work_j = -np.sum(force * velocity, axis=-1)[inside] * user.tick_s
+        given_j, moved_j = given_j + float(work_j.sum()), moved_j + float(np.abs(work_j).sum())
+        held_j += _energy_j(known[user.name].device.mass, user.xd_m[inside])
+    if len(traces.users) < len(known) or not moved_j > 0.0:
+        return None
+    if (server := traces.server) is not None:
+        inside = (server.time_s >= start_s) & (server.time_s <= end_s)
+        held_j += _energy_j(scenario.server.object_mass, server.xd_o[inside])
+    return Drive(given_j, given_j / moved_j, held_j)
+
+
+def _whole(time_s: Array, tick_s: float, start_s: float, end_s: float) -> bool:
+    """Tell whether there is a row for every tick between two instants [s]."""
+    inside = time_s[(time_s >= start_s) & (time_s <= end_s)]
+    return len(inside) >= round((end_s - start_s) / tick_s) - 2 and len(inside) > 1
+
+
+def _energy_j(mass: float, velocity: Array) -> float:
+    """Return the largest energy of motion [J]."""
+    return 0.5 * mass * float(np.sum(velocity * velocity, axis=-1).max(initial=0.0))

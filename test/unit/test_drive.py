@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Who drives a motion, the loop or the hands, and what the verdict makes of it."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.simulated import simulated
+
+from pmwvc_analysis.verdicts.drive import drive
+from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_bringup import scenarios
+
+DIRECT = ("controller=direct", "link.delay_s=0.016")
+IDEAL = ("controller=direct", "link.delay_s=0")
+PLAIN = ("channel=plain", "link.delay_s=0.016")
+STRICT = ("channel=strict", "link.delay_s=0.016")
+
+
+def wall(*texts, duration_s=8.0):
+    """Return the scenario of one hand at a wall."""
+    return scenarios.load("wall", settings_texts=texts, duration_s=duration_s)
+
+
+def judged(scenario):
+    """Return the verdict on stability of its session."""
+    return verdict(simulated(scenario), scenario)
+
+
+def pressed(tmp_path, *, from_s, until_s):
+    """Return the settings of a hand that presses on the wall for a time."""
+    times = np.arange(0.0, 12.0, 0.01)
+    target = np.where((times > from_s) & (times < until_s), 0.02, -0.034)
+    file = tmp_path / "target.csv"
+    np.savetxt(file, np.c_[times, target], delimiter=",", header="t,x", comments="")
+    of = "user1.operator."
+    words = {"kind": "remote", "file": file, "columns": "x", "time_column": "t"}
+    wall = ("server.contact_stiffness=800", "server.contact_damping=2")
+    return *wall, *(f"{of}{name}={value}" for name, value in words.items())
+
+
+@pytest.mark.parametrize(("from_s", "until_s"), [(1.0, 4.0), (2.0, 7.0), (3.0, 8.0)])
+def test_a_loop_that_shook_while_it_was_pressed_is_not_stable(tmp_path, from_s, until_s):
+    hand = pressed(tmp_path, from_s=from_s, until_s=until_s)
+    found = judged(wall(*DIRECT, *hand))
+    assert (found.stable, found.instability) == (False, "sustained oscillation"), found.why
+    assert "the loop gave the hands" in found.why
+    for kept in (PLAIN, STRICT, IDEAL):
+        assert judged(wall(*kept, *hand)).stable is True
+
+
+def recorded(recorded_data, offset_m):
+    """Return the settings of a recorded person who taps on the wall."""
+    words = {
+        "kind": "playback_motion",
+        "file": recorded_data / "tue_hand.csv",
+        "rate_hz": 2000,
+        "scale": 0.075,
+        "offset": offset_m,
+    }
+    return tuple(f"user1.operator.{name}={value}" for name, value in words.items())
+
+
+@pytest.mark.parametrize("offset_m", [0.0, 0.01])
+def test_a_recorded_person_at_a_wall_shakes_no_loop(recorded_data, offset_m):
+    person = recorded(recorded_data, offset_m)
+    for kept in (PLAIN, STRICT, IDEAL, ("controller=virtual_coupling",)):
+        found = judged(wall(*kept, *person))
+        assert found.stable is True, found.why
+        assert "the hands did the work of it; the exact model" in found.why
+    found = judged(wall("controller=tdpa", *person))
+    assert found.stable is None and "whether the loop keeps it up is not known" in found.why
+    assert judged(wall(*DIRECT, *person)).stable is False  # the control
+
+
+@pytest.mark.parametrize(("hertz", "force_n"), [(1.0, 3.0), (2.0, 1.0), (5.0, 8.0)])
+def test_a_force_that_throws_the_object_out_is_no_divergence(hertz, force_n):
+    words = {"kind": "sinusoid", "frequency_hz": hertz, "force": force_n}
+    texts = [f"user1.operator.{name}={value}" for name, value in words.items()]
+    scenario = scenarios.load(
+        "carry_16ms", settings_texts=["users=1", "task.kind=hold", *texts], duration_s=7.0
+    )
+    found = judged(scenario)
+    assert (found.stable, found.instability) == (None, None)
+    assert "left the workspace" in found.why and "the hands did the work of it" in found.why
+
+
+@settings(max_examples=6)
+@given(
+    channel=st.sampled_from(["plain", "strict"]),
+    delay_ms=st.floats(0.0, 60.0),
+    stiffness=st.floats(100.0, 5000.0),
+    start_s=st.floats(0.0, 3.0),
+    length_s=st.floats(1.5, 3.0),
+)
+def test_a_passive_loop_never_drives_a_motion(channel, delay_ms, stiffness, start_s, length_s):
+    texts = f"channel={channel}", f"link.delay_s={delay_ms / 1e3}"
+    scenario = wall(*texts, f"server.contact_stiffness={stiffness}", duration_s=6.0)
+    found = drive(simulated(scenario), scenario, start_s, start_s + length_s)
+    assert found is not None and not found.by_loop
+
+
+def test_nothing_is_said_where_work_is_not_known():
+    scenario = wall(*PLAIN)
+    traces = simulated(scenario)
+    assert drive(traces, scenario, 1.0, 3.0) is not None
+    assert drive(traces, None, 1.0, 3.0) is None
+    active = wall("server.coupling=unknown", "server.environment=active_wall")
+    assert drive(simulated(active), active, 1.0, 3.0) is None
+    alone = scenarios.load("carry_16ms", settings_texts=["channel=plain"], duration_s=4.0)
+    assert drive(traces, alone, 1.0, 3.0) is None  # the other user was not recorded
