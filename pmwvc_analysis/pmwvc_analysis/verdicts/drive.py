@@ -4,7 +4,7 @@
 
 While a force F_k is held a device goes from x_k to x_{k+1}, and its loop gives it the work
 -F_k . (x_{k+1} - x_k). In motion beyond half a hertz, a passive loop takes more from all devices
-together than it gives; for a moment it may give back what moving masses hold. One that keeps a
+together than it gives; once it may give back what masses and springs hold. One that keeps a
 motion up gives, cycle after cycle, what the hands take out of it.
 
 Equations: docs/theory.md 13.13.
@@ -21,7 +21,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 DRIVES = 0.1  # share of the work from which on one side drives a motion
-CYCLES = 10.0  # a loop gives so many times what the masses hold, and not once what was stored
+CYCLES = 10.0  # a loop gives so many times what masses and springs hold, and not once
 
 
 class Drive(NamedTuple):
@@ -29,7 +29,7 @@ class Drive(NamedTuple):
 
     given_j: float
     share: float  # of the work that went to and fro, -1..1
-    held_j: float  # most energy of motion that devices and object held
+    held_j: float  # most that masses and springs held of it
 
     @property
     def by_loop(self) -> bool:
@@ -57,18 +57,18 @@ def drive(
         since_s = max(start_s, float(user.time_s[0]))
         if user.name not in known or not _whole(user.time_s, user.tick_s, since_s, end_s):
             return None
-        moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:]) / user.tick_s
-        if not (np.isfinite(moved).all() and np.isfinite(user.f_applied).all()):
+        if not (np.isfinite(user.x_m).all() and np.isfinite(user.f_applied).all()):
             return None
-        force, velocity = (beyond(a, user.tick_s, REST_BAND_HZ) for a in (user.f_applied, moved))
-        work_j = -np.sum(force * velocity, axis=-1)[inside] * user.tick_s
+        force, x = (beyond(a, user.tick_s, REST_BAND_HZ) for a in (user.f_applied, user.x_m))
+        work_j = -np.sum(force * np.diff(x, axis=0, append=x[-1:]), axis=-1)[inside]
         given_j, moved_j = given_j + float(work_j.sum()), moved_j + float(np.abs(work_j).sum())
-        held_j += _energy_j(known[user.name].device.mass, user.xd_m[inside])
+        held_j += _of_motion_j(known[user.name].device.mass, user.xd_m[inside])
+        held_j += 0.5 * _longest(force[inside]) * _longest(x[inside])  # of a spring in between
     if len(traces.users) < len(known) or not moved_j > 0.0:
         return None
     if (server := traces.server) is not None:
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
-        held_j += _energy_j(scenario.server.object_mass, server.xd_o[inside])
+        held_j += _of_motion_j(scenario.server.object_mass, server.xd_o[inside])
     return Drive(given_j, given_j / moved_j, held_j)
 
 
@@ -78,6 +78,9 @@ def _whole(time_s: Array, tick_s: float, start_s: float, end_s: float) -> bool:
     return len(inside) >= round((end_s - start_s) / tick_s) - 2 and len(inside) > 1
 
 
-def _energy_j(mass: float, velocity: Array) -> float:
-    """Return the largest energy of motion [J]."""
-    return 0.5 * mass * float(np.sum(velocity * velocity, axis=-1).max(initial=0.0))
+def _longest(vectors: Array) -> float:
+    return float(np.linalg.norm(vectors, axis=-1).max(initial=0.0))
+
+
+def _of_motion_j(mass: float, velocity: Array) -> float:
+    return 0.5 * mass * _longest(velocity) ** 2
