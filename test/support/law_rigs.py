@@ -41,8 +41,8 @@ from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.server.black_box.containment import Asked, Outside, directly
-from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.black_box import Asked, Outside, directly
+from pmwvc_core.server.contained import Faults
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 

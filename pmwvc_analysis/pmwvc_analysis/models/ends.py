@@ -21,7 +21,7 @@ from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.couplings.contained import Contained
+from pmwvc_core.server.contained import Contained
 
 LEAST_S = 1e-9  # of a soft start
 OFFSET = lifted(offset_of)

@@ -31,8 +31,7 @@ from pmwvc_core.law.without_waves.virtual_coupling import VirtualCoupling, resti
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.record import forward
+from pmwvc_core.server.couplings import COUPLINGS, forward
 
 
 def _storage_j(master: MasterParams, baseline: BaselineParams) -> float:

@@ -13,8 +13,7 @@ from pmwvc_core.baselines.tuning import Loop, Margins
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.plugins import Record
-from pmwvc_core.server.couplings import Coupling
-from pmwvc_core.server.couplings.record import backward
+from pmwvc_core.server.couplings import Coupling, backward
 
 # The server's end of a controller without waves: the object moves under the forces held.
 HELD = Coupling(

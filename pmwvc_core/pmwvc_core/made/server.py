@@ -36,13 +36,10 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import EnvironmentSetup
-from pmwvc_core.server.black_box.containment import Asked, Call, Outside, directly
-from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.black_box import Asked, Call, EnvironmentSetup, Outside, directly
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.contained import Contained
-from pmwvc_core.server.couplings.record import backward
+from pmwvc_core.server.contained import Contained, Faults
+from pmwvc_core.server.couplings import COUPLINGS, backward
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances

@@ -1,18 +1,22 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An environment from outside behind the port of :mod:`pmwvc_core.law.black_box`, contained: one
-exchange with it per step, and the check of its answer.
+"""Environments as black boxes (App. C), position and velocity in, force out: what one is made for,
+its calls, and one behind the port of :mod:`pmwvc_core.law.black_box`, contained.
+
+Signals are arrays ``(users, dof)``. Forces act from the avatars on the environment. A user who is
+not there stands still; its force is ignored.
 
 Whatever the environment does wrong, every port is a matched damper for that step, and goes on. It
 runs interpreted, and keeps its own state. Waiting is not decided here: a ``Call`` runs the
 exchange, directly in a simulation, in a thread of its own in a live server, and raises
-``faults.Unanswered`` where it will not wait any longer.
+``Unanswered`` where it will not wait any longer.
 """
 
 from collections import deque
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -21,12 +25,65 @@ from pmwvc_core.law.black_box.touched import Reply, Vectors, exchange, solved_li
 from pmwvc_core.law.server.avatar import Avatar
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Array
-from pmwvc_core.server.black_box import BlackBox
-from pmwvc_core.server.black_box.faults import BadAnswer, Faults
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.server.contained import LARGEST_N, BadAnswer, Faults
 
-LARGEST_N = 1e6  # more is no force
 R = TypeVar("R")
 Call: TypeAlias = Callable[[Callable[[], Any]], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class EnvironmentSetup:
+    """The setup that an environment is made for; lists are in the order of the users."""
+
+    dof: int
+    period_s: float
+    sides: tuple[int, ...]  # -1: left of the object, pushes towards +x; +1: right
+    server: ServerParams
+    contacts: tuple[ContactParams, ...]
+    own: Any = None  # what the factory's attribute ``params`` declares
+
+    @property
+    def users(self) -> int:
+        """Number of users."""
+        return len(self.contacts)
+
+
+class BlackBox(Protocol):
+    """An environment as a black box: all that it must have, and here what it may have besides.
+
+    ``join(user, position)``, ``leave(user)``
+        Called before the next step when user 0, 1, ... joins with its avatar at ``(dof,)`` [m],
+        or leaves.
+    ``local(position, dt) -> (F0, G)``
+        A slope of the force, with which the loop is solved without a model: F0 [N] and G [N s/m],
+        each ``(users, dof)``; the next force is about F0 + G xd. ``position`` is where the
+        avatars would be with xd = 0; xd moves them by ``dt`` xd (``dt`` is the period for
+        backward Euler, half of it for the trapezoid, 0 for forward Euler). Nothing may move here:
+        ``step`` follows. A negative slope counts as zero.
+    ``energy``
+        How much energy it holds [J], one number. The ledger keeps no more than that.
+    ``position``, ``velocity``
+        An object that traces and pictures show, ``(dof,)`` [m], [m/s].
+    """
+
+    def step(self, position: Array, velocity: Array, dt: float) -> Array:
+        """Go one step on.
+
+        Parameters
+        ----------
+        position, velocity
+            Of the avatars at the end of the step, ``(users, dof)`` [m], [m/s]; not to be
+            written to.
+        dt
+            Length of the step, always ``server.period_s`` [s].
+
+        Returns
+        -------
+        Array
+            Forces of the avatars on the environment, of the same shape [N].
+        """
+        ...
 
 
 def directly(exchange: Callable[[], R]) -> R:

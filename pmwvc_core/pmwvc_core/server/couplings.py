@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Couplings of wave port and contact by name, how the algebraic loop is closed: the library, and
+entry points of the group ``pmwvc.couplings``. Their laws are in :mod:`pmwvc_core.law.server`.
+
+The velocity of an avatar depends on the force of its contact and the force on the velocity. A
+coupling makes the two consistent in a step of the environment.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.law.server.implicit import Implicit
+from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.plugins import Record, Records
+from pmwvc_core.server.compensations import COMPENSATIONS
+
+OBJECT_MOTIONS = ("held", "held_before", "midpoint")
+
+
+def forward(params: ServerParams) -> tuple[float, float]:
+    """Return what they weigh [s] where the avatar moves with the velocity before."""
+    return params.period_s, 0.0
+
+
+def backward(params: ServerParams) -> tuple[float, float]:
+    """Return what they weigh [s] where the avatar moves with its new velocity."""
+    return 0.0, params.period_s
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coupling(Record):
+    """A coupling: what makes its law, and its properties.
+
+    Attributes
+    ----------
+    law
+        Makes, from what old and new velocity weigh by ``server.integrator`` [s], the NamedTuple
+        by whose type the family :data:`pmwvc_core.law.server.avatar.couple` chooses the law of a
+        step; None for a black box (the environment is known by its forces only,
+        :mod:`pmwvc_core.server.black_box`), and where a controller has its own.
+    parameters
+        Fields of ``server.*`` that decide what it does, as reports show them.
+    moves
+        What old and new velocity weigh [s] in an avatar's displacement over a step; None where
+        the avatar stands at the device's position.
+    balanced
+        Whether velocity and force of a step belong together: F . xd = (|u|^2 - |v|^2)/2.
+    exact
+        Whether stored energy and heat balance the waves to rounding in every step.
+    late
+        Whether waves are decoded with the force of the step before, xd = sqrt(2/b) u - F'/b.
+    black_box
+        Whether the environment is known by its forces only.
+    object_motion
+        How the object moves: under the forces of the step ``held``, under those of the step
+        before (``held_before``), or by the ``midpoint`` rule.
+    passive
+        Tells whether the server returns no more energy than it received, whatever is touched.
+    least_impedance
+        Wave impedance [N s/m] from which on a contact with a wall is passive; None where no
+        such bound is known or needed.
+    """
+
+    law: Callable[[float, float], Any] | None = None
+    parameters: tuple[str, ...] = ()
+    moves: Callable[[ServerParams], tuple[float, float]] | None = lambda params: weights(
+        params.integrator, params.period_s
+    )
+    balanced: bool = False
+    exact: bool = False
+    late: bool = False
+    black_box: bool = False
+    object_motion: str = "held_before"
+    passive: Callable[[ServerParams], bool] = lambda params: False
+    least_impedance: Callable[[ServerParams, ContactParams], float] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a motion that no account knows."""
+        if self.object_motion not in OBJECT_MOTIONS:
+            raise ParameterError(
+                f"object_motion = {self.object_motion!r}: must be one of "
+                f"{', '.join(OBJECT_MOTIONS)}"
+            )
+
+
+def least_impedance(params: ServerParams, contact: ContactParams) -> float:
+    """Return K T_VE + 2 B [N s/m]: the least impedance of a port that decodes a wave with the
+    force of the step before and is passive at a wall (backward Euler).
+    """
+    stiffness, damping = float(contact.contact_stiffness), float(contact.contact_damping)
+    return stiffness * params.period_s + 2.0 * damping
+
+
+IMPLICIT = Coupling(
+    name="implicit",
+    words="Avatars and object are solved together: energy balances exactly in every step.",
+    linear="implicit",
+    law=lambda old_s, new_s: Implicit(0),
+    moves=backward,
+    balanced=True,
+    exact=True,
+    object_motion="midpoint",
+    passive=lambda params: True,
+)
+ONE_STEP_DELAY = Coupling(
+    name="one_step_delay",
+    words="Waves are decoded with the force of the step before: passive at a wall while "
+    "K T_VE + 2 B <= b (backward Euler).",
+    linear="one_step_delay",
+    law=OneStepDelay,
+    late=True,
+    least_impedance=least_impedance,
+)
+ONE_FRAME_LATE = Coupling(
+    name="one_frame_late",
+    words="A wave moves the avatar one step late: no bound of its energy is known.",
+    linear="one_frame_late",
+    law=lambda old_s, new_s: OneFrameLate(0),
+    moves=forward,
+    object_motion="held",
+)
+UNWRAPPED = Coupling(
+    name="unwrapped",
+    words="Each avatar is solved with its contact against the object as sampled: passive at a "
+    "wall, except with forward Euler.",
+    linear="unwrapped",
+    law=Unwrapped,
+    balanced=True,
+)
+# A black-box environment: position and velocity go in, a force comes out. A compensation treats
+# the energy of late decoding; passivity depends on it.
+UNKNOWN = Coupling(
+    name="unknown",
+    words="The environment is a black box: the server port accounts for the energy of late "
+    "decoding, and its compensation limits it.",
+    linear="unknown",
+    black_box=True,
+    parameters=("compensation",),
+    passive=lambda params: COMPENSATIONS.of(params.compensation).passive(params),
+    least_impedance=least_impedance,
+)
+COUPLINGS: Records[Coupling] = Records(
+    Coupling,
+    (IMPLICIT, ONE_STEP_DELAY, ONE_FRAME_LATE, UNWRAPPED, UNKNOWN),
+    group="pmwvc.couplings",
+    parameter="server.coupling",
+    what="a coupling",
+)
