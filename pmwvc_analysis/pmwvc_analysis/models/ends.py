@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.models.elements import lifted, stacked
 from pmwvc_analysis.models.links import Line, UnderWay
 from pmwvc_analysis.models.variation import runs_of
-from pmwvc_core.controllers.plugged_ends import PluggedParams, PluggedServerParams
+from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.master import port_opened

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
-from pmwvc_core.controllers.plugged_ends import Kept, PluggedServerParams
+from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.compensations import compensation_params

@@ -12,8 +12,7 @@ import dataclasses
 from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
-from pmwvc_core.controllers.plugged import DeviceAnswer
-from pmwvc_core.controllers.plugged_ends import Plugged, PluggedParams
+from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.packet import no_packet, packing_params, resting_packing
@@ -114,7 +113,7 @@ def resting_user(
         up, down = record.extra(axes)
         answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
         came, sums_j = packet._replace(extra=(0.0,) * down), (0.0,) * 4
-        port: Any = Plugged(law, nothing, nothing, came, False, False, answer, nothing, sums_j)
+        port: Any = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
     elif record.law is not None:
         port = resting_end(law, axes)
     else:
