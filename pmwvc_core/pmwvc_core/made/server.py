@@ -115,12 +115,11 @@ def server_params(
 ) -> ServerStepParams:  # fmt: skip
     """Return the parameters of the server's step."""
     strict, record = is_strict(controller, channel), record_of(controller)
+    of_times = {"timeout_s": times.timeout_s, "lets_go_s": AVATAR_RETURN_S}
+    of_times["store_j"] = server.store_j
     guests = []
     for user in users:
-        arrivals = arrivals_params(
-            controller, channel, user.server_impedance,
-            timeout_s=times.timeout_s, lets_go_s=AVATAR_RETURN_S, store_j=server.store_j,
-        )  # fmt: skip
+        arrivals = arrivals_params(controller, channel, user.server_impedance, **of_times)
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
     values = tuple(values_of(user, record) for user in users)
     if record.avatar is not None:
@@ -135,16 +134,12 @@ def server_params(
         law, sloped = None, environment_of(server.environment).sloped
         if made := environment_of(server.environment).made:
             _, law = made(server, _contacts(users, server, axes), axes)
+        identity = tuple(map(tuple, np.eye(axes).tolist()))
         environment = BlackBoxParams(
-            law,
-            compensation_params(server),
-            wall_law(server.period_s),
-            strict,
-            *weights(server.integrator, server.period_s),
-            sloped,
-            server.learns and not sloped,
-            tuple(tuple(row) for row in np.eye(axes).tolist()),
-        )
+            law, compensation_params(server), wall_law(server.period_s), strict,
+            *weights(server.integrator, server.period_s), sloped, server.learns and not sloped,
+            identity,
+        )  # fmt: skip
     else:
         environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
     return ServerStepParams(
@@ -186,12 +181,9 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
 
 
 def _resting_box(
-    server: ServerParams,
-    users: Sequence["scenarios.User"],
-    contacts: Sequence[Contact],
-    own: Any,
-    call: Call,
-) -> BlackBox:
+    server: ServerParams, users: Sequence["scenarios.User"], contacts: Sequence[Contact],
+    own: Any, call: Call,
+) -> BlackBox:  # fmt: skip
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
     axes, name = len(contacts[0].springs), server.environment
     rest = (0.0,) * axes
@@ -204,16 +196,9 @@ def _resting_box(
         faults, absent = Faults("server.environment", name), (False,) * len(users)
         state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
-    return BlackBox(
-        rest,
-        rest,
-        state,
-        COMPENSATIONS.of(server.compensation).rest(len(users)),
-        tuple(resting_seen(rest, b / server.period_s) for b in least),
-        0.0,
-        -1.0,
-        Accounts(0.0, 0.0, 0.0, 0.0),
-    )
+    seen = tuple(resting_seen(rest, b / server.period_s) for b in least)
+    compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
+    return BlackBox(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
 
 
 def resting_server(

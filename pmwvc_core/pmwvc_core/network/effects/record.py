@@ -75,6 +75,7 @@ class LinkEffect(Record):
     ``delay_s``; None where the model must not be asked.
     """
 
+    words: str = ""
     # for the settings and random numbers of a link; those of the library are at work in the link
     make: Callable[[LinkParams, Uniform], Effect] = Effect
     # the parameter of link.* that switches it on, and the value that switches it off
