@@ -47,12 +47,8 @@ from pmwvc_core.wave.impedance import MatrixImpedance
 
 
 def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
-    """Return what closes the algebraic loop; that of another package contained.
-
-    Raises
-    ------
-    ParameterError
-        If a plug-in cannot make its law (with the reason).
+    """Return what closes the algebraic loop, that of another package contained; ParameterError
+    where it cannot make its law (with the reason).
     """
     record = COUPLINGS.of(server.coupling)
     assert record.law is not None
@@ -66,13 +62,7 @@ def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
 
 
 def object_of(server: ServerParams) -> BodyLaw:
-    """Return the law of an object whose equations are known.
-
-    Raises
-    ------
-    ParameterError
-        If it is known as a black box only.
-    """
+    """Return the law of an object; ParameterError where it is known as a black box only."""
     environment = environment_of(server.environment)
     if not environment.known:
         raise ParameterError(

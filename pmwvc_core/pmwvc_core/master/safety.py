@@ -66,13 +66,7 @@ def text_of(cause: int, limits: SafetyParams) -> str:
 
 
 def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
-    """Refuse a change that makes any limit wider.
-
-    Raises
-    ------
-    ParameterError
-        Naming each with the value it has now.
-    """
+    """Refuse a change that makes any limit wider: ParameterError naming each with its value."""
     problems = []
     for name in LOWERED:
         value, new = getattr(now, name), getattr(wanted, name)

@@ -163,21 +163,15 @@ DISTRIBUTIONS = {
         half_width=True,
     ),
     "normal": Distribution(
-        lambda p, u: p.jitter_s * normal(u),
-        lambda p: (0.0, p.jitter_s),
-        linux=True,
+        lambda p, u: p.jitter_s * normal(u), lambda p: (0.0, p.jitter_s), linux=True
     ),
     "pareto": _tailed(lambda p, u: p.jitter_s * _pareto(u, _shape(p))),
     "paretonormal": _tailed(  # a quarter normal and three quarters Pareto, mean 0, deviation 1
         lambda p, u: p.jitter_s * ((normal(u) + 3.0 * _pareto(u, _shape(p))) / _mixed(_shape(p)))
     ),
-    "gamma": Distribution(
-        _gamma,
-        lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p))),
-    ),
+    "gamma": Distribution(_gamma, lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p)))),
     "lognormal": Distribution(
-        lambda p, u: p.jitter_s * math.exp(_shape(p) * normal(u)),
-        _lognormal_moments,
+        lambda p, u: p.jitter_s * math.exp(_shape(p) * normal(u)), _lognormal_moments
     ),
     "quantiles": Distribution(
         lambda p, u: quantiles_of(p.jitter_quantiles).at(u),
@@ -186,11 +180,7 @@ DISTRIBUTIONS = {
         sized=False,
     ),
     "table": Distribution(
-        _table,
-        _table_moments,
-        conflict=file_conflict,
-        check=recording_of,
-        sized=False,
+        _table, _table_moments, conflict=file_conflict, check=recording_of, sized=False
     ),
 }
 

@@ -68,20 +68,9 @@ class BlackBox(Protocol):
     """
 
     def step(self, position: Array, velocity: Array, dt: float) -> Array:
-        """Go one step on.
-
-        Parameters
-        ----------
-        position, velocity
-            Of the avatars at the end of the step, ``(users, dof)`` [m], [m/s]; not to be
-            written to.
-        dt
-            Length of the step, always ``server.period_s`` [s].
-
-        Returns
-        -------
-        Array
-            Forces of the avatars on the environment, of the same shape [N].
+        """Go one step on of ``dt``, always ``server.period_s`` [s]; return the forces of the
+        avatars on the environment ``(users, dof)`` [N]. ``position`` and ``velocity`` are those of
+        the avatars at the end of the step, of the same shape [m], [m/s]; not to be written to.
         """
         ...
 
@@ -110,14 +99,9 @@ class Asked:
         self, avatars: tuple[Avatar, ...], start: Array, velocity: Array, p: BlackBoxParams
     ) -> tuple[Reply, Iterable[bool]]:
         """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
-        return the checked answer, and for which users the force cannot be used.
-
-        Parameters
-        ----------
-        start
-            Where the avatars are without their new velocity ``(users, dof)`` [m].
-        velocity
-            Their new velocity without knowledge of a slope [m/s].
+        return the checked answer, and for which users the force cannot be used. ``start`` is where
+        the avatars are without their new velocity ``(users, dof)`` [m], ``velocity`` that without
+        knowledge of a slope [m/s].
         """
         environment = self.environment
         while self._pending:

@@ -40,12 +40,8 @@ class Unsettled(BadAnswer):
 
 
 class Faults:
-    """Count of faulty steps, and the text of the last fault.
-
-    Parameters
-    ----------
-    parameter, value
-        What was asked: ``server.environment``, or ``server.coupling``.
+    """Count of faulty steps of what was asked (``parameter``: ``server.environment``, or
+    ``server.coupling``), and the text of the last fault.
     """
 
     def __init__(self, parameter: str, value: str) -> None:

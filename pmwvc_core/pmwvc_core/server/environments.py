@@ -62,13 +62,10 @@ class Environment(Record):
     own_energy: Callable[[ServerParams], str] = lambda params: ""
 
 
-def _visitors(contacts: Sequence[Contact], rest: tuple[float, ...]) -> tuple[Visitor, ...]:
-    return tuple(Visitor(False, rest, contact) for contact in contacts)
-
-
 def _wall(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
     rest = (0.0,) * axes
-    return Wall(_visitors(contacts, rest), Body(rest, rest), 0.0), Drive(rest, 0.0)
+    visitors = tuple(Visitor(False, rest, contact) for contact in contacts)
+    return Wall(visitors, Body(rest, rest), 0.0), Drive(rest, 0.0)
 
 
 def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
@@ -79,7 +76,7 @@ def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tup
 
 def _cube(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[FreeCube, Any]:
     rest, law = (0.0,) * axes, body_law(server.object_mass, server.object_damping, server.period_s)
-    return FreeCube(_visitors(contacts, rest), Body(rest, rest)), law
+    return FreeCube(_wall(server, contacts, axes)[0].visitors, Body(rest, rest)), law
 
 
 def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[SoftBody, Any]:
@@ -168,12 +165,8 @@ def environment_of(name: str) -> Environment:
 
 
 def require(name: str) -> None:
-    """Refuse an environment that is neither in the library nor installed; none is imported.
-
-    Raises
-    ------
-    ParameterError
-        Naming those there are.
+    """Refuse an environment that is neither in the library nor installed (none is imported) by a
+    ParameterError that names those there are.
     """
     if name not in LIBRARY:
         PLUGINS.required(name)

@@ -21,11 +21,7 @@ from pmwvc_core.plugins import Records
 
 __all__ = ["EFFECTS", "Effect", "LinkEffect"]
 EFFECTS: Records[LinkEffect] = Records(
-    LinkEffect,
-    LIBRARY,
-    group="pmwvc.link_effects",
-    parameter="effects",
-    what="a link effect",
+    LinkEffect, LIBRARY, group="pmwvc.link_effects", parameter="effects", what="a link effect"
 )
 
 

@@ -12,8 +12,8 @@ from typing import TypeVar
 from pmwvc_core.errors import ParameterError, RecordingError, refusal
 from pmwvc_core.network.delay_trace import recording_of
 from pmwvc_core.network.distributions import DISTRIBUTIONS, Distribution, drawn, file_conflict
+from pmwvc_core.network.draws import gilbert_loss, markov_loss
 from pmwvc_core.network.effects.record import LinkEffect
-from pmwvc_core.network.losses import gilbert_loss, markov_loss
 from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 
@@ -116,11 +116,7 @@ TRACE = _jitter(
     conflict=file_conflict,
     check=recording_of,
 )
-ORDER = _linux(
-    name="order",
-    linear="order",
-    random=False,
-)
+ORDER = _linux(name="order", linear="order", random=False)
 LIBRARY = (
     _linux(
         name="loss",

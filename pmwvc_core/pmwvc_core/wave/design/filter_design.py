@@ -156,12 +156,8 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     edge named by ``meet`` is met exactly, which leaves something over at the other one.
     ``bilinear`` is pre-warped at that edge, so the sampled filter meets it; ``matched`` maps the
     analogue poles by z = exp(s T_c), without zeros and with unit gain at rest, so it is the
-    analogue filter that meets it.
-
-    Raises
-    ------
-    ParameterError
-        If ``bilinear`` is to meet an edge that is not below half the tick rate.
+    analogue filter that meets it. ParameterError where ``bilinear`` is to meet an edge that is not
+    below half the tick rate.
     """
     if params.kind == "first_order":
         p = math.exp(-pole_of(params) * tick_s)
