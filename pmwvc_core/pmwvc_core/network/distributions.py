@@ -129,16 +129,6 @@ def _lognormal_moments(p: LinkParams) -> tuple[float, float]:
     return mean, mean * math.sqrt(math.expm1(square))
 
 
-def _table(p: LinkParams, u: float) -> float:
-    samples = recording_of(p).delays_s
-    return samples[int(u * len(samples))]
-
-
-def _table_moments(p: LinkParams) -> tuple[float, float]:
-    samples = np.array(recording_of(p).delays_s)
-    return float(samples.mean()), float(samples.std())
-
-
 def _tail_conflict(params: LinkParams) -> str:
     if 0.0 < params.jitter_shape <= 2.0:
         return (
@@ -180,7 +170,11 @@ DISTRIBUTIONS = {
         sized=False,
     ),
     "table": Distribution(
-        _table, _table_moments, conflict=file_conflict, check=recording_of, sized=False
+        lambda p, u: (samples := recording_of(p).delays_s)[int(u * len(samples))],
+        lambda p: (float(np.mean(d := recording_of(p).delays_s)), float(np.std(d))),
+        conflict=file_conflict,
+        check=recording_of,
+        sized=False,
     ),
 }
 

@@ -100,10 +100,6 @@ def contained(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLa
     if (found := p.faults.guarded(usable)) is not None:
         return found
     p.faults.replaced = True
-    return _damped(p, avatars, body, law)
-
-
-def _damped(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     before_j, into_j = _stored_j(avatars, body, law), 0.0
     force, held, ways, moved = zero(body.x), zero(body.x), [], []
     for a in avatars:
