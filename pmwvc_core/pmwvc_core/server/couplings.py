@@ -33,49 +33,29 @@ def backward(params: ServerParams) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Coupling(Record):
-    """A coupling: what makes its law, and its properties.
+    """A coupling: what makes its law, and its properties."""
 
-    Attributes
-    ----------
-    law
-        Makes, from what old and new velocity weigh by ``server.integrator`` [s], the NamedTuple
-        by whose type the family :data:`pmwvc_core.law.server.avatar.couple` chooses the law of a
-        step; None for a black box (the environment is known by its forces only,
-        :mod:`pmwvc_core.server.black_box`), and where a controller has its own.
-    parameters
-        Fields of ``server.*`` that decide what it does, as reports show them.
-    moves
-        What old and new velocity weigh [s] in an avatar's displacement over a step; None where
-        the avatar stands at the device's position.
-    balanced
-        Whether velocity and force of a step belong together: F . xd = (|u|^2 - |v|^2)/2.
-    exact
-        Whether stored energy and heat balance the waves to rounding in every step.
-    late
-        Whether waves are decoded with the force of the step before, xd = sqrt(2/b) u - F'/b.
-    black_box
-        Whether the environment is known by its forces only.
-    object_motion
-        How the object moves: under the forces of the step ``held``, under those of the step
-        before (``held_before``), or by the ``midpoint`` rule.
-    passive
-        Tells whether the server returns no more energy than it received, whatever is touched.
-    least_impedance
-        Wave impedance [N s/m] from which on a contact with a wall is passive; None where no
-        such bound is known or needed.
-    """
-
+    # makes, from what old and new velocity weigh by ``server.integrator`` [s], the NamedTuple by
+    # whose type the family :data:`pmwvc_core.law.server.avatar.couple` chooses the law of a step;
+    # None for a black box (:mod:`pmwvc_core.server.black_box`), and where a controller has its own
     law: Callable[[float, float], Any] | None = None
-    parameters: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()  # of ``server.*`` that decide what it does, for reports
+    # what old and new velocity weigh [s] in an avatar's displacement over a step; None where the
+    # avatar stands at the device's position
     moves: Callable[[ServerParams], tuple[float, float]] | None = lambda params: weights(
         params.integrator, params.period_s
     )
-    balanced: bool = False
-    exact: bool = False
-    late: bool = False
-    black_box: bool = False
+    balanced: bool = False  # velocity and force of a step: F . xd = (|u|^2 - |v|^2)/2
+    exact: bool = False  # stored energy and heat balance the waves to rounding in every step
+    late: bool = False  # decodes with the force of the step before, xd = sqrt(2/b) u - F'/b
+    black_box: bool = False  # the environment is known by its forces only
+    # how the object moves: under the forces of the step ``held``, under those of the step before
+    # (``held_before``), or by the ``midpoint`` rule
     object_motion: str = "held_before"
+    # whether the server returns no more energy than it received, whatever is touched
     passive: Callable[[ServerParams], bool] = lambda params: False
+    # wave impedance [N s/m] from which on a contact with a wall is passive; None where no such
+    # bound is known or needed
     least_impedance: Callable[[ServerParams, ContactParams], float] | None = None
 
     def __post_init__(self) -> None:

@@ -22,43 +22,22 @@ from pmwvc_core.plugins import PluginGroup, Record
 
 @dataclass(frozen=True, kw_only=True)
 class Environment(Record):
-    """The properties of an environment.
+    """The properties of an environment."""
 
-    Attributes
-    ----------
-    made
-        As a black box, from parameters, contacts and axes: the state at rest, by whose type the
-        families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by; None for
-        one of another package.
-    known
-        Whether every coupling knows its equations; otherwise it is known as a black box only.
-    noun
-        What users touch, in reports.
-    movable
-        Whether it is an object that moves freely (``server.object_mass``).
-    sloped
-        Whether it reports its slope, with which the loop is solved.
-    with_slope
-        Name of the same environment that reports its slope; None where there is none.
-    spring
-        Whether each user touches a spring and damper that stand still: K and B of its contact.
-    contact_law
-        Whether reports give K and B of the users' contacts with it.
-    drive_hz
-        Frequency at which it moves by itself [Hz]; 0: not at all.
-    own_energy
-        Why it may give out energy of its own; empty where it has none.
-    """
-
+    # as a black box, from parameters, contacts and axes: the state at rest, by whose type the
+    # families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by; None for
+    # one of another package
     made: Callable[[ServerParams, Sequence[Contact], int], tuple[Any, Any]] | None = None
-    known: bool = False
-    noun: str = "the object"
-    movable: bool = False
-    sloped: bool = False
-    with_slope: str | None = None
-    spring: bool = False
-    contact_law: bool = True
+    known: bool = False  # whether every coupling knows its equations; else a black box only
+    noun: str = "the object"  # that users touch, in reports
+    movable: bool = False  # whether it is an object that moves freely (``server.object_mass``)
+    sloped: bool = False  # whether it reports its slope, with which the loop is solved
+    with_slope: str | None = None  # name of the same one that does; None where there is none
+    spring: bool = False  # whether each user touches a spring and damper that stand still
+    contact_law: bool = True  # whether reports give K and B of the users' contacts with it
+    # frequency at which it moves by itself [Hz]; 0: not at all
     drive_hz: Callable[[ServerParams], float] = lambda params: 0.0
+    # why it may give out energy of its own; empty where it has none
     own_energy: Callable[[ServerParams], str] = lambda params: ""
 
 

@@ -42,16 +42,8 @@ class MatrixImpedance:
 
     A number scales the matrix (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an array ``(..., dof)`` is
     a signal it acts on (``b * xd``, ``f / b``), zero is zero; :func:`pmwvc_core.numeric.root`
-    takes the symmetric square root. Immutable.
-
-    Attributes
-    ----------
-    values
-        Eigenvalues ``(dof,)`` [N s/m].
-    axes
-        Principal axes, one per column ``(dof, dof)``.
-    matrix
-        B itself ``(dof, dof)`` [N s/m].
+    takes the symmetric square root. Immutable: ``values`` are the eigenvalues ``(dof,)`` [N s/m],
+    ``axes`` the principal axes, one per column ``(dof, dof)``, ``matrix`` B itself [N s/m].
     """
 
     __array_ufunc__ = None  # numpy leaves the operators to this class
