@@ -41,16 +41,9 @@ def made_impedance(b: Any) -> Any:
     if not isinstance(b, impedances.MatrixImpedance):
         return impedance(float(b))
     twice, over = (2.0 * b).root(), (2.0 / b).root()
-    return MatrixImpedance(
-        _rows(b.matrix),
-        _rows(b.inverse().matrix),
-        _rows(twice.matrix),
-        _rows(over.matrix),
-        tuple(range(len(b.values))),
-        tuple(b.values.tolist()),
-        _rows(b.axes.T),
-        _rows(b.axes),
-    )
+    matrices = map(_rows, (b.matrix, b.inverse().matrix, twice.matrix, over.matrix))
+    axes, values = tuple(range(len(b.values))), tuple(b.values.tolist())
+    return MatrixImpedance(*matrices, axes, values, _rows(b.axes.T), _rows(b.axes))
 
 
 def _rows(matrix: Any) -> tuple[Vector, ...]:

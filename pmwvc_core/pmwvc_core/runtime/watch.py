@@ -44,13 +44,9 @@ class Peers:
     """
 
     def __init__(
-        self,
-        publishers: Callable[[str], Sequence[str]],
-        *,
-        inboxes: Mapping[str, Receiver],
-        own: Sequence[str],
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
+        self, publishers: Callable[[str], Sequence[str]], *, inboxes: Mapping[str, Receiver],
+        own: Sequence[str], clock: Callable[[], float] = time.monotonic,
+    ) -> None:  # fmt: skip
         self._publishers, self._inboxes, self._own = publishers, dict(inboxes), list(own)
         self._clock, self._begin_s = clock, clock()
         self._before = {(topic, verdict): 0 for topic in self._inboxes for verdict in SUSPECT}
@@ -136,14 +132,9 @@ class Watch:
     """
 
     def __init__(
-        self,
-        node: Node,
-        loop: Any,
-        *,
-        links: Mapping[str, tuple[str, str, Receiver]],
-        reception: str,
-        epoch: int,
-    ) -> None:
+        self, node: Node, loop: Any, *, links: Mapping[str, tuple[str, str, Receiver]],
+        reception: str, epoch: int,
+    ) -> None:  # fmt: skip
         self._node, self._loop, self._epoch, self._seq = node, loop, epoch, 0
         self._looked_s, self._missed = time.monotonic(), loop.missed
         full = node.resolve_topic_name

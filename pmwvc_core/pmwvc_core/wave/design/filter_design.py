@@ -63,14 +63,9 @@ def order_of(params: FilterParams, *, tick_s: float) -> int:
 
 
 def least_order(
-    pass_hz: float,
-    pass_db: float,
-    stop_hz: float,
-    stop_db: float,
-    *,
-    named: tuple[float, float] | None = None,
-    prefix: str = "",
-) -> int:
+    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *,
+    named: tuple[float, float] | None = None, prefix: str = "",
+) -> int:  # fmt: skip
     """Return the least order of an analogue Butterworth filter, low-pass or high-pass, with both
     losses; ParameterError where the edges are so close that it would not compute well.
 
