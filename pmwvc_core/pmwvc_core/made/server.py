@@ -4,6 +4,7 @@
 changes in flight.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
@@ -36,7 +37,7 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import Asked, Call, EnvironmentSetup, Outside, directly
+from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.contained import Contained, Faults
 from pmwvc_core.server.couplings import COUPLINGS, backward
@@ -184,7 +185,7 @@ def _resting_box(
         values = getattr(own, name, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, absent)
+        state = Outside(PLUGINS.make(name, setup), deque(), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     seen = tuple(resting_seen(rest, b / server.period_s) for b in least)
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))

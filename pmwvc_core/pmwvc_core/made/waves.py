@@ -40,10 +40,10 @@ def made_impedance(b: Any) -> Any:
     """Return a wave impedance for the laws."""
     if not isinstance(b, impedances.MatrixImpedance):
         return impedance(float(b))
-    twice, over = (2.0 * b).root(), (2.0 / b).root()
-    matrices = map(_rows, (b.matrix, b.inverse().matrix, twice.matrix, over.matrix))
+    pair = _rows(b.matrix), _rows(b.inverse().matrix)
+    roots = _rows((2.0 * b).root().matrix), _rows((2.0 / b).root().matrix)
     axes, values = tuple(range(len(b.values))), tuple(b.values.tolist())
-    return MatrixImpedance(*matrices, axes, values, _rows(b.axes.T), _rows(b.axes))
+    return MatrixImpedance(*pair, *roots, axes, values, _rows(b.axes.T), _rows(b.axes))
 
 
 def _rows(matrix: Any) -> tuple[Vector, ...]:

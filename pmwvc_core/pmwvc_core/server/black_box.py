@@ -80,53 +80,13 @@ def directly(exchange: Callable[[], R]) -> R:
     return exchange()
 
 
-class Asked:
-    """An environment and the calls that are still to be passed on to it.
-
-    ``notify`` is called by the port's thread, ``exchange`` perhaps by another one.
+class Outside(NamedTuple):
+    """An environment, the calls that are still to be passed on to it (added by the port's thread,
+    made perhaps by another one), how it is asked, what went wrong, and who is there.
     """
 
-    def __init__(self, environment: BlackBox) -> None:
-        self.environment = environment
-        self._pending: deque[tuple[str, tuple[Any, ...]]] = deque()
-
-    def notify(self, call: str, *arguments: Any) -> None:
-        """Have ``join`` or ``leave`` called before the next step, where there is one."""
-        if hasattr(self.environment, call):
-            self._pending.append((call, arguments))
-
-    def exchange(
-        self, avatars: tuple[Avatar, ...], start: Array, velocity: Array, p: BlackBoxParams
-    ) -> tuple[Reply, Iterable[bool]]:
-        """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
-        return the checked answer, and for which users the force cannot be used. ``start`` is where
-        the avatars are without their new velocity ``(users, dof)`` [m], ``velocity`` that without
-        knowledge of a slope [m/s].
-        """
-        environment = self.environment
-        while self._pending:
-            name, arguments = self._pending.popleft()
-            getattr(environment, name)(*arguments)
-        if hasattr(environment, "local"):
-            line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
-            force, slope = (_signal(each, start, "local") for each in line)
-            if not np.isfinite(force + slope).all():
-                raise BadAnswer("returned a slope from local that is not finite")
-            rows = zip(avatars, _rows(force), _rows(np.maximum(slope, 0.0)), strict=True)
-            velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
-        position = start + p.new_s * velocity
-        position.flags.writeable = velocity.flags.writeable = False
-        force = _signal(environment.step(position, velocity, p.body.period_s), start)
-        good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
-        forces = _rows(np.where(good, force, np.nan))
-        stored_j, (x, xd) = _stored_j(environment), _shown(environment, start.shape[1:])
-        return Reply(True, _rows(velocity), forces, stored_j, x, xd), ~good[:, 0]
-
-
-class Outside(NamedTuple):
-    """What is asked, how it is asked, what went wrong, and who is there."""
-
-    asked: Asked
+    environment: BlackBox
+    pending: deque[Callable[[], Any]]
     call: Call
     faults: Faults
     there: tuple[bool, ...]
@@ -137,11 +97,38 @@ def _visited(
     s: Outside, there: tuple[bool, ...], begins: tuple[bool, ...], positions: Vectors
 ) -> Outside:
     for user, was in enumerate(s.there):
-        if was and (begins[user] or not there[user]):
-            s.asked.notify("leave", user)
-        if begins[user]:
-            s.asked.notify("join", user, np.array(positions[user]))
-    return Outside(s.asked, s.call, s.faults, there)
+        if was and (begins[user] or not there[user]) and hasattr(s.environment, "leave"):
+            s.pending.append(partial(s.environment.leave, user))
+        if begins[user] and hasattr(s.environment, "join"):
+            s.pending.append(partial(s.environment.join, user, np.array(positions[user])))
+    return s._replace(there=there)
+
+
+def _answer(
+    s: Outside, avatars: tuple[Avatar, ...], start: Array, velocity: Array, p: BlackBoxParams
+) -> tuple[Reply, Iterable[bool]]:
+    """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
+    return the checked answer, and for which users the force cannot be used. ``start`` is where the
+    avatars are without their new velocity ``(users, dof)`` [m], ``velocity`` that without
+    knowledge of a slope [m/s].
+    """
+    while s.pending:
+        s.pending.popleft()()
+    environment = s.environment
+    if hasattr(environment, "local"):
+        line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
+        force, slope = (_signal(each, start, "local") for each in line)
+        if not np.isfinite(force + slope).all():
+            raise BadAnswer("returned a slope from local that is not finite")
+        rows = zip(avatars, _rows(force), _rows(np.maximum(slope, 0.0)), strict=True)
+        velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
+    position = start + p.new_s * velocity
+    position.flags.writeable = velocity.flags.writeable = False
+    force = _signal(environment.step(position, velocity, p.body.period_s), start)
+    good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
+    forces = _rows(np.where(good, force, np.nan))
+    stored_j, (x, xd) = _stored_j(environment), _shown(environment, start.shape[1:])
+    return Reply(True, _rows(velocity), forces, stored_j, x, xd), ~good[:, 0]
 
 
 @exchange.member(Outside)
@@ -149,7 +136,7 @@ def _exchange(
     s: Outside, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors,
     p: BlackBoxParams,
 ) -> tuple[Outside, Reply]:  # fmt: skip
-    ask = partial(s.asked.exchange, avatars, np.array(starts), np.array(velocities), p)
+    ask = partial(_answer, s, avatars, np.array(starts), np.array(velocities), p)
     found = s.faults.guarded(partial(s.call, ask))
     if found is None:
         rest = zero(starts[0])

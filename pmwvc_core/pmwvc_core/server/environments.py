@@ -66,17 +66,10 @@ def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
 
 
 CUBE = Environment(
-    name="cube",
-    words="The shared object, which moves freely.",
-    made=_cube,
-    linear="cube",
-    known=True,
-    noun="the cube",
-    movable=True,
+    name="cube", made=_cube, linear="cube", known=True, noun="the cube", movable=True
 )
 WALL = Environment(
     name="wall",
-    words="A wall that does not move.",
     made=_wall,
     linear="wall",
     known=True,
@@ -86,24 +79,17 @@ WALL = Environment(
 )
 WALL_WITH_SLOPE = Environment(
     name="wall_with_slope",
-    words="A wall that reports the slope of its force.",
     made=_wall,
     linear="wall_with_slope",
     noun="the wall",
     sloped=True,
     spring=True,
 )
-HUNT_CROSSLEY = Environment(
-    name="hunt_crossley",
-    words="A soft body that stands still, F = K d^n (1 + c d').",
-    made=_soft,
-    linear="wall",
-    sloped=True,
-    contact_law=False,
+HUNT_CROSSLEY = Environment(  # a soft body that stands still, F = K d^n (1 + c d')
+    name="hunt_crossley", made=_soft, linear="wall", sloped=True, contact_law=False
 )
-ACTIVE_WALL = Environment(
+ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of its drive
     name="active_wall",
-    words="A wall driven along axis 0: it gives out the energy of its drive.",
     made=_driven,
     linear="wall",
     noun="the wall",
@@ -135,7 +121,6 @@ def environment_of(name: str) -> Environment:
         return LIBRARY[name]
     return Environment(
         name=name,
-        words="An environment of another package.",
         linear="wall",
         own_energy=lambda params: (
             f"whether environment {name!r} has energy of its own is not known"

@@ -10,7 +10,6 @@ import math
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 from pmwvc_core.errors import PLUGIN_ERRORS
@@ -75,7 +74,6 @@ class LinkEffect(Record):
     ``delay_s``; None where the model must not be asked.
     """
 
-    words: str = ""
     # for the settings and random numbers of a link; those of the library are at work in the link
     make: Callable[[LinkParams, Uniform], Effect] = Effect
     # the parameter of link.* that switches it on, and the value that switches it off
@@ -117,17 +115,15 @@ def _fraction(value: Any) -> float | None:
 
 
 # What makes an answer of each hook valid, or raises.
-HOOKS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
-    {
-        "loses": bool,
-        "copies": lambda value: max(0, operator.index(value)),
-        "corrupts": _fraction,
-        "at_once": bool,
-        "departs_ns": lambda value: None if value is None else int(value),
-        "delay_s": _finite,
-        "arrives_ns": int,
-    }
-)
+HOOKS: Mapping[str, Callable[[Any], Any]] = {
+    "loses": bool,
+    "copies": lambda value: max(0, operator.index(value)),
+    "corrupts": _fraction,
+    "at_once": bool,
+    "departs_ns": lambda value: None if value is None else int(value),
+    "delay_s": _finite,
+    "arrives_ns": int,
+}
 
 
 def contained(effect: Effect, name: str, hook: str, faults: EffectFaults) -> Callable[..., Any]:
