@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers by name: the library, and entry points of the group ``pmwvc.controllers``.
-
-A laboratory adds a controller by installing a package of its own that names a record
-(:class:`.record.Controller`) in that group; nothing here changes.
+"""Controllers by name: the library, and entry points of the group ``pmwvc.controllers``, each a
+:class:`.record.Controller`.
 """
 
 from dataclasses import replace

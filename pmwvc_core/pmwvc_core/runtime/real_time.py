@@ -36,11 +36,9 @@ class RealTimeReport:
 
 
 def hold_memory() -> RealTimeReport:
-    """Ask for memory that stays where it is: locked, the garbage collector's survivors frozen.
-
-    Both hold for the whole process, so call this after set-up. It takes up to seconds on a busy
-    machine, so call it before a node can be started: nodes that are started together then begin
-    together.
+    """Ask for memory that stays where it is: locked, the garbage collector's survivors frozen, in
+    the whole process: after set-up. It takes up to seconds on a busy machine: before a node can be
+    started, so that nodes that are started together begin together.
     """
 
     def freeze() -> None:
@@ -65,9 +63,8 @@ def request_real_time(priority: int) -> RealTimeReport:
 
 
 def request_reception(priority: int) -> RealTimeReport:
-    """Ask for a middleware that takes packets in whatever else the machine does; see above.
-
-    For programs without a loop of their own: they may be late, but nothing overflows meanwhile.
+    """Ask for a middleware that takes packets in whatever else the machine does, for programs
+    without a loop of their own: they may be late, but nothing overflows meanwhile.
     """
     return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
 

@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Environments by name: the library, and entry points of the group ``pmwvc.environments``.
-
-A laboratory adds an environment by installing a package of its own that names a factory
-``EnvironmentSetup -> BlackBox`` in that group; nothing here changes. Nothing is known of it but
-its answers, and it is imported only when it is made.
+"""Environments by name: the library, and entry points of the group ``pmwvc.environments``, each a
+factory ``EnvironmentSetup -> BlackBox``. Nothing is known of one but its answers, and it is
+imported only when it is made.
 """
 
 import math

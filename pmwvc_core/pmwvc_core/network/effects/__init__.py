@@ -96,9 +96,8 @@ def mean_s(params: LinkParams) -> float:
 
 
 def amounts(params: LinkParams) -> dict[str, str]:
-    """Return the effects beside the constant delay by name, in words with their amounts.
-
-    A plug-in that gives no amount is named.
+    """Return the effects beside the constant delay by name, in words with their amounts; a plug-in
+    that gives no amount is named.
     """
     texts = {record.name: record.amount(params) for record in active(params)}
     for record in plugins_of(params.effects):
