@@ -92,7 +92,7 @@ class Record:
     """The properties of an exchangeable part: other code asks for these and compares no names."""
 
     name: str  # as in a scenario and as the entry point
-    words: str  # one sentence for predictions and reports: what it does or guarantees
+    words: str = ""  # a sentence for predictions and reports: what it does or guarantees
     # name of the record whose linear model stands for this one: its own where the law is linear,
     # another of the library where that is the nearest, None where there is none
     linear: str | None = None

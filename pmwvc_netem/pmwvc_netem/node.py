@@ -18,10 +18,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.messages import record_of
-from pmwvc_core.runtime.peers import PATIENCE_S, nothing_on, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
+from pmwvc_core.runtime.watch import PATIENCE_S, nothing_on, publishers_of
 from pmwvc_netem.relay import Relay
 from pmwvc_netem.relayed_link import RelayedLink
 from pmwvc_netem.settings import LinkSetup, Settings

@@ -25,7 +25,7 @@ from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.packet import FLAG_DIRECT
-from pmwvc_core.transport.reception import diagnostics
+from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene

@@ -53,16 +53,7 @@ def press(delay_s, damping, **overrides):
 
 
 def loop_in(scenario):
-    user = scenario.users[0]
-    return loop_of(
-        master=user.master,
-        device=user.device,
-        operator=user.operator,
-        server=scenario.server,
-        contact=user.contact,
-        up=user.link_up,
-        down=user.link_down,
-    )
+    return loop_of(scenario.users[0], scenario.server)
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,10 @@ from oracle import link_oracle
 from scipy import stats
 
 from pmwvc_core.network.distributions import drawn
+from pmwvc_core.network.draws import gilbert_loss, markov_loss
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.network.link import Link
-from pmwvc_core.network.losses import gilbert_loss, markov_loss
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 

@@ -4,6 +4,8 @@
 between a controller and a device, a user's port, and the users around an environment.
 """
 
+from collections import deque
+
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.ends.forms import known, value, vector
@@ -41,8 +43,8 @@ from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.server.black_box.containment import Asked, Outside, directly
-from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.black_box import Outside, directly
+from pmwvc_core.server.contained import Faults
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 
@@ -232,7 +234,7 @@ class Users:
         self.faults = Faults("server.environment", server.environment)
         if environment is not None:
             there = (False,) * len(users)
-            outside = Outside(Asked(environment), call, self.faults, there)
+            outside = Outside(environment, deque(), call, self.faults, there)
             self.s = self.s._replace(body=self.s.body._replace(environment=outside))
         elif isinstance(getattr(self.s.body, "environment", None), Outside):
             self.faults = self.s.body.environment.faults

@@ -7,7 +7,7 @@ import pytest
 from support.law_rigs import Users
 
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.black_box.faults import Unanswered
+from pmwvc_core.server.contained import Unanswered
 
 B_W = 25.0
 

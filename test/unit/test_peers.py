@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from pmwvc_core.runtime.peers import Peers, WrongTokens
+from pmwvc_core.runtime.watch import Peers, WrongTokens
 from pmwvc_core.transport.packet import Packer, Verdict, refused
 from pmwvc_core.transport.receiver import Receiver
 

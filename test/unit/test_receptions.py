@@ -29,8 +29,7 @@ from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import FateTraces, ReceptionTraces
 from pmwvc_core.transport.packet import Packer, Verdict, refused
-from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.reception import PASSAGE, counts, passage
+from pmwvc_core.transport.receiver import PASSAGE, Receiver, counts, passage
 
 FRAME_NS = 8_000_000
 

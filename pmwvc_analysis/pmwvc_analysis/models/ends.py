@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.models.elements import lifted, stacked
 from pmwvc_analysis.models.links import Line, UnderWay
 from pmwvc_analysis.models.variation import runs_of
-from pmwvc_core.controllers.plugged_ends import PluggedParams, PluggedServerParams
+from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.master import port_opened
@@ -21,7 +21,7 @@ from pmwvc_core.made.user import resting_user, user_params
 from pmwvc_core.params.user import server_times
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.couplings.contained import Contained
+from pmwvc_core.server.contained import Contained
 
 LEAST_S = 1e-9  # of a soft start
 OFFSET = lifted(offset_of)

@@ -80,15 +80,7 @@ def _delay_lines(known: Answer) -> list[str]:
 
 def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
     """Return the loop of one user of a scenario, as the tuning rules take it."""
-    return tuning.loop_of(
-        master=user.master,
-        device=user.device,
-        operator=user.operator,
-        server=scenario.server,
-        contact=user.contact,
-        up=user.link_up,
-        down=user.link_down,
-    )
+    return tuning.loop_of(user, scenario.server)
 
 
 def unknown_delay(user: User) -> str:

@@ -28,7 +28,7 @@ from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes, nanoseconds
 from pmwvc_core.runtime.misfits import LinkState, PacketFate, Reception
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces
-from pmwvc_core.transport.reception import PASSAGE, REFUSED
+from pmwvc_core.transport.receiver import PASSAGE, REFUSED
 
 BLOCK_NS = 500_000_000
 STATE_NS = 1_000_000_000

@@ -28,9 +28,9 @@ from pmwvc_core.controllers.accounts import NODE, RELEASED
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
-from pmwvc_core.runtime.peers import publishers_of
 from pmwvc_core.runtime.services import unmatched
 from pmwvc_core.runtime.topics import Polled
+from pmwvc_core.runtime.watch import publishers_of
 from pmwvc_msgs.msg import LinkState, MasterTrace, Reception, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -23,16 +23,10 @@ Not here: waves, whose rules are in docs/theory.md.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from pmwvc_core.network.effects import longest_s
-from pmwvc_core.params import (
-    ContactParams,
-    DeviceParams,
-    LinkParams,
-    MasterParams,
-    OperatorParams,
-    ServerParams,
-)
+from pmwvc_core.params import ServerParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 
 STOP_RATIO = 0.1  # of the damping that stops the device within a tick
@@ -63,31 +57,23 @@ class Margins:
         return all(value >= 0.0 for value in self.criteria.values())
 
 
-def loop_of(
-    *,
-    master: MasterParams,
-    device: DeviceParams,
-    operator: OperatorParams,
-    server: ServerParams,
-    contact: ContactParams,
-    up: LinkParams,
-    down: LinkParams,
-) -> Loop:
-    """Return what the rules have to know of one user.
+def loop_of(user: Any, server: ServerParams) -> Loop:
+    """Return what the rules have to know of one user of a scenario.
 
     A packet is at most a frame (up) or a step (down) older than its delay when it is replaced;
     the longest delay of each link counts (with normal jitter: by one standard deviation), lost
     packets do not.
     """
-    hand = operator.grip_damping if operator.is_hand else 0.0
+    master, hand, contact, period_s = user.master, user.operator, user.contact, server.period_s
+    links_s = longest_s(user.link_up) + longest_s(user.link_down)
     return Loop(
-        mass=device.mass,
-        damping=device.damping + hand,
+        mass=user.device.mass,
+        damping=user.device.damping + (hand.grip_damping if hand.is_hand else 0.0),
         tick_s=master.tick_s,
-        round_trip_s=longest_s(up) + longest_s(down) + master.frame_s + server.period_s,
+        round_trip_s=links_s + master.frame_s + period_s,
         contact_stiffness=contact.contact_stiffness,
         contact_damping=contact.contact_damping,
-        period_s=server.period_s,
+        period_s=period_s,
     )
 
 

@@ -1,45 +1,24 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers by name: the library, and entry points of the group ``pmwvc.controllers``.
-
-A laboratory adds a controller by installing a package of its own that names a record
-(:class:`.record.Controller`) in that group; nothing here changes.
+"""Controllers by name: the library, and entry points of the group ``pmwvc.controllers``, each a
+:class:`.record.Controller`.
 """
 
 from dataclasses import replace
 
 from pmwvc_core.account import Entry
 from pmwvc_core.baselines import tuning
-from pmwvc_core.controllers.accounts import (
-    BRAKES,
-    FORCE_FILTER,
-    OF_BANK,
-    OF_BLACK_BOX,
-    OF_POSITION,
-    OF_PSPM,
-    OF_STRICT,
-    OF_TDPA,
-    OF_WAVES,
-    VELOCITY_FILTER,
-)
+from pmwvc_core.controllers import accounts
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.direct import Direct, Held
 from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
 from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
 from pmwvc_core.law.without_waves.virtual_coupling import VirtualCoupling, resting_coupling
-from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.record import forward
-
-
-def _storage_j(master: MasterParams, baseline: BaselineParams) -> float:
-    """Return what position feedback may spend before it is paid [J]; none as published."""
-    position = master.position
-    return float(position.storage_j) if position.is_paid else 0.0
-
+from pmwvc_core.server.couplings import COUPLINGS, forward
 
 PMWVC = Controller(
     name="pmwvc",
@@ -47,8 +26,9 @@ PMWVC = Controller(
     waves=True,
     linear="pmwvc",
     drifts=True,
-    storage_j=_storage_j,
-    accounts=OF_WAVES,
+    # what position feedback may spend before it is paid; none as published
+    storage_j=lambda master, _: float(master.position.storage_j * master.position.is_paid),
+    accounts=accounts.OF_WAVES,
 )
 
 
@@ -101,7 +81,7 @@ TDPA = Controller(
         },
     ),
     coupling=replace(HELD, moves=forward),
-    accounts=OF_TDPA,
+    accounts=accounts.OF_TDPA,
 )
 PSPM = Controller(
     name="pspm",
@@ -126,7 +106,7 @@ PSPM = Controller(
         },
     ),
     storage_j=lambda _, baseline: 2.0 * float(baseline.pspm.initial_j),  # [J] of both tanks
-    accounts=OF_PSPM,
+    accounts=accounts.OF_PSPM,
 )
 
 RECORDS: Records[Controller] = Records(
@@ -146,7 +126,7 @@ def entries() -> dict[str, Entry]:
     """
     kept = [record.accounts for record in RECORDS.met.values()]
     kept += [record.accounts for record in COMPENSATIONS.met.values()]
-    return {entry.name: entry for accounts in kept for entry in accounts}
+    return {entry.name: entry for of_record in kept for entry in of_record}
 
 
 def has_waves(controller: str) -> bool:
@@ -155,21 +135,17 @@ def has_waves(controller: str) -> bool:
 
 
 def proofs_hold(controller: str) -> bool:
-    """Tell whether the proofs of wave ports (docs/theory.md) hold for a controller, by name: only
-    for the library's own.
-    """
+    """Tell whether the proofs of wave ports hold: only for the library's own."""
     return controller in LIBRARY and has_waves(controller)
 
 
 def is_strict(controller: str, channel: str) -> bool:
-    """Tell whether a controller, by name, runs on the strict channel; only the library's
-    waves can.
-    """
+    """Tell whether it runs on the strict channel; only the library's waves can."""
     return channel == STRICT and controller == PMWVC.name
 
 
 def is_zeroing(controller: str, channel: str) -> bool:
-    """Tell whether a controller, by name, counts every wave once; only waves can."""
+    """Tell whether it counts every wave once; only waves can."""
     return channel == ZEROING and has_waves(controller)
 
 
@@ -180,16 +156,16 @@ def accounts_of_user(controller: str, channel: str, master: MasterParams) -> tup
         return record.accounts
     strict = is_strict(controller, channel)
     velocity, position = master.velocity_filter, master.position
-    found = list(OF_STRICT if strict else ())
+    found = list(accounts.OF_STRICT if strict else ())
     if velocity.is_on and not velocity.in_force:
-        found.append(VELOCITY_FILTER)
+        found.append(accounts.VELOCITY_FILTER)
     if master.bank.is_on:
-        found += OF_BANK
+        found += accounts.OF_BANK
     if velocity.is_on and velocity.in_force:
-        found.append(FORCE_FILTER)
+        found.append(accounts.FORCE_FILTER)
     if position.is_on:
         lent = strict or position.as_published
-        found += OF_POSITION[:1] if lent else OF_POSITION
+        found += accounts.OF_POSITION[:1] if lent else accounts.OF_POSITION
     return tuple(found)
 
 
@@ -200,5 +176,5 @@ def accounts_of_server(controller: str, channel: str, server: ServerParams) -> t
         return record.accounts
     found: tuple[Entry, ...] = ()
     if COUPLINGS.of(server.coupling).black_box:
-        found = OF_BLACK_BOX + COMPENSATIONS.of(server.compensation).accounts
-    return (*found, BRAKES) if is_strict(controller, channel) else found
+        found = accounts.OF_BLACK_BOX + COMPENSATIONS.of(server.compensation).accounts
+    return (*found, accounts.BRAKES) if is_strict(controller, channel) else found

@@ -16,10 +16,14 @@ it, always as many. The position of the device, or of the avatar in the frame of
 every packet. A deadband and the energies of waves look at ``wave`` alone.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.channel.packet import Packet, Sent
+from pmwvc_core.law.port import master
+from pmwvc_core.law.port.sensing import known_motion
+from pmwvc_core.law.safety.brakes import released_brake
+from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.server.contacts import (
     Contact,
     contact_force,
@@ -28,7 +32,17 @@ from pmwvc_core.law.server.contacts import (
     offset_of,
     slid,
 )
-from pmwvc_core.law.vectors import Vector, minus, plus, scaled
+from pmwvc_core.law.server.sampled import object_pushed
+from pmwvc_core.law.server.server_port import (
+    Environment,
+    UserPort,
+    environment_energies,
+    environment_step,
+    port_shown,
+    potential_j,
+)
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves.avatar_end import port_without_waves
 
 
 class DeviceTick(NamedTuple):
@@ -103,3 +117,129 @@ def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
     rate = minus(velocity, step.body.xd)
     f, lost_j = contact_force(contact, rate), step.period_s * contact_heat(contact, rate)
     return Moved(plus(step.body.x, offset_of(contact)), velocity, f, contact, lost_j + dropped_j)
+
+
+class Plugged(NamedTuple):
+    """A device's end, by which the families of :mod:`pmwvc_core.law.port.master` find it."""
+
+    law: Any
+    x: Vector  # [m]
+    xd: Vector  # [m/s]
+    packet: Packet
+    silent: bool
+    answered: bool
+    answer: DeviceAnswer
+    applied: Vector  # [N]
+    given_j: float  # to the controller, and taken from it
+    taken_j: float
+    sent_j: float  # by waves, and received by them
+    received_j: float
+
+
+class PluggedParams(NamedTuple):
+    """The law and its parameters; whether packets carry waves."""
+
+    device: Callable[..., Any]
+    values: Any
+    energies: Callable[..., Vector]
+    tick_s: float
+    waves: bool
+
+
+@master.port_measure.member(Plugged)
+def _measure(s: Plugged, x: Vector, xd: Vector, p: PluggedParams) -> Plugged:
+    x, xd = known_motion(x, xd, s.x)
+    return s._replace(x=x, xd=xd)
+
+
+@master.port_send.member(Plugged)
+def _send(
+    s: Plugged, arrivals: Any, frame_s: float, number: int, held_j: float, p: PluggedParams
+) -> tuple[Plugged, Any, Sent]:
+    wave, extra = s.answer.wave, s.answer.extra
+    s = s._replace(sent_j=s.sent_j + squared(wave) * (0.5 * frame_s))
+    return s, arrivals, Sent(wave, s.x, -1.0, extra)
+
+
+@master.port_packet.member(Plugged)
+def _packet(s: Plugged, arrivals: Any, packet: Packet, p: PluggedParams) -> Plugged:
+    return s._replace(packet=packet)
+
+
+@master.port_answer.member(Plugged)
+def _answer(s: Plugged, wave: Vector, silent: bool, frame_s: float, p: PluggedParams) -> Plugged:
+    wave = zero(wave) if silent else wave
+    received_j = s.received_j + squared(wave) * (0.5 * frame_s)
+    packet = s.packet._replace(wave=wave)
+    return s._replace(packet=packet, silent=silent, answered=True, received_j=received_j)
+
+
+@master.port_tick.member(Plugged)
+def _tick(
+    s: Plugged, arrivals: Any, x: Vector, xd: Vector, p: PluggedParams
+) -> tuple[Plugged, Any, Vector]:
+    s = _measure(s, x, xd, p)
+    tick = DeviceTick(s.x, s.xd, s.packet, s.silent, s.answered, s.applied, p.tick_s)
+    law, answer = p.device(s.law, tick, p.values)
+    return s._replace(law=law, answer=answer, answered=False), arrivals, answer.force
+
+
+@master.port_applied.member(Plugged)
+def _applied(s: Plugged, f: Vector, p: PluggedParams) -> Plugged:
+    energy_j = p.tick_s * dot(f, s.xd)
+    given_j, taken_j = s.given_j + max(energy_j, 0.0), s.taken_j + max(-energy_j, 0.0)
+    return s._replace(applied=f, given_j=given_j, taken_j=taken_j)
+
+
+@master.port_energies.member(Plugged)
+def _energies(s: Plugged, arrivals: Any, p: PluggedParams) -> Vector:
+    sent_j, received_j = (s.sent_j, s.received_j) if p.waves else (s.given_j, s.taken_j)
+    return s.given_j, sent_j, received_j, s.taken_j, *p.energies(s.law)
+
+
+class Kept(NamedTuple):
+    """What the law keeps of an avatar, and what it starts from whenever the user joins."""
+
+    law: Any
+    rest: Any
+
+
+class PluggedServerParams(NamedTuple):
+    """The law and the parameters of each user; the object."""
+
+    avatar: Callable[..., Any]
+    values: tuple[Any, ...]
+    energies: Callable[..., Vector]
+    body: BodyLaw
+
+
+@environment_step.member(PluggedServerParams)
+def _step(p: PluggedServerParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+    avatars, body, lost_j = object_pushed(tuple(port.avatar for port in s.ports), s.body, p.body)
+    ports, h = [], p.body.period_s
+    for port, a, packet, values in zip(s.ports, avatars, came, p.values, strict=True):
+        if not a.present:
+            ports.append(port)
+            continue
+        position, at = plus(packet.position, port.offset), (port.x_s, a.xd, a.f, a.contact)
+        step = AvatarStep(position, packet.wave, packet.extra, *at, body, h)
+        law, (moved, wave, extra) = p.avatar(port.brake.law, step, values)
+        flow_j = h * dot(moved.f, moved.xd)
+        u_j, v_j = port.u_j + max(flow_j, 0.0), port.v_j + max(-flow_j, 0.0)
+        avatar = a._replace(xd=moved.xd, f=moved.f, contact=moved.contact)
+        kept = port.brake._replace(law=law)
+        port = UserPort(avatar, kept, port.offset, moved.x_s, wave, u_j, v_j, -1.0, extra)
+        ports.append(port)
+        lost_j += moved.lost_j
+    return Environment(tuple(ports), body, s.dissipated_j + lost_j, s.unsettled)
+
+
+@environment_energies.member(PluggedServerParams)
+def _environment_energies(p: PluggedServerParams, s: Environment) -> Vector:
+    of_users = zip(*[p.energies(port.brake.law) for port in s.ports], strict=True)
+    return kinetic_j(s.body, p.body), potential_j(s), *map(sum, of_users)
+
+
+master.port_signals.member(Plugged)(lambda s: (zero(s.x),) * 3)
+released_brake.member(Kept)(lambda s: Kept(s.rest, s.rest))
+port_shown.member(PluggedServerParams)(port_without_waves)

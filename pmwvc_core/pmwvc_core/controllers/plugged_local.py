@@ -122,17 +122,6 @@ def _moved(s: PluggedLocal, f: Vector, xd: Vector, p: PluggedLocalParams) -> Plu
     return s._replace(f=answer[0]) if answer else s
 
 
-@local_stored_j.member(PluggedLocal)
-def _stored_j(s: PluggedLocal, p: PluggedLocalParams) -> float:
-    return s.stored_j
-
-
-@changed_local.member(PluggedLocal)
-def _changed(s: PluggedLocal, old: PluggedLocalParams, p: PluggedLocalParams) -> PluggedLocal:
-    """Go on: the model has its numbers from when it was made."""
-    return s
-
-
 def _good(answer: Any, like: Vector) -> Vector:
     """Return an answer as a law's signal; ValueError if it is not finite or of another shape."""
     array = np.asarray(answer, dtype=float)
@@ -141,3 +130,8 @@ def _good(answer: Any, like: Vector) -> Vector:
     if not (np.abs(array) <= LARGEST_N).all():  # false for NaN
         raise ValueError("not a finite force")
     return tuple(array[0].tolist())
+
+
+local_stored_j.member(PluggedLocal)(lambda s, p: s.stored_j)
+# the model has its numbers from when it was made
+changed_local.member(PluggedLocal)(lambda s, old, p: s)

@@ -13,8 +13,7 @@ from pmwvc_core.baselines.tuning import Loop, Margins
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.plugins import Record
-from pmwvc_core.server.couplings import Coupling
-from pmwvc_core.server.couplings.record import backward
+from pmwvc_core.server.couplings import Coupling, backward
 
 # The server's end of a controller without waves: the object moves under the forces held.
 HELD = Coupling(
@@ -40,62 +39,40 @@ class Rule:
 
 @dataclass(frozen=True, kw_only=True)
 class Controller(Record):
-    """A controller: the laws of its ends, and its properties.
+    """A controller: the laws of its ends, and its properties."""
 
-    Attributes
-    ----------
-    waves
-        Whether packets carry wave variables; otherwise velocity and position up, force or position
-        down, with ``FLAG_DIRECT``.
-    device, avatar
-        The laws of the ends of a controller of another package, as
-        :mod:`pmwvc_core.controllers.plugged` describes them. None: those of the library (of
-        ``pmwvc``, where packets carry waves).
-    law
-        Of one of the library without waves: from ``baseline.*`` and the tick [s], the NamedTuple
-        by whose type the families of :mod:`pmwvc_core.law.without_waves` choose its laws.
-    sprung
-        Whether the avatars of such a one hang on springs to their devices.
-    device_rest, avatar_rest
-        From the parameters (with ``law`` those of ``baseline.*``) and the number of axes, the
-        states that the ends start from (NamedTuples).
-    extra
-        How many ``extra`` signals a packet carries up and down, for a number of axes.
-    params
-        Dataclass of the controller's own parameters, each a field by
-        :func:`pmwvc_core.params.fields.field`; None without any. In a scenario they stand in a
-        group with the controller's name.
-    energies
-        From the state of either law, the accounts that it keeps [J], in the order of ``accounts``.
-    drifts
-        Whether users and object may move on together uniformly without a force, as far as the
-        linear model goes.
-    rule
-        Tuning rule and ranges of the search; None without parameters of its own.
-    storage_j
-        Energy that the two ends of a user hold at the start by their parameters [J].
-    coupling
-        How the controller's own server end couples avatars and object; None: as
-        ``server.coupling`` selects (waves only).
-    accounts
-        Every account that an end may keep. Those that no signal shows are remainders: the energy
-        budget closes whatever they are.
-    """
-
+    # whether packets carry wave variables; otherwise velocity and position up, force or position
+    # down, with ``FLAG_DIRECT``
     waves: bool
+    # the laws of the ends of one of another package, as :mod:`pmwvc_core.controllers.plugged` has
+    # them; None: those of the library (of ``pmwvc``, where packets carry waves)
     device: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
     avatar: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
+    # of one of the library without waves: from ``baseline.*`` and the tick [s], the NamedTuple by
+    # whose type the families of :mod:`pmwvc_core.law.without_waves` choose its laws
     law: Callable[[BaselineParams, float], Any] | None = None
-    sprung: bool = False
+    sprung: bool = False  # whether the avatars of such a one hang on springs to their devices
+    # from the parameters (with ``law`` those of ``baseline.*``) and the number of axes, the states
+    # that the ends start from (NamedTuples)
     device_rest: Callable[[Any, int], Any] = lambda p, axes: ()
     avatar_rest: Callable[[Any, int], Any] = lambda p, axes: ()
+    # how many ``extra`` signals a packet carries up and down, for a number of axes
     extra: Callable[[int], tuple[int, int]] = lambda axes: (0, 0)
+    # dataclass of its own parameters, each a field by :func:`pmwvc_core.params.fields.field`; in a
+    # scenario they stand in a group with the controller's name
     params: type | None = None
+    # from the state of either law, the accounts that it keeps [J], in the order of ``accounts``
     energies: Callable[[Any], tuple[float, ...]] = lambda s: ()
+    # whether users and object may move on together uniformly without a force, as far as the
+    # linear model goes
     drifts: bool = False
-    rule: Rule | None = None
+    rule: Rule | None = None  # for tuning; None without parameters of its own
+    # energy that the two ends of a user hold at the start by their parameters [J]
     storage_j: Callable[[MasterParams, BaselineParams], float] = lambda master, baseline: 0.0
+    # how its own server end couples avatars and object; None: as ``server.coupling`` (waves only)
     coupling: Coupling | None = None
+    # every account that an end may keep; those that no signal shows are remainders: the energy
+    # budget closes whatever they are
     accounts: tuple[Entry, ...] = ()
 
     def __post_init__(self) -> None:

@@ -30,9 +30,8 @@ from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.server.black_box.containment import Call, Outside, directly
-from pmwvc_core.server.black_box.faults import Faults, Unsettled
-from pmwvc_core.server.couplings.contained import Contained
+from pmwvc_core.server.black_box import Call, Outside, directly
+from pmwvc_core.server.contained import Contained, Faults, Unsettled
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance

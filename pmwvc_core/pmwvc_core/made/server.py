@@ -4,13 +4,14 @@
 changes in flight.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
-from pmwvc_core.controllers.plugged_ends import Kept, PluggedServerParams
+from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.compensations import compensation_params
@@ -36,13 +37,10 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import EnvironmentSetup
-from pmwvc_core.server.black_box.containment import Asked, Call, Outside, directly
-from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.couplings.contained import Contained
-from pmwvc_core.server.couplings.record import backward
+from pmwvc_core.server.contained import Contained, Faults
+from pmwvc_core.server.couplings import COUPLINGS, backward
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances
@@ -50,12 +48,8 @@ from pmwvc_core.wave.impedance import MatrixImpedance
 
 
 def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
-    """Return what closes the algebraic loop; that of another package contained.
-
-    Raises
-    ------
-    ParameterError
-        If a plug-in cannot make its law (with the reason).
+    """Return what closes the algebraic loop, that of another package contained; ParameterError
+    where it cannot make its law (with the reason).
     """
     record = COUPLINGS.of(server.coupling)
     assert record.law is not None
@@ -69,13 +63,7 @@ def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
 
 
 def object_of(server: ServerParams) -> BodyLaw:
-    """Return the law of an object whose equations are known.
-
-    Raises
-    ------
-    ParameterError
-        If it is known as a black box only.
-    """
+    """Return the law of an object; ParameterError where it is known as a black box only."""
     environment = environment_of(server.environment)
     if not environment.known:
         raise ParameterError(
@@ -118,12 +106,11 @@ def server_params(
 ) -> ServerStepParams:  # fmt: skip
     """Return the parameters of the server's step."""
     strict, record = is_strict(controller, channel), record_of(controller)
+    of_times = {"timeout_s": times.timeout_s, "lets_go_s": AVATAR_RETURN_S}
+    of_times["store_j"] = server.store_j
     guests = []
     for user in users:
-        arrivals = arrivals_params(
-            controller, channel, user.server_impedance,
-            timeout_s=times.timeout_s, lets_go_s=AVATAR_RETURN_S, store_j=server.store_j,
-        )  # fmt: skip
+        arrivals = arrivals_params(controller, channel, user.server_impedance, **of_times)
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
     values = tuple(values_of(user, record) for user in users)
     if record.avatar is not None:
@@ -138,16 +125,12 @@ def server_params(
         law, sloped = None, environment_of(server.environment).sloped
         if made := environment_of(server.environment).made:
             _, law = made(server, _contacts(users, server, axes), axes)
+        identity = tuple(map(tuple, np.eye(axes).tolist()))
         environment = BlackBoxParams(
-            law,
-            compensation_params(server),
-            wall_law(server.period_s),
-            strict,
-            *weights(server.integrator, server.period_s),
-            sloped,
-            server.learns and not sloped,
-            tuple(tuple(row) for row in np.eye(axes).tolist()),
-        )
+            law, compensation_params(server), wall_law(server.period_s), strict,
+            *weights(server.integrator, server.period_s), sloped, server.learns and not sloped,
+            identity,
+        )  # fmt: skip
     else:
         environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
     return ServerStepParams(
@@ -189,12 +172,9 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
 
 
 def _resting_box(
-    server: ServerParams,
-    users: Sequence["scenarios.User"],
-    contacts: Sequence[Contact],
-    own: Any,
-    call: Call,
-) -> BlackBox:
+    server: ServerParams, users: Sequence["scenarios.User"], contacts: Sequence[Contact],
+    own: Any, call: Call,
+) -> BlackBox:  # fmt: skip
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
     axes, name = len(contacts[0].springs), server.environment
     rest = (0.0,) * axes
@@ -205,18 +185,11 @@ def _resting_box(
         values = getattr(own, name, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        state = Outside(Asked(PLUGINS.make(name, setup)), call, faults, absent)
+        state = Outside(PLUGINS.make(name, setup), deque(), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
-    return BlackBox(
-        rest,
-        rest,
-        state,
-        COMPENSATIONS.of(server.compensation).rest(len(users)),
-        tuple(resting_seen(rest, b / server.period_s) for b in least),
-        0.0,
-        -1.0,
-        Accounts(0.0, 0.0, 0.0, 0.0),
-    )
+    seen = tuple(resting_seen(rest, b / server.period_s) for b in least)
+    compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
+    return BlackBox(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
 
 
 def resting_server(

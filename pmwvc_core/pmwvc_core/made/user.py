@@ -12,8 +12,7 @@ import dataclasses
 from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
-from pmwvc_core.controllers.plugged import DeviceAnswer
-from pmwvc_core.controllers.plugged_ends import Plugged, PluggedParams
+from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.packet import no_packet, packing_params, resting_packing
@@ -114,7 +113,7 @@ def resting_user(
         up, down = record.extra(axes)
         answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
         came, sums_j = packet._replace(extra=(0.0,) * down), (0.0,) * 4
-        port: Any = Plugged(law, nothing, nothing, came, False, False, answer, nothing, sums_j)
+        port: Any = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
     elif record.law is not None:
         port = resting_end(law, axes)
     else:
@@ -129,14 +128,8 @@ def resting_user(
 def changed_master(
     s: User, p: UserParams, q: UserParams, old: MasterParams, new: MasterParams
 ) -> tuple[User, UserParams]:
-    """Take other parameters of a master over.
-
-    Parameters
-    ----------
-    p, q
-        Of the force loop as it runs, and as it would be made now.
-    old, new
-        Of the master.
+    """Take other parameters of a master over: ``p`` are those of the force loop as it runs, ``q``
+    as it would be made now.
     """
     port, was, wanted = s.port, p.port, q.port
     if hasattr(wanted, "filters"):
@@ -174,18 +167,16 @@ def _filters(s: Any, p: Any, q: Any, new: MasterParams, *, anew: bool) -> tuple[
     assert isinstance(rest, Filtered)
     near, far, force = s.near, s.far, s.force
     if anew:
-        near, force = _counting_on(rest.near, near), _counting_on(rest.force, force)
+        near, force = (  # at rest, but they go on counting
+            each._replace(kept_j=old.kept_j) if hasattr(each, "kept_j") else each
+            for each, old in ((rest.near, near), (rest.force, force))
+        )
     if isinstance(far, Bank):
         local = changed_local(far.local, p.far.local, q.far.local)
         if q.far[:4] != p.far[:4]:  # another split starts at zero
             far = resting_bank(len(far.low_up), q.far)._replace(energies=far.energies)
         far = far._replace(local=local)
     return Filtered(near, far, force, s.held, s.gains), q
-
-
-def _counting_on(rest: Any, before: Any) -> Any:
-    """Return a filter at rest that goes on counting."""
-    return rest._replace(kept_j=before.kept_j) if hasattr(rest, "kept_j") else rest
 
 
 def _limits(p: UserParams, q: UserParams) -> LimitsParams:

@@ -40,17 +40,10 @@ def made_impedance(b: Any) -> Any:
     """Return a wave impedance for the laws."""
     if not isinstance(b, impedances.MatrixImpedance):
         return impedance(float(b))
-    twice, over = (2.0 * b).root(), (2.0 / b).root()
-    return MatrixImpedance(
-        _rows(b.matrix),
-        _rows(b.inverse().matrix),
-        _rows(twice.matrix),
-        _rows(over.matrix),
-        tuple(range(len(b.values))),
-        tuple(b.values.tolist()),
-        _rows(b.axes.T),
-        _rows(b.axes),
-    )
+    pair = _rows(b.matrix), _rows(b.inverse().matrix)
+    roots = _rows((2.0 * b).root().matrix), _rows((2.0 / b).root().matrix)
+    axes, values = tuple(range(len(b.values))), tuple(b.values.tolist())
+    return MatrixImpedance(*pair, *roots, axes, values, _rows(b.axes.T), _rows(b.axes))
 
 
 def _rows(matrix: Any) -> tuple[Vector, ...]:
@@ -65,17 +58,10 @@ def waves_params(
     position: Any = NOTHING
     if master.position.is_on:
         position = position_params(master, impedance_, strict=strict)
-    filters = filters_params(master, impedance_)
+    filters = _filters_params(master, impedance_)
     if strict:
-        return StrictMasterParams(
-            impedance_,
-            master.tick_s,
-            filters,
-            position,
-            master.position.is_on,
-            lent_of(position),
-            playout,
-        )
+        of_position = position, master.position.is_on, lent_of(position)
+        return StrictMasterParams(impedance_, master.tick_s, filters, *of_position, playout)
     chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     ticks = master.rate_drop if master.ramps else 1
     return PlainMasterParams(
@@ -88,7 +74,7 @@ def lent_of(position: Any) -> float:
     return position.lent_j if isinstance(position, PositionParams) else 0.0
 
 
-def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
+def _filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
     """Return the parameters of the filters at a port; those of the velocity are nearest."""
     own = master.velocity_filter
     if own.splits and master.bank.is_on:
@@ -98,8 +84,11 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
         )
     if not own.is_on and not master.bank.is_on:
         return NOTHING
-    velocity = _velocity_params(master) if own.is_on else NOTHING
-    in_force = own.is_on and own.in_force
+    velocity: Any = NOTHING
+    if own.is_on:
+        high, twice = sections_of(high_pass(master)), own.splits  # through the pair twice
+        low = sections_of(low_pass(master)) if twice else ()
+        velocity = VelocityParams(high * (1 + twice), low, own.share, master.tick_s)
     far: Any = NOTHING
     if master.bank.is_on:
         local = master.local_model
@@ -108,15 +97,9 @@ def filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
         if local.is_plugin:
             model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
         far = bank_of(master, model)
+    in_force = own.is_on and own.in_force
     near, force = (NOTHING, velocity) if in_force else (velocity, NOTHING)
     return FilteredParams(near, far, force, b)
-
-
-def _velocity_params(master: MasterParams) -> VelocityParams:
-    own, high = master.velocity_filter, sections_of(high_pass(master))
-    if not own.splits:
-        return VelocityParams(high, (), own.share, master.tick_s)
-    return VelocityParams(high + high, sections_of(low_pass(master)), own.share, master.tick_s)
 
 
 def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothing:
@@ -151,27 +134,22 @@ def resting_waves(
     return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5)
 
 
-def filter_lag_s(master: MasterParams) -> float:
-    """Return tau - (M-1)/2 T_c [s], tau the group delay of the anti-aliasing filter.
-
-    A packet carries the end of its frame, which is (M-1)/2 T_c later than the mean of the frame.
-    Equations: docs/theory.md 11.7.
-    """
-    tau = delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
-    return tau - 0.5 * (master.rate_drop - 1) * master.tick_s
-
-
-def hold_lag_s(master: MasterParams) -> float:
-    """Return (M-1)/2 T_c [s], by which the first-order hold comes late; zero for the other."""
-    return 0.5 * (master.rate_drop - 1) * master.tick_s if master.ramps else 0.0
-
-
 def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:
-    """Return the parameters of position feedback."""
-    position = master.position
-    lags = (0.0, 0.0) if strict else (filter_lag_s(master), hold_lag_s(master))
+    """Return the parameters of position feedback, with the lags [s] of filter and hold.
+
+    A packet carries the end of its frame, which is (M-1)/2 T_c later than the mean of the frame:
+    tau - (M-1)/2 T_c is left of the group delay tau of the anti-aliasing filter; the first-order
+    hold comes (M-1)/2 T_c late, the other does not. Equations: docs/theory.md 11.7.
+    """
+    position, tick_s, drop, lags = master.position, master.tick_s, master.rate_drop, (0.0, 0.0)
+    if not strict:
+        tau, late = (
+            delay_of(master.filter, tick_s=tick_s, rate_drop=drop),
+            0.5 * (drop - 1) * tick_s,
+        )
+        lags = tau - late, late if master.ramps else 0.0
     return PositionParams(
-        b, master.tick_s, master.frame_s, *lags, position.of_residual, master.rate_drop,
+        b, tick_s, master.frame_s, *lags, position.of_residual, drop,
         float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
     )  # fmt: skip
 

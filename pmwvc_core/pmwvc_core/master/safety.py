@@ -28,30 +28,22 @@ class SafetyState(enum.IntEnum):
     FAULT = 3
 
 
+STARTING, COUPLED, DAMPING, FAULT = SafetyState
 # By cause: the state that it means, and the cause in words.
 _MEANT: dict[int, tuple[SafetyState, str]] = {
-    causes.NONE: (SafetyState.COUPLED, ""),
-    causes.WAITING: (
-        SafetyState.STARTING,
-        "waiting for the server's first answer or a working device",
-    ),
-    causes.SOFT_START: (SafetyState.STARTING, "soft start"),
-    causes.SILENT: (SafetyState.DAMPING, "server silent: damping only"),
-    causes.RELEASED: (SafetyState.DAMPING, "server silent: damping released"),
-    causes.TOO_FAST: (SafetyState.DAMPING, "faster than {0.damper_velocity:g} m/s: damping only"),
-    causes.NOT_FINITE: (SafetyState.DAMPING, "a value is not a finite number: no force"),
-    causes.RUNAWAY: (
-        SafetyState.FAULT,
-        "faster than {0.fault_velocity:g} m/s: no force until re-armed",
-    ),
-    causes.OUTSIDE: (SafetyState.DAMPING, "beyond the device's workspace: damping only"),
-    causes.DEVICE_SILENT: (SafetyState.DAMPING, "device silent: no force"),
-    causes.DEVICE_LOST: (SafetyState.FAULT, "device silent for more than 1 s: no force"),
-    causes.UNRECEIVED: (
-        SafetyState.DAMPING,
-        "server receives nothing from this user: damping only",
-    ),
-    causes.LATE: (SafetyState.COUPLED, BRAKING),
+    causes.NONE: (COUPLED, ""),
+    causes.WAITING: (STARTING, "waiting for the server's first answer or a working device"),
+    causes.SOFT_START: (STARTING, "soft start"),
+    causes.SILENT: (DAMPING, "server silent: damping only"),
+    causes.RELEASED: (DAMPING, "server silent: damping released"),
+    causes.TOO_FAST: (DAMPING, "faster than {0.damper_velocity:g} m/s: damping only"),
+    causes.NOT_FINITE: (DAMPING, "a value is not a finite number: no force"),
+    causes.RUNAWAY: (FAULT, "faster than {0.fault_velocity:g} m/s: no force until re-armed"),
+    causes.OUTSIDE: (DAMPING, "beyond the device's workspace: damping only"),
+    causes.DEVICE_SILENT: (DAMPING, "device silent: no force"),
+    causes.DEVICE_LOST: (FAULT, "device silent for more than 1 s: no force"),
+    causes.UNRECEIVED: (DAMPING, "server receives nothing from this user: damping only"),
+    causes.LATE: (COUPLED, BRAKING),
 }
 
 
@@ -66,13 +58,7 @@ def text_of(cause: int, limits: SafetyParams) -> str:
 
 
 def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
-    """Refuse a change that makes any limit wider.
-
-    Raises
-    ------
-    ParameterError
-        Naming each with the value it has now.
-    """
+    """Refuse a change that makes any limit wider: ParameterError naming each with its value."""
     problems = []
     for name in LOWERED:
         value, new = getattr(now, name), getattr(wanted, name)

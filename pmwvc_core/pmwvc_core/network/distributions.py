@@ -74,7 +74,6 @@ def quantiles_of(text: str) -> Quantiles:
 class Distribution:
     """One distribution of jitter."""
 
-    words: str  # what it is, for sentences
     at: Callable[[LinkParams, float], float]  # quantile of a number in [0, 1) [s]
     moments: Callable[[LinkParams], tuple[float, float]]  # mean and standard deviation [s]
     # what is wrong between settings that are each right; empty where nothing is
@@ -99,11 +98,6 @@ def _shape(p: LinkParams) -> float:
 def _pareto(u: float, tail: float) -> float:
     """Return the quantile of the Pareto distribution with mean 0 and standard deviation 1."""
     return float(_pareto_beyond(1.0 - u, tail))
-
-
-def _pareto_normal(u: float, tail: float) -> float:
-    """Return the quantile of a quarter normal and three quarters Pareto, mean 0, deviation 1."""
-    return (normal(u) + 3.0 * _pareto(u, tail)) / _mixed(tail)
 
 
 def _pareto_beyond(above: Any, tail: float) -> Any:
@@ -135,16 +129,6 @@ def _lognormal_moments(p: LinkParams) -> tuple[float, float]:
     return mean, mean * math.sqrt(math.expm1(square))
 
 
-def _table(p: LinkParams, u: float) -> float:
-    samples = recording_of(p).delays_s
-    return samples[int(u * len(samples))]
-
-
-def _table_moments(p: LinkParams) -> tuple[float, float]:
-    samples = np.array(recording_of(p).delays_s)
-    return float(samples.mean()), float(samples.std())
-
-
 def _tail_conflict(params: LinkParams) -> str:
     if 0.0 < params.jitter_shape <= 2.0:
         return (
@@ -164,43 +148,30 @@ _tailed = partial(
 )
 DISTRIBUTIONS = {
     "uniform": Distribution(
-        "evenly spread",
         lambda p, u: p.jitter_s * (2.0 * u - 1.0),
         lambda p: (0.0, p.jitter_s / math.sqrt(3.0)),
         half_width=True,
     ),
     "normal": Distribution(
-        "normally distributed",
-        lambda p, u: p.jitter_s * normal(u),
-        lambda p: (0.0, p.jitter_s),
-        linux=True,
+        lambda p, u: p.jitter_s * normal(u), lambda p: (0.0, p.jitter_s), linux=True
     ),
-    "pareto": _tailed("Pareto distributed", lambda p, u: p.jitter_s * _pareto(u, _shape(p))),
-    "paretonormal": _tailed(
-        "a quarter normal and three quarters Pareto",
-        lambda p, u: p.jitter_s * _pareto_normal(u, _shape(p)),
+    "pareto": _tailed(lambda p, u: p.jitter_s * _pareto(u, _shape(p))),
+    "paretonormal": _tailed(  # a quarter normal and three quarters Pareto, mean 0, deviation 1
+        lambda p, u: p.jitter_s * ((normal(u) + 3.0 * _pareto(u, _shape(p))) / _mixed(_shape(p)))
     ),
-    "gamma": Distribution(
-        "longer by a gamma distribution",
-        _gamma,
-        lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p))),
-    ),
+    "gamma": Distribution(_gamma, lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p)))),
     "lognormal": Distribution(
-        "longer by a log-normal distribution",
-        lambda p, u: p.jitter_s * math.exp(_shape(p) * normal(u)),
-        _lognormal_moments,
+        lambda p, u: p.jitter_s * math.exp(_shape(p) * normal(u)), _lognormal_moments
     ),
     "quantiles": Distribution(
-        "longer by a distribution given by quantiles",
         lambda p, u: quantiles_of(p.jitter_quantiles).at(u),
         lambda p: quantiles_of(p.jitter_quantiles).moments,
         conflict=lambda p: refusal(quantiles_of, p.jitter_quantiles),
         sized=False,
     ),
     "table": Distribution(
-        "longer by delays drawn from a file",
-        _table,
-        _table_moments,
+        lambda p, u: (samples := recording_of(p).delays_s)[int(u * len(samples))],
+        lambda p: (float(np.mean(d := recording_of(p).delays_s)), float(np.std(d))),
         conflict=file_conflict,
         check=recording_of,
         sized=False,

@@ -15,12 +15,11 @@ from typing import Any
 from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.network.delay_trace import LOST, recording_of
 from pmwvc_core.network.distributions import Distribution, drawn
-from pmwvc_core.network.draws import Draws
+from pmwvc_core.network.draws import Draws, Losses
 from pmwvc_core.network.effects import check, plugins_of
 from pmwvc_core.network.effects.library import LIBRARY
 from pmwvc_core.network.effects.record import HOOKS, Effect, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
-from pmwvc_core.network.losses import Losses
 from pmwvc_core.network.queues import Order, SerialLine, Slots
 from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams

@@ -8,10 +8,10 @@ sequence and a byte are. Fields, units and meaning are those of the ``.msg`` fil
 keyword have their names. Nothing here judges what a message holds; a receiver does.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -39,31 +39,15 @@ _PACKAGES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class MessageTypes:
-    """The message classes by name, and what their sequences are made of.
-
-    ``sequence(values, kind)`` makes a sequence of numbers (typecodes or numpy types), ``flags``
-    one of booleans, ``octet`` a single byte.
-    """
-
-    by_name: Mapping[str, Any]
-    sequence: Callable[[Any, Any], Any]
-    flags: Callable[[Sequence[bool]], Any]
-    octet: Callable[[int], Any]
-
-    def __getattr__(self, name: str) -> Any:
-        """Return a message class: ``types.Wave(...)``."""
-        try:
-            return self.by_name[name]
-        except KeyError:
-            raise AttributeError(name) from None
+# The message classes by name, and what their sequences are made of: ``sequence(values, kind)``
+# makes one of numbers (typecodes or numpy types), ``flags`` one of booleans, ``octet`` a byte.
+MessageTypes: TypeAlias = SimpleNamespace
 
 
 def live_types() -> MessageTypes:
     """Return the message classes of rclpy."""
     return MessageTypes(
-        {n: getattr(import_module(f"{package}.msg"), n) for n, package in _PACKAGES.items()},
+        **{n: getattr(import_module(f"{package}.msg"), n) for n, package in _PACKAGES.items()},
         sequence=lambda values, _: values,
         flags=lambda values: [bool(value) for value in values],
         octet=lambda value: bytes((value,)),
@@ -73,7 +57,7 @@ def live_types() -> MessageTypes:
 def types_from(classes: Mapping[str, Any]) -> MessageTypes:
     """Return the message classes of ``typestore.types`` of rosbags that knows ``pmwvc_msgs``."""
     return MessageTypes(
-        {n: classes[f"{package}/msg/{n}"] for n, package in _PACKAGES.items()},
+        **{n: classes[f"{package}/msg/{n}"] for n, package in _PACKAGES.items()},
         sequence=lambda values, kind: np.array(values, dtype=kind),
         flags=lambda values: np.array(values, dtype=bool),
         octet=int,
@@ -138,14 +122,9 @@ def packet_fates(
 
 
 def link_state(
-    types: MessageTypes,
-    *,
-    stamp_ns: int,
-    counts: Mapping[str, int],
-    delays: Mapping[str, float],
-    params: LinkParams,
-    **fields: Any,
-) -> Any:
+    types: MessageTypes, *, stamp_ns: int, counts: Mapping[str, int], delays: Mapping[str, float],
+    params: LinkParams, **fields: Any,
+) -> Any:  # fmt: skip
     """Return counts (LinkCounters), delays since the last message (``delay_mean, delay_min,
     delay_max, delay_error_max`` [s]) and settings of a link as a LinkState message.
     """
@@ -166,15 +145,9 @@ def diagnostic(
 
 
 def master_trace(
-    types: MessageTypes,
-    series: Mapping[str, Any],
-    *,
-    taken: Sequence[tuple[int, int, int]],
-    stamp_ns: int,
-    energy: Mapping[str, Value],
-    accounts: Mapping[str, Value],
-    **fields: Any,
-) -> Any:
+    types: MessageTypes, series: Mapping[str, Any], *, taken: Sequence[tuple[int, int, int]],
+    stamp_ns: int, energy: Mapping[str, Value], accounts: Mapping[str, Value], **fields: Any,
+) -> Any:  # fmt: skip
     """Return one block of ticks as a MasterTrace message.
 
     ``series`` are the fields of each tick by name, row-major; ``taken`` has tick, number and
@@ -194,16 +167,9 @@ def master_trace(
 
 
 def server_trace(
-    types: MessageTypes,
-    *,
-    stamp_ns: int,
-    dof: int,
-    state: Sequence[int],
-    contact: Sequence[bool],
-    taken: Sequence[tuple[int, int, int]],
-    accounts: Mapping[str, Value],
-    **fields: Any,
-) -> Any:
+    types: MessageTypes, *, stamp_ns: int, dof: int, state: Sequence[int], contact: Sequence[bool],
+    taken: Sequence[tuple[int, int, int]], accounts: Mapping[str, Value], **fields: Any,
+) -> Any:  # fmt: skip
     """Return one step of the server as a ServerTrace; one entry a user in every sequence.
 
     ``taken`` has user, number and sender's epoch of each packet taken in; ``fields`` are all

@@ -74,14 +74,9 @@ class Pacer:
     """
 
     def __init__(
-        self,
-        period_ns: int,
-        *,
-        phase_ns: int = 0,
-        recover_ns: int = 25_000_000,
-        clock: Callable[[], int] = time.monotonic_ns,
-        sleep: Callable[[int], None] = sleep_until,
-    ) -> None:
+        self, period_ns: int, *, phase_ns: int = 0, recover_ns: int = 25_000_000,
+        clock: Callable[[], int] = time.monotonic_ns, sleep: Callable[[int], None] = sleep_until,
+    ) -> None:  # fmt: skip
         if period_ns <= 0:
             raise ParameterError(f"period_ns = {period_ns}: must be > 0 ns")
         if recover_ns < 0:

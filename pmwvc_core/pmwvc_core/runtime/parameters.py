@@ -34,14 +34,9 @@ _NAME = re.compile("[A-Za-z][A-Za-z0-9_]*")
 
 
 def declare(
-    node: Node,
-    prefix: str,
-    kind: type[P],
-    *,
-    defaults: P | None = None,
-    only: Sequence[str] = (),
+    node: Node, prefix: str, kind: type[P], *, defaults: P | None = None, only: Sequence[str] = (),
     fixed: bool = True,
-) -> P:
+) -> P:  # fmt: skip
     """Declare a parameter dataclass, or ``only`` some of its own parameters, fixed at the start of
     the node by default; ParameterError naming every wrong value that the node was given.
     """
@@ -134,15 +129,10 @@ class ParameterBinding:
         node.add_post_set_parameters_callback(self._hand_over)
 
     def declare(
-        self,
-        prefix: str,
-        kind: type[P],
-        listener: Callable[[P], None],
-        *,
-        defaults: P | None = None,
-        check: Callable[[P], None] = lambda _: None,
+        self, prefix: str, kind: type[P], listener: Callable[[P], None], *,
+        defaults: P | None = None, check: Callable[[P], None] = lambda _: None,
         check_change: Callable[[P, P], None] = lambda _, __: None,
-    ) -> P:
+    ) -> P:  # fmt: skip
         """Declare a parameter dataclass and return its values at the start; ParameterError where a
         value given to the node is wrong. ``check`` raises ParameterError for what the dataclass
         cannot know, at the start and at each change; ``check_change``, which gets the present
@@ -155,13 +145,9 @@ class ParameterBinding:
         return value
 
     def declare_shares(
-        self,
-        shares: Sequence[Share],
-        start: str = "",
-        *,
-        defaults: Mapping[str, Any] | None = None,
-        **changing: Mapping[str, Any],
-    ) -> dict[str, Any]:
+        self, shares: Sequence[Share], start: str = "", *,
+        defaults: Mapping[str, Any] | None = None, **changing: Mapping[str, Any],
+    ) -> dict[str, Any]:  # fmt: skip
         """Declare the node's shares of a user or scenario below ``start``; return their values by
         attribute. ``changing`` are the arguments of :meth:`declare` of those that may change.
         """

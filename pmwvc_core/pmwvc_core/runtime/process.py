@@ -124,9 +124,8 @@ def _created(name: str, args: Sequence[str] | None) -> Node:
 
 
 def _remove(node: Node, code: int) -> None:
-    """Take the node out of the graph; end the process with ``code`` if ROS never returns.
-
-    The work is closed by now: the device is released and the file is complete.
+    """Take the node out of the graph; end the process with ``code`` if ROS never returns. The work
+    is closed by now: the device is released and the file is complete.
     """
     name = node.get_name()
 

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-_PR_SET_TIMERSLACK = 29
+_PR_SET_TIMERSLACK, _ONE_NS = 29, (ctypes.c_ulong(1), 0, 0, 0)
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _FIFO = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
 _libc = ctypes.CDLL(None, use_errno=True)
@@ -36,13 +36,16 @@ class RealTimeReport:
 
 
 def hold_memory() -> RealTimeReport:
-    """Ask for memory that stays where it is: locked, the garbage collector's survivors frozen.
-
-    Both hold for the whole process, so call this after set-up. It takes up to seconds on a busy
-    machine, so call it before a node can be started: nodes that are started together then begin
-    together.
+    """Ask for memory that stays where it is: locked, the garbage collector's survivors frozen, in
+    the whole process: after set-up. It takes up to seconds on a busy machine: before a node can be
+    started, so that nodes that are started together begin together.
     """
-    return _asked(("memory lock", _lock_memory), ("frozen garbage collector", _freeze_garbage))
+
+    def freeze() -> None:
+        gc.collect()
+        gc.freeze()
+
+    return _asked(("memory lock", _lock_memory), ("frozen garbage collector", freeze))
 
 
 def request_real_time(priority: int) -> RealTimeReport:
@@ -53,16 +56,15 @@ def request_real_time(priority: int) -> RealTimeReport:
     which no packet comes in, go one step below.
     """
     return _asked(
-        ("timer slack 1 ns", _set_timer_slack),
+        ("timer slack 1 ns", lambda: _checked(_libc.prctl(_PR_SET_TIMERSLACK, *_ONE_NS))),
         (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
         ("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(max(priority - 1, 1))),
     )
 
 
 def request_reception(priority: int) -> RealTimeReport:
-    """Ask for a middleware that takes packets in whatever else the machine does; see above.
-
-    For programs without a loop of their own: they may be late, but nothing overflows meanwhile.
+    """Ask for a middleware that takes packets in whatever else the machine does, for programs
+    without a loop of their own: they may be late, but nothing overflows meanwhile.
     """
     return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
 
@@ -99,10 +101,6 @@ _WAY_OUT = {
 }
 
 
-def _set_timer_slack() -> None:
-    _checked(_libc.prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(1), 0, 0, 0))
-
-
 def _set_fifo(priority: int) -> None:
     os.sched_setscheduler(0, _FIFO, os.sched_param(priority))
 
@@ -124,11 +122,6 @@ def _lock_memory() -> None:
     limitless = limit == resource.RLIM_INFINITY or os.geteuid() == 0
     which = _MCL_CURRENT | _MCL_FUTURE if limitless else _MCL_CURRENT
     _checked(_libc.mlockall(which | _MCL_ONFAULT))
-
-
-def _freeze_garbage() -> None:
-    gc.collect()
-    gc.freeze()
 
 
 def _checked(failed: int) -> None:

@@ -58,12 +58,8 @@ class StartGate:
     def _found(self) -> bool:
         """Tell whether each topic of the session has another end, and the trace its listeners."""
         known = matched(self._node)
-        counts = [
-            count
-            for side in known.values()
-            for topic, count in side.items()
-            if topic.rpartition("/")[2] in OF_SESSION
-        ]
+        ends = [end for side in known.values() for end in side.items()]
+        counts = [n for topic, n in ends if topic.rpartition("/")[2] in OF_SESSION]
         traces = [n for topic, n in known[PUBLISHERS].items() if topic.endswith("/trace")]
         return all(counts) and min(traces, default=self._listeners) >= self._listeners
 

@@ -89,17 +89,9 @@ class WaveTopics:
     """
 
     def __init__(
-        self,
-        node: Node,
-        types: MessageTypes,
-        *,
-        incoming: str,
-        outgoing: str,
-        admission: Admission,
-        dof: int,
-        extra: int,
-        period_s: float,
-    ) -> None:
+        self, node: Node, types: MessageTypes, *, incoming: str, outgoing: str,
+        admission: Admission, dof: int, extra: int, period_s: float,
+    ) -> None:  # fmt: skip
         self._admission = admission
         self._dof = dof
         self._whole = size_bytes(dof, extra)

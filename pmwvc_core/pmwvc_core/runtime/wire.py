@@ -51,10 +51,7 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     extra, rest = divmod(len(data) - _FIXED - dof * _PER_AXIS, 8)
     if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
         return refused(_other_lengths(data))
-    layout = _layout(dof, extra)
-    if layout.size != len(data):
-        return refused(_other_lengths(data))
-    found = layout.unpack(data)
+    found = _layout(dof, extra).unpack(data)
     integral, energy, position = 10 + dof, 10 + 2 * dof, 12 + 2 * dof
     beside = position + dof + 1
     same = found[8] == found[integral - 1] == found[position - 1] == dof

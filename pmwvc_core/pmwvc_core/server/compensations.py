@@ -17,28 +17,17 @@ from pmwvc_core.plugins import Record, Records
 
 @dataclass(frozen=True, kw_only=True)
 class Compensation(Record):
-    """A compensation: what its law starts from, and its properties.
+    """A compensation: what its law starts from, and its properties."""
 
-    Attributes
-    ----------
-    rest
-        Makes, for a number of users, the state (a NamedTuple) by whose type the family
-        :data:`pmwvc_core.law.black_box.compensations.compensated` chooses the law.
-    limits
-        Whether it shortens returning waves, and so may withhold an environment from a user.
-    passive
-        Tells whether the port returns no more energy than it received, whatever the environment.
-    allowance_j
-        Energy that it may give out without having received it [J].
-    accounts
-        Every account that it keeps: numbers of its state, in their order.
-    """
-
+    # makes, for a number of users, the state (a NamedTuple) by whose type the family
+    # :data:`pmwvc_core.law.black_box.compensations.compensated` chooses the law
     rest: Callable[[int], Any]
-    limits: bool = False
+    limits: bool = False  # whether it shortens returning waves: may withhold an environment
+    # whether the port returns no more energy than it received, whatever the environment
     passive: Callable[[ServerParams], bool] = lambda params: False
+    # energy that it may give out without having received it [J]
     allowance_j: Callable[[ServerParams], float] = lambda params: 0.0
-    accounts: tuple[Entry, ...] = ()
+    accounts: tuple[Entry, ...] = ()  # all that it keeps: numbers of its state, in their order
 
 
 DEFICIT = Entry("debt", "deficit, recovered from later waves", Role.LEVEL)

@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Environments by name: the library, and entry points of the group ``pmwvc.environments``.
-
-A laboratory adds an environment by installing a package of its own that names a factory
-``EnvironmentSetup -> BlackBox`` in that group; nothing here changes. Nothing is known of it but
-its answers, and it is imported only when it is made.
+"""Environments by name: the library, and entry points of the group ``pmwvc.environments``, each a
+factory ``EnvironmentSetup -> BlackBox``. Nothing is known of one but its answers, and it is
+imported only when it is made.
 """
 
 import math
@@ -22,53 +20,29 @@ from pmwvc_core.plugins import PluginGroup, Record
 
 @dataclass(frozen=True, kw_only=True)
 class Environment(Record):
-    """The properties of an environment.
+    """The properties of an environment."""
 
-    Attributes
-    ----------
-    made
-        As a black box, from parameters, contacts and axes: the state at rest, by whose type the
-        families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by; None for
-        one of another package.
-    known
-        Whether every coupling knows its equations; otherwise it is known as a black box only.
-    noun
-        What users touch, in reports.
-    movable
-        Whether it is an object that moves freely (``server.object_mass``).
-    sloped
-        Whether it reports its slope, with which the loop is solved.
-    with_slope
-        Name of the same environment that reports its slope; None where there is none.
-    spring
-        Whether each user touches a spring and damper that stand still: K and B of its contact.
-    contact_law
-        Whether reports give K and B of the users' contacts with it.
-    drive_hz
-        Frequency at which it moves by itself [Hz]; 0: not at all.
-    own_energy
-        Why it may give out energy of its own; empty where it has none.
-    """
-
+    # as a black box, from parameters, contacts and axes: the state at rest, by whose type the
+    # families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by; None for
+    # one of another package
     made: Callable[[ServerParams, Sequence[Contact], int], tuple[Any, Any]] | None = None
-    known: bool = False
-    noun: str = "the object"
-    movable: bool = False
-    sloped: bool = False
-    with_slope: str | None = None
-    spring: bool = False
-    contact_law: bool = True
+    known: bool = False  # whether every coupling knows its equations; else a black box only
+    noun: str = "the object"  # that users touch, in reports
+    movable: bool = False  # whether it is an object that moves freely (``server.object_mass``)
+    sloped: bool = False  # whether it reports its slope, with which the loop is solved
+    with_slope: str | None = None  # name of the same one that does; None where there is none
+    spring: bool = False  # whether each user touches a spring and damper that stand still
+    contact_law: bool = True  # whether reports give K and B of the users' contacts with it
+    # frequency at which it moves by itself [Hz]; 0: not at all
     drive_hz: Callable[[ServerParams], float] = lambda params: 0.0
+    # why it may give out energy of its own; empty where it has none
     own_energy: Callable[[ServerParams], str] = lambda params: ""
-
-
-def _visitors(contacts: Sequence[Contact], rest: tuple[float, ...]) -> tuple[Visitor, ...]:
-    return tuple(Visitor(False, rest, contact) for contact in contacts)
 
 
 def _wall(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
     rest = (0.0,) * axes
-    return Wall(_visitors(contacts, rest), Body(rest, rest), 0.0), Drive(rest, 0.0)
+    visitors = tuple(Visitor(False, rest, contact) for contact in contacts)
+    return Wall(visitors, Body(rest, rest), 0.0), Drive(rest, 0.0)
 
 
 def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
@@ -79,7 +53,7 @@ def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tup
 
 def _cube(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[FreeCube, Any]:
     rest, law = (0.0,) * axes, body_law(server.object_mass, server.object_damping, server.period_s)
-    return FreeCube(_visitors(contacts, rest), Body(rest, rest)), law
+    return FreeCube(_wall(server, contacts, axes)[0].visitors, Body(rest, rest)), law
 
 
 def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[SoftBody, Any]:
@@ -90,17 +64,10 @@ def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
 
 
 CUBE = Environment(
-    name="cube",
-    words="The shared object, which moves freely.",
-    made=_cube,
-    linear="cube",
-    known=True,
-    noun="the cube",
-    movable=True,
+    name="cube", made=_cube, linear="cube", known=True, noun="the cube", movable=True
 )
 WALL = Environment(
     name="wall",
-    words="A wall that does not move.",
     made=_wall,
     linear="wall",
     known=True,
@@ -110,24 +77,17 @@ WALL = Environment(
 )
 WALL_WITH_SLOPE = Environment(
     name="wall_with_slope",
-    words="A wall that reports the slope of its force.",
     made=_wall,
     linear="wall_with_slope",
     noun="the wall",
     sloped=True,
     spring=True,
 )
-HUNT_CROSSLEY = Environment(
-    name="hunt_crossley",
-    words="A soft body that stands still, F = K d^n (1 + c d').",
-    made=_soft,
-    linear="wall",
-    sloped=True,
-    contact_law=False,
+HUNT_CROSSLEY = Environment(  # a soft body that stands still, F = K d^n (1 + c d')
+    name="hunt_crossley", made=_soft, linear="wall", sloped=True, contact_law=False
 )
-ACTIVE_WALL = Environment(
+ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of its drive
     name="active_wall",
-    words="A wall driven along axis 0: it gives out the energy of its drive.",
     made=_driven,
     linear="wall",
     noun="the wall",
@@ -159,7 +119,6 @@ def environment_of(name: str) -> Environment:
         return LIBRARY[name]
     return Environment(
         name=name,
-        words="An environment of another package.",
         linear="wall",
         own_energy=lambda params: (
             f"whether environment {name!r} has energy of its own is not known"
@@ -168,12 +127,8 @@ def environment_of(name: str) -> Environment:
 
 
 def require(name: str) -> None:
-    """Refuse an environment that is neither in the library nor installed; none is imported.
-
-    Raises
-    ------
-    ParameterError
-        Naming those there are.
+    """Refuse an environment that is neither in the library nor installed (none is imported) by a
+    ParameterError that names those there are.
     """
     if name not in LIBRARY:
         PLUGINS.required(name)

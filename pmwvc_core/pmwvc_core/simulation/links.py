@@ -16,8 +16,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.params import LinkParams
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, TakenTraces
 from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
-from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.reception import counts, passage
+from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 
 class SimulatedLink:

@@ -96,20 +96,16 @@ class Admission:
             mac.update(body + session)
             if mac.digest() != tag:
                 return Verdict.FORGED
-        number = int.from_bytes(data[_SEQ], "little")
-        return None if self._in_rate(data[_EPOCH], number, now_ns) else Verdict.FLOOD
-
-    def _in_rate(self, epoch: bytes, number: int, now_ns: int) -> bool:
-        """Take a new packet from what its epoch may send; tell whether there was one left."""
+        epoch, number = data[_EPOCH], int.from_bytes(data[_SEQ], "little")
         left, at_ns, greatest = self._rates.pop(epoch, (BURST, now_ns, 0))
         left = min(left + (now_ns - at_ns) * 1e-9 * LARGEST_RATE_HZ, BURST)
         if number <= greatest:  # again, or late: for the receiver to judge
             self._rates[epoch] = left, now_ns, greatest
-            return True
+            return None
         self._rates[epoch] = (left - 1.0 if left >= 1.0 else left), now_ns, number
         if len(self._rates) > _REMEMBERED:
             del self._rates[next(iter(self._rates))]
-        return left >= 1.0
+        return None if left >= 1.0 else Verdict.FLOOD
 
 
 def intact(data: bytes) -> bool:

@@ -118,14 +118,9 @@ class Packer:
         self.energy: Value = 0.0
 
     def pack(
-        self,
-        wave: Value,
-        position: Value,
-        now_ns: int,
-        flags: int = 0,
-        echo: tuple[int, int, int] = (0, 0, 0),
-        energy: Value | None = None,
-    ) -> WavePacket:
+        self, wave: Value, position: Value, now_ns: int, flags: int = 0,
+        echo: tuple[int, int, int] = (0, 0, 0), energy: Value | None = None,
+    ) -> WavePacket:  # fmt: skip
         """Return the next packet of a wave [sqrt(W)] and the position of this end [m], each a
         float or ``(dof,)``. ``flags`` is the bitwise or of ``FLAG_*``, ``echo`` the answer of
         :meth:`Receiver.echo` for the peer; ``energy`` [J] is a running sum that a controller keeps

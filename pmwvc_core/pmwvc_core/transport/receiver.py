@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The receiver of one direction: packets are judged and counted, the newest is kept.
+"""The receiver of one direction: packets are judged and counted, the newest is kept; and what one
+end of a link has received, by the names of the Reception message.
 
 It guards against broken and stray packets; what is accepted is for the laws of the channel
 (:mod:`pmwvc_core.law.channel`).
@@ -25,7 +26,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Value, anywhere, squared
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict, WavePacket, ahead
-from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path
+from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
@@ -37,6 +38,15 @@ LARGEST = sys.float_info.max
 ECHO = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
 WHOLE = attrgetter("epoch", "seq", "sent_ns", "flags", "came_ns", *ECHO)
 VALUES = attrgetter("wave", "integral", "energy", "position")
+_TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
+REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
+ROUND_TRIP = "round trip [ms]"  # of diagnostics
+PASSAGE = (  # fields of the Reception message
+    *("delay_least", "delay_mean", "delay_max", "jitter"),  # [s] of packets that come in
+    "delay_open",  # [s] bound of these; 0 where both ends read one clock
+    *("offset", "drift", "drift_open"),  # sender's clock less the receiver's [s], change, bound
+    "round_trip",  # [s] the least
+)
 
 
 class Receiver:
@@ -59,6 +69,7 @@ class Receiver:
         self.accepted_ns = 0  # when the newest was taken,
         self.came_ns = 0  # and when it reached this end, which may be before
         self.path = Path()  # delay and jitter of the packets, both ways
+        self._left = False  # the sender followed
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
         self.strangers: dict[int, int] = {}  # packets refused by epoch, of other senders
@@ -106,21 +117,27 @@ class Receiver:
         """Tell whether another sender may be followed."""
         return self.silent(now_ns) or self._left
 
-    @property
-    def _left(self) -> bool:
-        return self.newest is not None and bool(self.newest.flags & FLAG_LEAVING)
-
     def _unfit(self, packet: object) -> Verdict | None:
         """Return what is wrong with a packet by itself; None where nothing is."""
-        if not isinstance(packet, WavePacket) or not _well_typed(packet):
+        if not (
+            isinstance(packet, WavePacket)
+            and all(isinstance(number, int) for number in WHOLE(packet))
+            and 1 <= packet.seq < 1 << 32  # uint32 in the message
+            and isinstance(packet.period, (float, int))
+            and all(map(_is_value, VALUES(packet)))
+            and isinstance(packet.extra, tuple)
+            and all(isinstance(value, float) for value in packet.extra)
+            and (packet.refusal is None or isinstance(packet.refusal, Verdict))
+        ):
             return Verdict.MALFORMED
         if packet.refusal is not None:
             return packet.refusal
-        signals = (packet.wave, packet.integral, packet.position)
+        signals, dof = (packet.wave, packet.integral, packet.position), self.dof
         if not all(map(_finite, (*signals, packet.energy, packet.period, *packet.extra))):
             return Verdict.NOT_FINITE
-        if not all(_fits(value, self.dof) for value in signals):
-            return Verdict.WRONG_LENGTH
+        for value in signals:  # the zero of a start has any number of axes
+            if value.shape != (dof,) if isinstance(value, np.ndarray) else dof > 1 and value:
+                return Verdict.WRONG_LENGTH
         if not self._lasts(packet.period):
             return Verdict.WRONG_PERIOD
         too_large = squared(packet.wave) > self.max_wave**2
@@ -159,7 +176,7 @@ class Receiver:
         else:  # its numbers begin
             self._seen, self._first = 1, packet.seq
             self.path.restart()
-        self.newest = packet
+        self.newest, self._left = packet, bool(packet.flags & FLAG_LEAVING)
         self.accepted_ns = now_ns
         self.came_ns = came_ns = packet.came_ns or now_ns
         self.path.add(packet, came_ns)
@@ -167,19 +184,6 @@ class Receiver:
             round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:
                 self.round_trip_s = round_trip_ns * 1e-9
-
-
-def _well_typed(packet: WavePacket) -> bool:
-    extra, refusal = packet.extra, packet.refusal
-    return (
-        all(isinstance(number, int) for number in WHOLE(packet))
-        and 1 <= packet.seq < 1 << 32  # uint32 in the message
-        and isinstance(packet.period, (float, int))
-        and all(map(_is_value, VALUES(packet)))
-        and isinstance(extra, tuple)
-        and all(isinstance(value, float) for value in extra)
-        and (refusal is None or isinstance(refusal, Verdict))
-    )
 
 
 def _is_value(value: object) -> bool:
@@ -194,6 +198,52 @@ def _finite(value: Value) -> bool:
     return -LARGEST <= value <= LARGEST
 
 
-def _fits(value: Value, dof: int) -> bool:
-    """Tell whether a value has so many axes; the zero of a start has any number."""
-    return value.shape == (dof,) if isinstance(value, np.ndarray) else dof == 1 or value == 0.0
+def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
+    """Return the counts of a receiver by the names of the Reception message."""
+    by_verdict = inbox.counts
+    beginnings = by_verdict[Verdict.NEW_EPOCH]
+    return {
+        "accepted": by_verdict[Verdict.ACCEPTED] + beginnings,
+        "beginnings": beginnings,
+        "lost": inbox.lost,
+        "duplicate": by_verdict[Verdict.DUPLICATE],
+        "reordered": by_verdict[Verdict.REORDERED],
+        **{name: by_verdict[verdict] for name, verdict in REFUSED.items()},
+        "other_controller": other_controller,
+    }
+
+
+def passage(path: PathEstimate | None) -> dict[str, float]:
+    """Return what an estimate says of the packets that come in, by the names of the Reception
+    message; NaN where nothing is known.
+    """
+    if path is None:
+        return dict.fromkeys(PASSAGE, math.nan)
+    into = path.into
+    delays = (into.least_s, into.mean_s, into.most_s, into.jitter_s, path.open_s)
+    clocks = (path.offset_s, path.drift_ppm * 1e-6, path.drift_open_ppm * 1e-6)
+    return dict(zip(PASSAGE, (*delays, *clocks, path.round_trip_s), strict=True))
+
+
+def diagnostics(inbox: Receiver, *, out: str, into: str) -> dict[str, object]:
+    """Return what a receiver has seen for people, by name, in directions of these names."""
+    trip, path = inbox.round_trip_s, inbox.path.estimate()
+    found: dict[str, object] = {
+        "packets lost": inbox.lost,
+        ROUND_TRIP: "unknown" if trip is None else f"{trip * 1e3:.1f}",
+    }
+    if path is None:
+        found |= {f"delay {out}": "unknown", f"delay {into}": "unknown"}
+    else:
+        for name, way in ((out, path.out), (into, path.into)):
+            least = f"(least {way.least_s * 1e3:.2f})"
+            found[f"delay {name} [ms]"] = f"{way.mean_s * 1e3:.2f} {least}"
+            found[f"jitter {name} [ms]"] = f"{way.jitter_s * 1e3:.3f}"
+        found["clocks"] = (
+            "one clock: delays are exact"
+            if path.one_clock
+            else f"{path.offset_s:+.6f} s apart, drift {path.drift_ppm:+.1f} +- "
+            f"{path.drift_open_ppm:.1f} ppm; round trip known, its halves within "
+            f"+-{path.open_s * 1e3:.2f} ms"
+        )
+    return found | {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}

@@ -42,16 +42,8 @@ class MatrixImpedance:
 
     A number scales the matrix (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an array ``(..., dof)`` is
     a signal it acts on (``b * xd``, ``f / b``), zero is zero; :func:`pmwvc_core.numeric.root`
-    takes the symmetric square root. Immutable.
-
-    Attributes
-    ----------
-    values
-        Eigenvalues ``(dof,)`` [N s/m].
-    axes
-        Principal axes, one per column ``(dof, dof)``.
-    matrix
-        B itself ``(dof, dof)`` [N s/m].
+    takes the symmetric square root. Immutable: ``values`` are the eigenvalues ``(dof,)`` [N s/m],
+    ``axes`` the principal axes, one per column ``(dof, dof)``, ``matrix`` B itself [N s/m].
     """
 
     __array_ufunc__ = None  # numpy leaves the operators to this class
@@ -107,12 +99,8 @@ Impedance: TypeAlias = Value | MatrixImpedance
 
 
 def impedance_of(port: MasterParams | ContactParams) -> Impedance:
-    """Return the impedance that parameters name: the matrix where there is one, else the number.
-
-    Raises
-    ------
-    ParameterError
-        If the text is no symmetric positive definite matrix.
+    """Return the impedance that parameters name: the matrix where there is one, else the number;
+    ParameterError where the text is no symmetric positive definite matrix.
     """
     matrix = port.impedance_matrix.strip()
     if matrix:
@@ -191,22 +179,14 @@ def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
 
 
 def largest_wave(impedance: Impedance, *, waves: bool) -> float:
-    """Return the longest wave that can be meant [sqrt(W)].
-
-    Parameters
-    ----------
-    impedance
-        Wave impedance of the port [N s/m].
-    waves
-        Whether the controller has waves; others send velocities, forces, positions.
+    """Return the longest wave that can be meant at a port [sqrt(W)]; controllers without waves
+    send velocities, forces, positions.
     """
     return longest_wave(impedance, FORCE_N, VELOCITY_M_S) if waves else DIRECT
 
 
 def wave_of_speed(impedance: Impedance, velocity: float) -> float:
-    """Return a wave that moves an avatar against nothing no faster than that [sqrt(W)]; velocity
-    in m/s.
-    """
+    """Return a wave that moves an avatar against nothing no faster than that [m/s], [sqrt(W)]."""
     return velocity * math.sqrt(0.5 * smallest(impedance))
 
 

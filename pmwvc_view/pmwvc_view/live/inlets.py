@@ -16,7 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import Polled
-from pmwvc_core.transport.reception import ROUND_TRIP
+from pmwvc_core.transport.receiver import ROUND_TRIP
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS

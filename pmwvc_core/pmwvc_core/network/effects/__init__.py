@@ -21,11 +21,7 @@ from pmwvc_core.plugins import Records
 
 __all__ = ["EFFECTS", "Effect", "LinkEffect"]
 EFFECTS: Records[LinkEffect] = Records(
-    LinkEffect,
-    LIBRARY,
-    group="pmwvc.link_effects",
-    parameter="effects",
-    what="a link effect",
+    LinkEffect, LIBRARY, group="pmwvc.link_effects", parameter="effects", what="a link effect"
 )
 
 
@@ -100,9 +96,8 @@ def mean_s(params: LinkParams) -> float:
 
 
 def amounts(params: LinkParams) -> dict[str, str]:
-    """Return the effects beside the constant delay by name, in words with their amounts.
-
-    A plug-in that gives no amount is named.
+    """Return the effects beside the constant delay by name, in words with their amounts; a plug-in
+    that gives no amount is named.
     """
     texts = {record.name: record.amount(params) for record in active(params)}
     for record in plugins_of(params.effects):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The effects of the library: what switches each on, its words, amounts, conflicts and means.
+"""The effects of the library: what switches each on, its amounts, conflicts and means.
 
 What they do to a packet is :mod:`pmwvc_core.network.link`.
 """
@@ -12,8 +12,8 @@ from typing import TypeVar
 from pmwvc_core.errors import ParameterError, RecordingError, refusal
 from pmwvc_core.network.delay_trace import recording_of
 from pmwvc_core.network.distributions import DISTRIBUTIONS, Distribution, drawn, file_conflict
+from pmwvc_core.network.draws import gilbert_loss, markov_loss
 from pmwvc_core.network.effects.record import LinkEffect
-from pmwvc_core.network.losses import gilbert_loss, markov_loss
 from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 
@@ -73,14 +73,6 @@ def _jitter_amount(params: LinkParams) -> str:
     return f"jitter ({params.jitter}: mean {mean_ms:.3g} ms, deviation {deviation_ms:.3g} ms)"
 
 
-def _jitter_spread_s(params: LinkParams) -> float | None:
-    """Return by how much the delay is usually longer: half-width or mean and deviation [s]."""
-    if DISTRIBUTIONS[params.jitter].half_width:
-        return float(params.jitter_s)
-    moments = _moments(params)
-    return sum(moments) if moments else None
-
-
 def _recorded_amount(params: LinkParams) -> str:
     text, trace = f"the delays of {params.trace_file}", _known(recording_of, params)
     if trace is None:
@@ -98,10 +90,14 @@ _jitter = partial(LinkEffect, linear="delay", spreads=True, label=lambda p: f"{p
 def _drawn(name: str, law: Distribution) -> LinkEffect:
     return _jitter(
         name=name,
-        words=f"The delay is {law.words}.",
         active=lambda p: p.jitter == name and drawn(p) is not None,
         linux=True,
-        spread_s=_jitter_spread_s,
+        # usually longer by the half-width, or by mean and deviation
+        spread_s=lambda p: (
+            float(p.jitter_s)
+            if law.half_width
+            else (sum(found) if (found := _moments(p)) else None)
+        ),
         mean_s=lambda p: (_moments(p) or (0.0, 0.0))[0],
         amount=_jitter_amount,
         conflict=law.conflict,
@@ -112,7 +108,6 @@ def _drawn(name: str, law: Distribution) -> LinkEffect:
 TRACE_NAME = "trace"
 TRACE = _jitter(
     name=TRACE_NAME,
-    words="The delay follows a recording.",
     active=lambda p: p.jitter == TRACE_NAME,
     random=False,
     spread_s=lambda p: trace.longest_s if (trace := _known(recording_of, p)) else None,
@@ -121,38 +116,29 @@ TRACE = _jitter(
     conflict=file_conflict,
     check=recording_of,
 )
-ORDER = _linux(
-    name="order",
-    words="A later packet waits for an earlier one.",
-    linear="order",
-    random=False,
-)
+ORDER = _linux(name="order", linear="order", random=False)
 LIBRARY = (
     _linux(
         name="loss",
-        words="Packets are lost, each with the same probability.",
         active=lambda p: p.loss > 0.0,
         amount=lambda p: f"loss of {p.loss:.3g} of the packets",
         label=lambda p: f"loss {p.loss * 100.0:.4g} %",
     ),
     _linux(
         name="gilbert_elliott",
-        words="Packets are lost in bursts, by two states.",
         active=lambda p: p.ge_p > 0.0 or p.ge_good > 0.0,
         amount=lambda p: f"loss of {gilbert_loss(p):.3g} of the packets, in bursts",
         label=lambda p: f"bursts of loss {gilbert_loss(p) * 100.0:.4g} %",
     ),
     _linux(
         name="four_states",
-        words="Packets are lost in bursts and singly, by four states.",
         active=lambda p: p.markov_p13 > 0.0 or p.markov_p14 > 0.0,
         amount=lambda p: f"loss of {markov_loss(p):.3g} of the packets, by four states",
         label=lambda p: f"loss {markov_loss(p) * 100.0:.4g} % (four states)",
         conflict=_markov_conflict,
     ),
-    LinkEffect(
+    LinkEffect(  # at hand-overs the delay steps and packets are lost
         name="handover",
-        words="At hand-overs the delay steps and packets are lost.",
         linear="delay",
         active=lambda p: p.handover_s > 0.0,
         spreads=True,
@@ -166,20 +152,17 @@ LIBRARY = (
     ),
     _linux(
         name="duplication",
-        words="Packets arrive twice, each with the same probability.",
         active=lambda p: p.duplicate > 0.0,
         amount=lambda p: f"duplication of {p.duplicate:.3g} of the packets",
     ),
     _linux(
         name="corruption",
-        words="One bit of a packet is flipped, with the same probability in each.",
         active=lambda p: p.corrupt > 0.0,
         amount=lambda p: f"corruption of {p.corrupt:.3g} of the packets",
         label=lambda p: f"corrupt {p.corrupt * 100.0:.4g} %",
     ),
-    _linux(
+    _linux(  # some packets are sent at once and overtake others
         name="reordering",
-        words="Some packets are sent at once and overtake others.",
         active=lambda p: p.reorder > 0.0,
         spreads=True,
         amount=lambda p: f"reordering of {p.reorder:.3g} of the packets",
@@ -192,7 +175,6 @@ LIBRARY = (
     ),
     LinkEffect(
         name="rate_limit",
-        words="Packets wait for a line of limited rate.",
         linux=True,
         switch=("rate_limit_bps", 0),
         active=lambda p: p.rate_limit_bps > 0.0,
@@ -202,14 +184,12 @@ LIBRARY = (
     ),
     _linux(
         name="delay",
-        words="Every packet takes the same time.",
         random=False,
         label=lambda p: f"{p.delay_s * 1e3:.4g} ms",
         mean_s=lambda p: float(p.delay_s),
     ),
     LinkEffect(
         name="schedule",
-        words="Settings change on a timeline.",
         linear="delay",
         active=lambda p: bool(p.schedule.strip()),
         spreads=True,
@@ -220,9 +200,8 @@ LIBRARY = (
     ),
     *(_drawn(name, law) for name, law in DISTRIBUTIONS.items()),
     TRACE,
-    _linux(
+    _linux(  # packets come out only in slots, several at once
         name="slots",
-        words="Packets come out only in slots, several at once.",
         active=lambda p: p.slot_max_s > 0.0,
         spreads=True,
         spread_s=lambda p: float(p.slot_max_s),

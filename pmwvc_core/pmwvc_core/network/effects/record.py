@@ -10,7 +10,6 @@ import math
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 from pmwvc_core.errors import PLUGIN_ERRORS
@@ -116,17 +115,15 @@ def _fraction(value: Any) -> float | None:
 
 
 # What makes an answer of each hook valid, or raises.
-HOOKS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
-    {
-        "loses": bool,
-        "copies": lambda value: max(0, operator.index(value)),
-        "corrupts": _fraction,
-        "at_once": bool,
-        "departs_ns": lambda value: None if value is None else int(value),
-        "delay_s": _finite,
-        "arrives_ns": int,
-    }
-)
+HOOKS: Mapping[str, Callable[[Any], Any]] = {
+    "loses": bool,
+    "copies": lambda value: max(0, operator.index(value)),
+    "corrupts": _fraction,
+    "at_once": bool,
+    "departs_ns": lambda value: None if value is None else int(value),
+    "delay_s": _finite,
+    "arrives_ns": int,
+}
 
 
 def contained(effect: Effect, name: str, hook: str, faults: EffectFaults) -> Callable[..., Any]:

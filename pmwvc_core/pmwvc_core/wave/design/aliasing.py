@@ -16,17 +16,19 @@ Equations: docs/theory.md 2.6, 2.7, 11.6.
 
 import functools
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.extremum import minimum_between
 from pmwvc_core.wave.design.filter_design import design, half_power_hz, sections_response
 
 GRID = 65536  # frequencies looked at before the largest one is refined
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
+@functools.lru_cache(maxsize=1024)
 def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> float:
     """Return the largest possible ratio g^2 of packet energy to filter-input energy.
 
@@ -37,7 +39,20 @@ def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> f
         return float(rate_drop)
     if params.means:
         return 1.0
-    return _folded_peak(params, tick_s, rate_drop)
+    sos = design(params, tick_s=tick_s)
+    images = 2.0 * np.pi * np.arange(rate_drop) / rate_drop
+
+    def folded(theta: Array | float) -> Array:
+        values = sections_response(sos, np.add.outer(np.atleast_1d(theta), images))
+        return np.asarray((values.real**2 + values.imag**2).sum(axis=-1))
+
+    end = np.pi / rate_drop  # the fold is even and has period 2 pi / M
+    theta = np.linspace(0.0, end, max(GRID // rate_drop, 64))
+    gains = folded(theta)
+    peak = int(np.argmax(gains))
+    around = float(theta[max(peak - 1, 0)]), float(theta[min(peak + 1, len(theta) - 1)])
+    _, least = minimum_between(lambda t: -float(folded(t)[0]), *around, within=1e-9 * end)
+    return float(max(gains[peak], -least))
 
 
 def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> float:
@@ -51,7 +66,9 @@ def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> float:
         return 0.5 * (rate_drop - 1) * tick_s
     if not params.is_on:
         return 0.0
-    return _delay_ticks(design(params, tick_s=tick_s)) * tick_s
+    sos, age = design(params, tick_s=tick_s), np.arange(3)
+    above, below = (c @ age / c.sum(axis=1) for c in (sos[:, :3], sos[:, 3:]))  # mean ages
+    return float((above - below).sum()) * tick_s
 
 
 def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[str]:
@@ -75,32 +92,24 @@ def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[
     ]
 
 
-@functools.lru_cache(maxsize=1024)
-def _folded_peak(params: FilterParams, tick_s: float, rate_drop: int) -> float:
-    """Return the largest value over frequency of the folded squared gain."""
-    sos = design(params, tick_s=tick_s)
-    images = 2.0 * np.pi * np.arange(rate_drop) / rate_drop
-
-    def folded(theta: Array | float) -> Array:
-        values = sections_response(sos, np.add.outer(np.atleast_1d(theta), images))
-        return np.asarray((values.real**2 + values.imag**2).sum(axis=-1))
-
-    end = np.pi / rate_drop  # the fold is even and has period 2 pi / M
-    theta = np.linspace(0.0, end, max(GRID // rate_drop, 64))
-    gains = folded(theta)
-    peak = int(np.argmax(gains))
-    around = float(theta[max(peak - 1, 0)]), float(theta[min(peak + 1, len(theta) - 1)])
-    refined = minimum_between(lambda t: -float(folded(t)[0]), *around, within=1e-9 * end)
-    return float(max(gains[peak], -refined.value))
-
-
-def _delay_ticks(sos: Array) -> float:
-    """Return the group delay at rest: the mean age of each numerator, less that of each
-    denominator.
+def minimum_between(
+    function: Callable[[float], float], low: float, high: float, *, within: float = 1e-9
+) -> tuple[float, float]:
+    """Return place and value of the minimum of a function with one minimum between ``low`` and
+    ``high`` (of several one of them), by golden section, located ``within`` so much.
     """
-    age = np.arange(3)
-    numerators, denominators = sos[:, :3], sos[:, 3:]
-    ages = numerators @ age / numerators.sum(axis=1) - denominators @ age / denominators.sum(
-        axis=1
-    )
-    return float(ages.sum())
+    step = GOLDEN * (high - low)
+    left, right = high - step, low + step
+    at_left, at_right = function(left), function(right)
+    while high - low > within:
+        if at_left <= at_right:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = function(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = function(right)
+        if not low < left < right < high:  # no floats in between
+            break
+    return (left, at_left) if at_left <= at_right else (right, at_right)

@@ -24,8 +24,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams
-from pmwvc_core.wave.design.butterworth import bilinear_sections
-from pmwvc_core.wave.design.filter_design import least_order, warped_rad_s
+from pmwvc_core.wave.design.filter_design import bilinear_sections, least_order, warped_rad_s
 
 
 class BankFilters(NamedTuple):
@@ -42,32 +41,20 @@ def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
     below half the tick rate, or two are too close together.
     """
     if params.kind == "complementary":
-        low, high = complementary(params.split_rad_s, tick_s=tick_s)
+        c = params.split_rad_s * (0.5 * tick_s)  # bilinear, a = split_rad_s
+        pole = (c - 1.0) / (1.0 + c)
+        low = np.array([[c / (1.0 + c), c / (1.0 + c), 0.0, 1.0, pole, 0.0]])
+        high = np.array([[1.0 / (1.0 + c), -1.0 / (1.0 + c), 0.0, 1.0, pole, 0.0]])
         return BankFilters(low, high, low, high)
-    high, low = (_butterworth(side, *_edges(params, side), tick_s) for side in ("high", "low"))
+    high, low = (_butterworth(params, side, tick_s) for side in ("high", "low"))
     return BankFilters(None, high, None, low)
 
 
-def complementary(pole_rad_s: float, *, tick_s: float) -> tuple[Array, Array]:
-    """Return H1 = a/(s + a) and H2 = s/(s + a) by the bilinear transform, a = ``pole_rad_s``."""
-    c = pole_rad_s * (0.5 * tick_s)
-    pole = (c - 1.0) / (1.0 + c)
-    low = np.array([[c / (1.0 + c), c / (1.0 + c), 0.0, 1.0, pole, 0.0]])
-    high = np.array([[1.0 / (1.0 + c), -1.0 / (1.0 + c), 0.0, 1.0, pole, 0.0]])
-    return low, high
-
-
-def _edges(params: BankParams, side: str) -> tuple[float, float, float, float]:
+@functools.lru_cache(maxsize=512)
+def _butterworth(params: BankParams, side: str, tick_s: float) -> Array:
+    """Return the sections of a filter; not to be written to."""
     names = ("pass_hz", "pass_db", "stop_hz", "stop_db")
     pass_hz, pass_db, stop_hz, stop_db = (getattr(params, f"{side}_{name}") for name in names)
-    return pass_hz, pass_db, stop_hz, stop_db
-
-
-@functools.lru_cache(maxsize=512)
-def _butterworth(
-    side: str, pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, tick_s: float
-) -> Array:
-    """Return the sections of a filter; not to be written to."""
     if pass_hz * tick_s >= 0.5:
         raise ParameterError(
             f"bank.{side}_pass_hz = {pass_hz}: must be < {0.5 / tick_s:g} Hz, half the tick rate"

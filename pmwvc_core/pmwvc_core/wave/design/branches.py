@@ -34,7 +34,7 @@ from typing import TypedDict
 import numpy as np
 
 from pmwvc_core.numeric import Array, Complex
-from pmwvc_core.wave.design.extremum import minimum_between
+from pmwvc_core.wave.design.aliasing import minimum_between
 
 TOLERANCE = 1e-9  # of an amplitude: what rounding may add to 1
 
@@ -82,4 +82,4 @@ def switching_gain(low: Array, fed_back: Array) -> float:
         matrices = (1.0 + c) * outer + (1.0 + 1.0 / c) * squares
         return float(np.linalg.eigvalsh(matrices)[:, -1].max())
 
-    return float(np.sqrt(minimum_between(worst, -14.0, 14.0, within=1e-5).value))
+    return float(np.sqrt(minimum_between(worst, -14.0, 14.0, within=1e-5)[1]))

@@ -6,17 +6,27 @@ frequency response.
 A cut-off can be given in several ways; here each becomes a pole or second-order sections. The
 filter that runs is in :mod:`pmwvc_core.law.wave.anti_aliasing`.
 
-Equations: docs/theory.md 2.2.
+Butterworth filters are in closed form: the analogue prototype of order n has its poles on the unit
+circle of the left half-plane,
+
+    s_i = exp(j pi (2 i + n + 1)/(2 n)),        i = 0 ... n - 1;
+
+low-pass: w_c s_i, no zeros; high-pass: w_c / s_i and n zeros at rest. Bilinear transform:
+z = (2/T + s)/(2/T - s), which puts the zeros at z = -1 (low-pass) or z = 1 (high-pass). Each
+section has unit gain in its pass band; the least damped one comes last. These are the designs of
+``scipy.signal.buttord`` and ``butter`` (tested against them), whose import takes seconds.
+
+Equations: docs/theory.md 2.2, 2.3, 2.4.
 """
 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design import butterworth
 
 DEFAULT_POLE_RAD_S = 50.0  # the filter of App. B
 HIGHEST_ORDER = 20
@@ -53,21 +63,18 @@ def order_of(params: FilterParams, *, tick_s: float) -> int:
 
 
 def least_order(
-    pass_hz: float,
-    pass_db: float,
-    stop_hz: float,
-    stop_db: float,
-    *,
-    named: tuple[float, float] | None = None,
-    prefix: str = "",
-) -> int:
-    """Return the least order of an analogue Butterworth filter, low-pass or high-pass.
+    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *,
+    named: tuple[float, float] | None = None, prefix: str = "",
+) -> int:  # fmt: skip
+    """Return the least order of an analogue Butterworth filter, low-pass or high-pass, with both
+    losses; ParameterError where the edges are so close that it would not compute well.
 
     What is raised names the edges, or those given as ``named`` where they are pre-warped, with
-    ``prefix`` before their parameters. ParameterError where they are so close that the filter
-    would not compute well.
+    ``prefix`` before their parameters.
     """
-    order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
+    ratio = (10.0 ** (0.1 * stop_db) - 1.0) / (10.0 ** (0.1 * pass_db) - 1.0)
+    span = stop_hz / pass_hz if stop_hz > pass_hz else pass_hz / stop_hz
+    order = math.ceil(math.log10(ratio) / (2.0 * math.log10(span)))
     if order > HIGHEST_ORDER:
         pass_hz, stop_hz = named or (pass_hz, stop_hz)
         raise ParameterError(
@@ -76,6 +83,47 @@ def least_order(
             f"{HIGHEST_ORDER}; move the edges apart"
         )
     return order
+
+
+def bilinear_sections(order: int, cutoff_rad_s: float, tick_s: float, side: str = "low") -> Array:
+    """Return ``b0 b1 b2 1 a1 a2`` per section of the filter by the bilinear transform, from order
+    and -3 dB frequency of the analogue one; ``side`` (``low`` or ``high``) is what passes.
+    """
+    poles = 0.5 * tick_s * _analogue_poles(order, cutoff_rad_s, side)
+    zero = -1.0 if side == "low" else 1.0
+    return _sections((1.0 + poles) / (1.0 - poles), order, zero=zero)
+
+
+def matched_sections(order: int, cutoff_rad_s: float, tick_s: float) -> Array:
+    """Return the low-pass filter with the poles exp(s T), without zeros."""
+    poles = _analogue_poles(order, cutoff_rad_s, "low")
+    return _sections(np.exp(tick_s * poles), order, zero=None)
+
+
+def _analogue_poles(order: int, cutoff_rad_s: float, side: str) -> NDArray[np.complex128]:
+    """Return the poles [rad/s] with positive imaginary part, best damped first; of an odd order
+    the real one is among them.
+    """
+    angle = np.pi * (2.0 * np.arange(order) + order + 1.0) / (2.0 * order)
+    unit = np.exp(1j * angle[: (order + 1) // 2])[::-1]
+    if order % 2:
+        unit[0] = -1.0
+    return np.asarray(cutoff_rad_s * unit if side == "low" else cutoff_rad_s / unit.conj())
+
+
+def _sections(poles: NDArray[np.complex128], order: int, *, zero: float | None) -> Array:
+    """Return sections with these poles, all zeros at one place, and unit gain opposite to it."""
+    found = []
+    for number, pole in enumerate(poles):
+        if order % 2 and number == 0:
+            below = np.array([1.0, -pole.real, 0.0])
+            above = np.array([1.0, 0.0 if zero is None else -zero, 0.0])
+        else:
+            below = np.array([1.0, -2.0 * pole.real, abs(pole) ** 2])
+            above = np.array([1.0, 0.0, 0.0] if zero is None else [1.0, -2.0 * zero, 1.0])
+        signs = np.ones(3) if zero != 1.0 else np.array([1.0, -1.0, 1.0])
+        found.append(np.concatenate([above * (signs @ below) / (signs @ above), below]))
+    return np.array(found)
 
 
 def half_power_hz(params: FilterParams, *, tick_s: float) -> float:
@@ -103,12 +151,8 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     edge named by ``meet`` is met exactly, which leaves something over at the other one.
     ``bilinear`` is pre-warped at that edge, so the sampled filter meets it; ``matched`` maps the
     analogue poles by z = exp(s T_c), without zeros and with unit gain at rest, so it is the
-    analogue filter that meets it.
-
-    Raises
-    ------
-    ParameterError
-        If ``bilinear`` is to meet an edge that is not below half the tick rate.
+    analogue filter that meets it. ParameterError where ``bilinear`` is to meet an edge that is not
+    below half the tick rate.
     """
     if params.kind == "first_order":
         p = math.exp(-pole_of(params) * tick_s)
@@ -116,7 +160,7 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     if params.kind != "butterworth":
         return np.array([PASS_THROUGH])
     cutoff, order = _analogue_cutoff_rad_s(params, tick_s), order_of(params, tick_s=tick_s)
-    sections = butterworth.bilinear_sections if params.warps else butterworth.matched_sections
+    sections = bilinear_sections if params.warps else matched_sections
     return sections(order, cutoff, tick_s)
 
 

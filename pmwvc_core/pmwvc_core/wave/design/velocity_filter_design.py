@@ -30,10 +30,10 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
+from pmwvc_core.wave.design.aliasing import minimum_between
 from pmwvc_core.wave.design.branches import TOLERANCE
-from pmwvc_core.wave.design.butterworth import bilinear_sections
-from pmwvc_core.wave.design.extremum import minimum_between
 from pmwvc_core.wave.design.filter_design import (
+    bilinear_sections,
     half_power_hz,
     response,
     sections_response,
@@ -52,12 +52,12 @@ def high_pass(params: MasterParams) -> Array:
     """Return H_HP as second-order sections ``(sections, 6)`` (of ``complementary``: one of the two
     H_2); ParameterError where no such filter exists.
     """
-    return sections_of(chosen(params).velocity_filter, params.tick_s, "highpass")
+    return sections_of(chosen(params).velocity_filter, params.tick_s, "high")
 
 
 def low_pass(params: MasterParams) -> Array:
     """Return H_1 of the complementary pair, shaped as :func:`high_pass`."""
-    return sections_of(chosen(params).velocity_filter, params.tick_s, "lowpass")
+    return sections_of(chosen(params).velocity_filter, params.tick_s, "low")
 
 
 def chosen(params: MasterParams) -> MasterParams:
@@ -117,7 +117,7 @@ def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: flo
     grid = np.linspace(0.0, below, 97)[1:-1]
     start = int(np.argmin([error(float(alpha)) for alpha in grid]))
     around = grid[max(start - 1, 0)], grid[min(start + 1, len(grid) - 1)]
-    return minimum_between(error, float(around[0]), float(around[1])).at
+    return minimum_between(error, float(around[0]), float(around[1]))[0]
 
 
 def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: float) -> float:
@@ -144,13 +144,13 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
 
 
 @functools.lru_cache(maxsize=1024)
-def sections_of(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
-    """Return the sections of the filter of completed parameters, ``kind`` lowpass or highpass."""
+def sections_of(own: VelocityFilterParams, tick_s: float, side: str) -> Array:
+    """Return the sections of the filter of completed parameters; ``side`` is what passes."""
     if own.alpha is not None:
         return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
     assert own.cutoff_hz is not None  # completed
     cutoff = warped_rad_s(own.cutoff_hz, tick_s)
-    return bilinear_sections(own.order, cutoff, tick_s, kind.removesuffix("pass"))
+    return bilinear_sections(own.order, cutoff, tick_s, side)
 
 
 def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Complex]:
@@ -160,10 +160,10 @@ def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Comple
     tick_s, own = params.tick_s, params.velocity_filter
     angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
     low = response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
-    high = sections_response(sections_of(own, tick_s, "highpass"), angle)
+    high = sections_response(sections_of(own, tick_s, "high"), angle)
     if not own.splits:
         return low, high
-    pair = sections_response(sections_of(own, tick_s, "lowpass"), angle)
+    pair = sections_response(sections_of(own, tick_s, "low"), angle)
     return low * pair**2, high**2
 
 
@@ -192,9 +192,9 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
         return 0.0, 0.0
     own, tick_s = chosen(params).velocity_filter, params.tick_s
     angle = np.array([SLOW])
-    fed = sections_response(sections_of(own, tick_s, "highpass"), angle)[0]
+    fed = sections_response(sections_of(own, tick_s, "high"), angle)[0]
     if own.splits:
-        passed = sections_response(sections_of(own, tick_s, "lowpass"), angle)[0] ** 2
+        passed = sections_response(sections_of(own, tick_s, "low"), angle)[0] ** 2
         longer = -float(passed.imag) / SLOW * tick_s
         return longer, longer
     answered = float(own.share) * float(fed.imag) / SLOW * tick_s

@@ -7,14 +7,64 @@ The velocity of an avatar depends on the force of its contact and the force on t
 coupling makes the two consistent in a step of the environment.
 """
 
-from pmwvc_core.law.server.implicit import Implicit
-from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped
-from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.plugins import Records
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings.record import Coupling, backward, forward
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
-__all__ = ["COUPLINGS", "Coupling"]
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.law.server.implicit import Implicit
+from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.plugins import Record, Records
+from pmwvc_core.server.compensations import COMPENSATIONS
+
+OBJECT_MOTIONS = ("held", "held_before", "midpoint")
+
+
+def forward(params: ServerParams) -> tuple[float, float]:
+    """Return what they weigh [s] where the avatar moves with the velocity before."""
+    return params.period_s, 0.0
+
+
+def backward(params: ServerParams) -> tuple[float, float]:
+    """Return what they weigh [s] where the avatar moves with its new velocity."""
+    return 0.0, params.period_s
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coupling(Record):
+    """A coupling: what makes its law, and its properties."""
+
+    # makes, from what old and new velocity weigh by ``server.integrator`` [s], the NamedTuple by
+    # whose type the family :data:`pmwvc_core.law.server.avatar.couple` chooses the law of a step;
+    # None for a black box (:mod:`pmwvc_core.server.black_box`), and where a controller has its own
+    law: Callable[[float, float], Any] | None = None
+    parameters: tuple[str, ...] = ()  # of ``server.*`` that decide what it does, for reports
+    # what old and new velocity weigh [s] in an avatar's displacement over a step; None where the
+    # avatar stands at the device's position
+    moves: Callable[[ServerParams], tuple[float, float]] | None = lambda params: weights(
+        params.integrator, params.period_s
+    )
+    balanced: bool = False  # velocity and force of a step: F . xd = (|u|^2 - |v|^2)/2
+    exact: bool = False  # stored energy and heat balance the waves to rounding in every step
+    late: bool = False  # decodes with the force of the step before, xd = sqrt(2/b) u - F'/b
+    black_box: bool = False  # the environment is known by its forces only
+    # how the object moves: under the forces of the step ``held``, under those of the step before
+    # (``held_before``), or by the ``midpoint`` rule
+    object_motion: str = "held_before"
+    # whether the server returns no more energy than it received, whatever is touched
+    passive: Callable[[ServerParams], bool] = lambda params: False
+    # wave impedance [N s/m] from which on a contact with a wall is passive; None where no such
+    # bound is known or needed
+    least_impedance: Callable[[ServerParams, ContactParams], float] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a motion that no account knows."""
+        if self.object_motion not in OBJECT_MOTIONS:
+            raise ParameterError(
+                f"object_motion = {self.object_motion!r}: must be one of "
+                f"{', '.join(OBJECT_MOTIONS)}"
+            )
 
 
 def least_impedance(params: ServerParams, contact: ContactParams) -> float:

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Code from outside, contained: the count of the faulty steps of an environment or coupling, and a
+coupling whose failed steps are a matched damper at every port.
+
+Then f_s = sqrt(b/2) u_s, so that no wave returns; avatars and object move by these forces as the
+record of the coupling says that they move. Heat is what went in and is not stored. Not here: a
+step that takes too long.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple, TypeVar
+
+from pmwvc_core.errors import PLUGIN_ERRORS, reason
+from pmwvc_core.law.server.avatar import Avatar, couple
+from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j, mobility, pushed_body
+from pmwvc_core.law.server.contacts import contact_energy, slid
+from pmwvc_core.law.vectors import dot, minus, plus, scaled, within, zero
+from pmwvc_core.law.wave.wave import free_velocity, wave_force, wave_velocity
+
+LARGEST_N = 1e6  # more is no force
+R = TypeVar("R")
+Step = tuple[tuple[Avatar, ...], Body, float, bool]
+
+
+class BadAnswer(Exception):
+    """The environment or coupling answered with something that is no answer."""
+
+
+class Unanswered(BadAnswer):
+    """It has not answered in time, or is still busy with an earlier step."""
+
+
+class Unsettled(BadAnswer):
+    """The equation of a step was not solved to rounding; its best solution was used."""
+
+    def __str__(self) -> str:
+        """Return what happened."""
+        return "did not settle"
+
+
+class Faults:
+    """Count of faulty steps of what was asked (``parameter``: ``server.environment``, or
+    ``server.coupling``), and the text of the last fault.
+    """
+
+    def __init__(self, parameter: str, value: str) -> None:
+        self._name = f"{parameter} = {value!r}"
+        self.steps = 0
+        self.text = ""
+        self.what = parameter.removeprefix("server.")
+        self.replaced = self.what == "environment"  # by a damper, in those steps
+
+    def guarded(self, ask: Callable[[], R]) -> R | None:
+        """Return what code from outside answers; None, and count a step, where it raises."""
+        try:
+            return ask()
+        except PLUGIN_ERRORS as error:  # whatever it raises
+            self.note(error)
+            return None
+
+    def note_users(self, bad: Iterable[bool], what: str) -> None:
+        """Count a step where the answer is bad for any user."""
+        if who := [user for user, is_bad in enumerate(bad) if is_bad]:
+            self.note(BadAnswer(f"returned {what} for users {who}"))
+
+    def note_jumps(self, body: Any) -> None:
+        """Count a step of an environment whose force jumped for users who are there."""
+        jumped = (seen.there and seen.jumped for seen in getattr(body, "users", ()))
+        self.note_users(jumped, "a force that jumped while hardly anything moved")
+
+    def note(self, error: BaseException) -> None:
+        """Count a step."""
+        what = str(error) if isinstance(error, BadAnswer) else f"raised {reason(error)}"
+        self.steps += 1
+        self.text = f"{self._name} {what}"
+
+
+class Contained(NamedTuple):
+    """A coupling's own law, what went wrong, and how the damper in its place moves."""
+
+    law: Any
+    faults: Faults
+    old_s: float  # weights of old and new velocity in an avatar's displacement
+    new_s: float
+    late: bool
+    object_motion: str
+
+
+@couple.member(Contained)
+def contained(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    """Step the coupling; a damper for the steps that it fails."""
+
+    def usable() -> Step:
+        found: Step = couple(p.law, avatars, body, law)
+        if all(within(plus(a.f, a.xd), LARGEST_N) for a in found[0] if a.present):
+            return found
+        raise BadAnswer("returned no usable force or velocity (not finite, or beyond 1e6)")
+
+    if (found := p.faults.guarded(usable)) is not None:
+        return found
+    p.faults.replaced = True
+    before_j, into_j = _stored_j(avatars, body, law), 0.0
+    force, held, ways, moved = zero(body.x), zero(body.x), [], []
+    for a in avatars:
+        damped = scaled(free_velocity(a.impedance, a.u), 0.5)
+        push = wave_force(a.impedance, damped, zero(damped))
+        xd = wave_velocity(a.impedance, a.u, a.f) if p.late else damped
+        if a.present:
+            into_j += law.period_s * dot(push, xd)
+            force, held = plus(force, push), plus(held, a.f)
+        ways.append(plus(scaled(a.xd, p.old_s), scaled(xd, p.new_s)))
+        moved.append(a._replace(xd=xd, f=push))
+    if p.object_motion != "midpoint":
+        pushes = held if p.object_motion == "held_before" else force
+        body, shift, _ = pushed_body(body, pushes, law)
+    else:
+        mobile, pushed = mobility(0.0, law), plus(scaled(body.xd, law.inertance), force)
+        mean = scaled(pushed, mobile) if mobile else zero(force)
+        body, _ = drifted(body, mean, law)
+        shift = scaled(mean, law.period_s)
+    after = tuple(
+        a._replace(contact=slid(a.contact, minus(way, shift))[0]) if a.present else before
+        for a, way, before in zip(moved, ways, avatars, strict=True)
+    )
+    return after, body, into_j - (_stored_j(after, body, law) - before_j), True
+
+
+def _stored_j(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> float:
+    springs = sum(contact_energy(a.contact) for a in avatars if a.present)
+    return kinetic_j(body, law) + springs
