@@ -36,12 +36,8 @@ def write(
     """
     import matplotlib
 
-    paths = [folder / f"{chart.name}.{kind}" for kind in kinds]
     with matplotlib.rc_context(style.SETTINGS):
-        drawn = figure(chart, span)
-        for path in paths:
-            style.save(drawn, path)
-    return paths
+        return style.save(figure(chart, span), folder, chart.name, kinds)
 
 
 def figure(chart: Chart, span: Span | None = None) -> "Figure":
