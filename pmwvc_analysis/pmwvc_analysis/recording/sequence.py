@@ -11,26 +11,26 @@ before it counts too.
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from pmwvc_analysis.recording.format import schemas
 
 MOST_RANGES = 256  # of one publisher; older ones are settled: hours of losses take no memory
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
-_HEADER_BYTES = 4  # CDR encapsulation
-_STAMP_BYTES = 8
 _EPOCH_NUMBER = {  # behind the stamp, and the clock where a type has one
     schemas.WAVE: struct.Struct("<16xQI"),
     schemas.MASTER_TRACE: struct.Struct("<16xQI"),
     schemas.SERVER_TRACE: struct.Struct("<16xQQ"),
     schemas.RECEPTION: struct.Struct("<8xQI"),
 }
-_U32 = struct.Struct("<I")
-_FIRST_COUNT = struct.Struct("<QI")
+_LENGTH = struct.Struct("<8xI")  # of the link's name, behind the stamp
+_LINK_NUMBER = {  # behind the name; of fates the first one and how many
+    schemas.LINK_STATE: struct.Struct("<I"),
+    schemas.PACKET_FATE: struct.Struct("<QI"),
+}
 
 
-@dataclass(frozen=True)
-class Numbered:
+class Numbered(NamedTuple):
     """Numbers of a message: publisher (epoch or link), and ``count`` numbers from ``first`` on."""
 
     stream: str
@@ -44,20 +44,18 @@ def peek(type_name: str, data: bytes) -> Numbered | None:
     Offsets follow from the field order in the ``.msg`` files: the numbers come right after the
     stamps. The recorder has no time to decode messages.
     """
-    body = data[_HEADER_BYTES:]
+    body = data[4:]  # behind the encapsulation
     try:
         if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
             epoch, number = layout.unpack_from(body)
             return Numbered(f"{epoch:016x}", number)
-        if type_name not in (schemas.LINK_STATE, schemas.PACKET_FATE):
+        if (layout := _LINK_NUMBER.get(type_name)) is None:
             return None
-        start = _STAMP_BYTES + _U32.size
-        (length,) = _U32.unpack_from(body, _STAMP_BYTES)
-        link = body[start : start + max(length - 1, 0)].decode("utf-8", "replace")
-        end = start + length
-        if type_name == schemas.LINK_STATE:
-            return Numbered(link, *_U32.unpack_from(body, end + -end % 4))
-        return Numbered(link, *_FIRST_COUNT.unpack_from(body, end + -end % 8))
+        (length,) = _LENGTH.unpack_from(body)
+        end = _LENGTH.size + length
+        link = body[_LENGTH.size : max(end - 1, _LENGTH.size)].decode("utf-8", "replace")
+        align = 4 if layout.size == 4 else 8
+        return Numbered(link, *layout.unpack_from(body, end + -end % align))
     except struct.error:
         return None
 
