@@ -107,9 +107,8 @@ def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
     for topic, count in traces.counts.items():
         if not count["missing"]:
             continue
-        origin = relayed(topic)
-        if origin is not None and origin[0] in traces.fates:
-            text = f"{topic}: {count['missing']} packets that {origin[0]} delivered"
+        if (link := relayed(topic)) in traces.fates:
+            text = f"{topic}: {count['missing']} packets that {link} delivered"
             found.append(Finding("missing", WARNING, text))
         else:
             found += [Finding("missing", WARNING, line) for line in content.counter.lines([topic])]

@@ -16,9 +16,7 @@ from pmwvc_analysis.recording import assemble, links
 from pmwvc_analysis.recording.clocks import time_lines
 from pmwvc_analysis.recording.content import CUT, WHOLE, Content, read_content
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
-from pmwvc_analysis.recording.links import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
@@ -94,11 +92,11 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             "fate_zero_ns": links.fate_zeros(fate_messages, zero_ns),
         },
     )
-    traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
+    traces.counts, lost = links.topic_counts(content.counter, fates, traces.packets)
     changed, changes = parameter_changes(content.parameters, folder, zero_ns)
     traces.settings = taken_over(changes, users, server)
     traces.targets = dict(hand_targets(content.hands, zero_ns))
-    traces.events = _events(folder, content, changed, zero_ns) + _start_losses(traces)
+    traces.events = _events(folder, content, changed, zero_ns) + lost
     return traces
 
 
@@ -165,19 +163,4 @@ def _events(
         if "time_ns" in event:
             event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9
         event.setdefault("time_s", None)
-    return found
-
-
-def _start_losses(traces: SessionTraces) -> list[dict[str, Any]]:
-    """Return as events which packets never reached their link."""
-    found: list[dict[str, Any]] = []
-    for link, fates in traces.fates.items():
-        packets = traces.packets.get(source_of(link))
-        if packets is None or not len(fates.seq):
-            continue
-        count, first = not_relayed(packets, fates)
-        if count:
-            time_s = float(packets.time_s[np.argmax(packets.seq == first)])
-            what = f"{count} packets of {packets.topic} never reached it, from number {first} on"
-            found.append({"time_s": time_s, "who": link, "kind": "link", "what": what})
     return found

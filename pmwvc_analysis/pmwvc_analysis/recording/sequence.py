@@ -8,6 +8,7 @@ that did, is missing; the first one of a publisher started while recording is 1,
 before it counts too.
 """
 
+import bisect
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -87,30 +88,15 @@ class StreamCount:
         after = first + count
         if self.ranges and first == self.ranges[-1][1]:
             self.ranges[-1][1] = after
-            return
-        if not self.ranges or first > self.ranges[-1][1]:
-            self.ranges.append([first, after])
-            if len(self.ranges) > MOST_RANGES:
-                self._settle(MOST_RANGES // 2)
-        elif not self.settled_seen or first >= self.settled:
-            self._insert(first, after)
-
-    def _settle(self, count: int) -> None:
-        self.settled_seen += sum(after - first for first, after in self.ranges[:count])
-        self.settled = self.ranges[count - 1][1]
-        del self.ranges[:count]
-
-    def _insert(self, first: int, after: int) -> None:
-        """Merge numbers that come late or again."""
-        merged: list[list[int]] = []
-        new = [first, after]
-        for old in self.ranges:
-            if old[1] < new[0] or old[0] > new[1]:
-                merged.append(old)
-            else:
-                new = [min(old[0], new[0]), max(old[1], new[1])]
-        merged.append(new)
-        self.ranges = sorted(merged)
+        elif not self.settled_seen or first >= self.settled:  # late, again, or behind a gap
+            touching = [old for old in self.ranges if old[0] <= after and first <= old[1]]
+            whole = [first, after], *touching
+            self.ranges = [old for old in self.ranges if old not in touching]
+            bisect.insort(self.ranges, [min(of[0] for of in whole), max(of[1] for of in whole)])
+        if len(self.ranges) > MOST_RANGES:
+            old, self.ranges = self.ranges[: MOST_RANGES // 2], self.ranges[MOST_RANGES // 2 :]
+            self.settled_seen += sum(after - first for first, after in old)
+            self.settled = old[-1][1]
 
     @property
     def seen(self) -> int:
