@@ -53,15 +53,15 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     fate_messages = content.of_links(schemas.PACKET_FATE)
     fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
-    times = time_lines(masters, steps, steps_log_ns, packets, fates)
-    starts = [int(each.min()) for each in (*times.masters.values(), times.server) if len(each)]
+    times, server_ns, alignment = time_lines(masters, steps, steps_log_ns, packets, fates)
+    starts = [int(each.min()) for each in (*times.values(), server_ns) if len(each)]
     zero_ns = min(starts or logs)
     users, server, lateness, received = [], None, np.zeros(0), {}
     if steps:
-        server, lateness, taken = assemble.server_traces(steps, times.server, zero_ns=zero_ns)
+        server, lateness, taken = assemble.server_traces(steps, server_ns, zero_ns=zero_ns)
         received = {f"{name}/up": packets for name, packets in taken.items()}
     for name, blocks in masters.items():
-        user, own = assemble.user_traces(name, blocks, times.masters[name], zero_ns=zero_ns)
+        user, own = assemble.user_traces(name, blocks, times[name], zero_ns=zero_ns)
         users.append(user)
         if own is not None:
             received[f"{name}/down"] = own
@@ -88,7 +88,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             **content.metadata,
             "zero_ns": zero_ns,
             "server_lateness_s": lateness,
-            "alignment": times.alignment,
+            "alignment": alignment,
             "fate_zero_ns": links.fate_zeros(fate_messages, zero_ns),
         },
     )
