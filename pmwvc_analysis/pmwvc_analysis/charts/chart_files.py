@@ -24,11 +24,7 @@ HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
 
 
 def write(
-    chart: Chart,
-    folder: Path,
-    span: Span | None = None,
-    *,
-    kinds: Sequence[str] = ("png", "svg"),
+    chart: Chart, folder: Path, span: Span | None = None, *, kinds: Sequence[str] = ("png", "svg")
 ) -> list[Path]:
     """Write a figure as ``NAME.png`` and ``NAME.svg``; return both.
 

@@ -34,11 +34,7 @@ def paint(tint: str) -> str:
 
 
 def panel_svg(
-    panel: Panel,
-    *,
-    span: Span,
-    events: Sequence[tuple[float, str]] = (),
-    labelled: bool = True,
+    panel: Panel, *, span: Span, events: Sequence[tuple[float, str]] = (), labelled: bool = True
 ) -> str:
     """Return the markup of one panel, ``WIDTH`` wide and ``panel_height`` high."""
     bottom = TOP + panel.height

@@ -31,14 +31,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
-from pmwvc_core.runtime.misfits import (
-    LinkState,
-    MasterTrace,
-    PacketFate,
-    ServerTrace,
-    Trace,
-    Wave,
-)
+from pmwvc_core.runtime.misfits import LinkState, MasterTrace, PacketFate, ServerTrace, Trace, Wave
 from pmwvc_core.traces import FateTraces
 from pmwvc_core.transport.clock_line import Least, latest_line
 
