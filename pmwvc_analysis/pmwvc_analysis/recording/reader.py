@@ -21,7 +21,7 @@ from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_o
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces
 
 
 def read_session(folder: str | Path) -> SessionTraces:
@@ -65,9 +65,13 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         users.append(user)
         if own is not None:
             received[f"{name}/down"] = own
+    # To the end of the last tick of a user: the server runs on a little after the users have left.
+    ends = [float(user.time_s[-1]) + user.tick_s for user in users if len(user.time_s)]
+    if server is not None and not ends:
+        ends.append(float(server.time_s[-1]) + server.period_s)
     traces = SessionTraces(
         source=content.metadata.get("session", {}).get("source", "live"),
-        duration_s=_duration(users, server, logs, zero_ns),
+        duration_s=max(ends, default=(max(logs) - min(logs)) * 1e-9),
         users=users,
         server=server,
         packets={
@@ -129,19 +133,6 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     return parse_scenario({"channel": PLAIN, **mapping_in(path)}, source=str(path))
 
 
-def _duration(
-    users: list[UserTraces], server: ServerTraces | None, logs: list[int], zero_ns: int
-) -> float:
-    """Return the time from the first tick or step to the end of the last tick of a user.
-
-    The server runs on a little after the users have left; that is not part of the session.
-    """
-    ends = [float(user.time_s[-1]) + user.tick_s for user in users if len(user.time_s)]
-    if server is not None and not ends:
-        ends.append(float(server.time_s[-1]) + server.period_s)
-    return max(ends, default=(max(logs) - min(logs)) * 1e-9)
-
-
 def _events(
     folder: Path, content: Content, changed: list[dict[str, Any]], zero_ns: int
 ) -> list[dict[str, Any]]:
@@ -150,15 +141,13 @@ def _events(
     if (mended := content.metadata.get("recovered")) is not None:
         what = f"mended from {mended.get('from')}: {mended.get('cut')}"
         kind = "recording" if mended.get("cut") == WHOLE else CUT
-        found.append({"time_s": None, "who": "recorder", "kind": kind, "what": what})
+        found.append({"who": "recorder", "kind": kind, "what": what})
     path = folder / "events.json"
     if path.is_file():
         try:
             found += json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            found.append(
-                {"time_s": None, "who": "runner", "what": f"events.json cannot be read: {error}"}
-            )
+            found.append({"who": "runner", "what": f"events.json cannot be read: {error}"})
     for event in found:
         if "time_ns" in event:
             event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9

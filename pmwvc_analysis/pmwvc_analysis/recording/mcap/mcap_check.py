@@ -33,8 +33,7 @@ from pmwvc_core.errors import file_errors
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 MESSAGE_INDEX = struct.Struct("<HI")  # channel, bytes of entries
 ENTRY = struct.Struct("<QQ")  # log time, offset in the chunk
-FOOTER_BYTES = 20
-MOST_PROBLEMS = 50
+FOOTER_BYTES, MOST_PROBLEMS = 20, 50
 COMPRESSIONS = ("", "lz4", "zstd")
 CONTENT = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
 
@@ -57,14 +56,13 @@ class Structure:
 def check_file(path: str | Path) -> Structure:
     """Check one file; RecordingError where it cannot be read at all."""
     with file_errors(f"read {path}"):
-        data = Path(path).read_bytes()
-    return check_bytes(data)
+        return check_bytes(Path(path).read_bytes())
 
 
 def check_bytes(data: bytes) -> Structure:
     """Check the bytes of a file."""
     check = _Check(memoryview(data))
-    problems = check.problems
+    problems, notes = check.problems, check.notes
     try:
         check.run()
     except Malformed as error:
@@ -72,7 +70,7 @@ def check_bytes(data: bytes) -> Structure:
     if len(problems) > MOST_PROBLEMS:
         problems[MOST_PROBLEMS:] = [f"and {len(problems) - MOST_PROBLEMS} more"]
     counted = check.statistics()
-    return Structure(problems, check.notes, counted.message_count, counted.chunk_count)
+    return Structure(problems, notes, counted.message_count, counted.chunk_count)
 
 
 class _Check(Expected):
