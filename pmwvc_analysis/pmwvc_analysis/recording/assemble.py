@@ -38,7 +38,9 @@ def _column(messages: Sequence[object], field: str, kind: type = float) -> NDArr
 def _joined(messages: Sequence[object], field: str, kind: type = np.int64) -> NDArray[Any]:
     """Return the values of a field one behind the other; empty where it was not recorded."""
     known = messages if all(hasattr(message, field) for message in messages) else ()
-    parts = [np.atleast_1d(np.asarray(getattr(each, field), dtype=kind)) for each in known]
+    parts: list[NDArray[Any]] = [
+        np.atleast_1d(np.asarray(getattr(each, field), dtype=kind)) for each in known
+    ]
     return np.concatenate([np.zeros(0, dtype=kind), *parts])
 
 

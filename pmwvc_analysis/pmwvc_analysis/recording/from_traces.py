@@ -76,9 +76,9 @@ def record_traces(
             [user.name for user in traces.users], links=list(traces.fates)
         ):
             writer.add_topic(topic)
-        for at_ns, topic, message in outgoing:
+        for at_ns, name, message in outgoing:
             data = bytes(store.serialize_cdr(message, message.__msgtype__))
-            writer.write(topic, data, log_ns=start + at_ns)
+            writer.write(name, data, log_ns=start + at_ns)
 
 
 def _all(

@@ -182,7 +182,7 @@ def topic_counts(
     """
     counts: dict[str, dict[str, int]] = {}
     for topic, messages in counter.messages.items():
-        if (link := relayed(topic)) in fates:
+        if (link := relayed(topic)) and link in fates:
             missing = _not_recorded(packets.get(topic), fates[link])
         else:
             missing = counter.missing(topic)

@@ -75,7 +75,8 @@ def _keep(topic: str, series: Series, own: list[bool], why: str) -> Events:
     if not (left_out := own.count(False)):
         return []
     first_ns = series.log_ns[own.index(False)]
-    for values in (series.log_ns, series.messages, series.numbers):
+    kept: list[list[Any]] = [series.log_ns, series.messages, series.numbers]
+    for values in kept:
         values[:] = itertools.compress(values, own)
     what = f"{count(left_out, 'message')} on {topic} {why}, left out"
     return [{"time_ns": first_ns, "who": topic, "kind": "stranger", "what": what}]

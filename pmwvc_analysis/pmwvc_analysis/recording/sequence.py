@@ -12,7 +12,7 @@ import bisect
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from pmwvc_analysis.recording.format import schemas
 
@@ -31,7 +31,8 @@ _LINK_NUMBER = {  # behind the name; of fates the first one and how many
 }
 
 
-class Numbered(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Numbered:
     """Numbers of a message: publisher (epoch or link), and ``count`` numbers from ``first`` on."""
 
     stream: str

@@ -210,8 +210,8 @@ class _Check(Expected):
 
     def _check_summary(self, start: int, found: Iterator[Record]) -> None:
         """Check the records behind the data section, which ends at ``start``."""
-        *summary, last = [*found] or [None]
-        if last is None or last.opcode != Opcode.FOOTER:
+        summary = list(found)
+        if not summary or (last := summary.pop()).opcode != Opcode.FOOTER:
             raise Malformed("the file does not end with a footer")
         if len(last.content) != FOOTER_BYTES:
             self.problems.append("the footer has another size than it should")
