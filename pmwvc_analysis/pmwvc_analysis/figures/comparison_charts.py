@@ -44,7 +44,7 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[tuple[Chart, Path]]
     found = [measures(entries)]
     if len(entries) == 2:
         found.append(overlay(*entries))
-    found += [signals(*signal, entries) for signal in SIGNALS]
+    found += [signals(entries, *signal) for signal in SIGNALS]
     found += admittances(entries)
     named = [
         replace(chart, name=f"compare_{chart.name}", title=chart.title or chart.heading)
@@ -54,12 +54,12 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[tuple[Chart, Path]]
 
 
 def signals(
+    entries: Sequence[Entry],
     name: str,
     heading: str,
     caption: str,
     y_label: str,
     lines_of: Callable[[Entry], list[Line]],
-    entries: Sequence[Entry],
 ) -> Chart:
     """Return one panel per session, all with the same axes: they hold every signal of the stable
     sessions (of all if none is).
@@ -172,9 +172,10 @@ def measures(entries: Sequence[Entry]) -> Chart:
             if entry.measures[name] is not None
         ]
 
-        def points(verdict: bool | None, of: Rows = known) -> Array:
+        def points(verdict: bool | None, of: Rows = known) -> tuple[Array, Array]:
             rows = [(index, value) for index, value, ok in of if ok is verdict]
-            return np.array(rows, dtype=float).reshape(-1, 2).T
+            across, up = np.array(rows, dtype=float).reshape(-1, 2).T
+            return across, up
 
         values = [value for _, value, _ in known]
         wide = bool(values) and min(values) > 0.0 and max(values) > WIDE * min(values)
