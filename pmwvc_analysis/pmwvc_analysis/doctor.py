@@ -19,7 +19,6 @@ from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.reader import read_scenario, session_of
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.master.count_bound import count_bound
-from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 OK, NOTE, WARNING, PROBLEM = "ok", "note", "warning", "problem"
@@ -56,19 +55,13 @@ def check_recording(folder: str | Path) -> list[Finding]:
         findings += [Finding("physics", PROBLEM, problem) for problem in problems]
         if not problems:
             findings.append(Finding("physics", OK, "ports, powers and running sums agree"))
-        if scenario is not None:
-            findings += _encoders(scenario)
+        if scenario is not None:  # what ports behind counts may give out is no fault
+            for user in (each for each in scenario.users if behind_counts(each, scenario)):
+                text = count_bound(user.master, user.device).text()
+                findings.append(Finding("encoder", NOTE, f"{user.name}: {text}"))
     except PmwvcError as error:
         findings.append(Finding("content", PROBLEM, str(error)))
     return findings
-
-
-def _encoders(scenario: Scenario) -> Iterator[Finding]:
-    """Name what ports behind counts may give out, which is no fault of the recording."""
-    for user in scenario.users:
-        if behind_counts(user, scenario):
-            text = count_bound(user.master, user.device).text()
-            yield Finding("encoder", NOTE, f"{user.name}: {text}")
 
 
 def exit_code(findings: list[Finding]) -> int:
@@ -107,9 +100,8 @@ def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
     for topic, count in traces.counts.items():
         if not count["missing"]:
             continue
-        origin = relayed(topic)
-        if origin is not None and origin[0] in traces.fates:
-            text = f"{topic}: {count['missing']} packets that {origin[0]} delivered"
+        if (link := relayed(topic)) in traces.fates:
+            text = f"{topic}: {count['missing']} packets that {link} delivered"
             found.append(Finding("missing", WARNING, text))
         else:
             found += [Finding("missing", WARNING, line) for line in content.counter.lines([topic])]
@@ -119,11 +111,8 @@ def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
         if not count["messages"] and not topic.endswith(QUIET)
     ]
     texts = [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]
-    texts += [
-        str(event["what"])
-        for event in traces.events
-        if event["who"] == "recorder" or event.get("kind") == "stranger"
-    ]
+    strange = (e for e in traces.events if e["who"] == "recorder" or e.get("kind") == "stranger")
+    texts += [str(event["what"]) for event in strange]
     found += [Finding("missing", WARNING, text) for text in texts]
     return found or [
         Finding("missing", OK, "nothing is missing: the numbers of every publisher are complete")

@@ -65,7 +65,11 @@ class Recorder:
         reported = False
         while not stop.wait(POLL_S):
             self._take_all()
-            if not self._ready and self._all_matched():
+            if not self._ready and all(
+                inlet.subscription.get_publisher_count() > 0
+                for topic, inlet in self._inlets
+                if topic.essential
+            ):
                 self._ready = True
                 print("ready", flush=True)
             if not reported and self._background.writer.problem:
@@ -109,13 +113,6 @@ class Recorder:
             del self._waiting[:ready]
         return taken
 
-    def _all_matched(self) -> bool:
-        return all(
-            inlet.subscription.get_publisher_count() > 0
-            for topic, inlet in self._inlets
-            if topic.essential
-        )
-
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
         writer = self._background.writer
@@ -125,8 +122,8 @@ class Recorder:
             "not queued": self._background.overrun.total(),
             "most waiting [MiB]": f"{self._background.most_waiting_bytes / 2**20:.1f}",
         }
-        if self._background.writer.problem:
-            return ERROR, self._background.writer.problem, values
+        if writer.problem:
+            return ERROR, writer.problem, values
         return OK, "recording" if self._ready else "waiting for publishers", values
 
 

@@ -16,7 +16,7 @@ from support.simulated import simulated
 from pmwvc_analysis.export.files import KINDS, export
 from pmwvc_analysis.export.tables import AVATARS, FATES, PACKETS, STEPS, TICKS, tables
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.replay.loop_times import of_master, unknown_looks
+from pmwvc_analysis.replay.loop_times import times_of, unknown_looks
 from pmwvc_bringup.cli import main
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
@@ -62,7 +62,9 @@ def test_when_packets_were_taken_in_is_not_a_number_where_that_was_not_recorded(
     assert len(found["user1"]) == len(traces.users[0].time_s)
     (note,) = unknown_looks(traces)
     assert note.startswith("when user1 took packets in was not recorded")
-    assert (of_master(traces.users[0]).looked_ns % 1_000_000 == 300_000).all()
+    assert (
+        times_of(traces.users[0], traces.users[0].tick_s).looked_ns % 1_000_000 == 300_000
+    ).all()
     traces.users[0].looked_ns = np.full(len(traces.users[0].time_s), 5)
     assert not unknown_looks(traces)
     assert (tables(traces)[0].columns["looked_ns"] == 5).all()

@@ -17,7 +17,7 @@ import yaml
 from mcap.reader import make_reader
 
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import trace, wave
+from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
@@ -28,7 +28,7 @@ from pmwvc_core.runtime import messages as build
 from pmwvc_core.transport.packet import WavePacket
 
 SECOND = 1_000_000_000
-TOPIC = wave("/user1/wave_up")
+TOPIC = Topic("/user1/wave_up", schemas.WAVE)
 
 
 def packet(seq, epoch=7):
@@ -98,7 +98,7 @@ def test_a_chunk_is_at_most_four_mebibytes(tmp_path):
 def test_metadata_yaml_states_what_is_in_the_file(tmp_path):
     with SessionWriter(tmp_path / "a") as writer:
         writer.add_topic(TOPIC)
-        writer.add_topic(trace("/server/trace", schemas.SERVER_TRACE))
+        writer.add_topic(Topic("/server/trace", schemas.SERVER_TRACE))
         write_some(writer, 10)
     content = yaml.safe_load((tmp_path / "a" / "metadata.yaml").read_text())
     information = content["rosbag2_bagfile_information"]
@@ -266,7 +266,7 @@ def test_memory_does_not_grow_with_the_messages(tmp_path):
         gc.collect()
         return tracemalloc.get_traced_memory()[0]
 
-    topics = [wave(f"/user{number}/wave_up") for number in range(3)]
+    topics = [Topic(f"/user{number}/wave_up", schemas.WAVE) for number in range(3)]
     with SessionWriter(tmp_path / "a") as writer:
         for topic in topics:
             writer.add_topic(topic)

@@ -14,7 +14,8 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 
-DASHES: tuple[tuple[float, ...], ...] = (
+Dash = tuple[float, ...]  # on, off, ... [px]; empty: solid
+DASHES: tuple[Dash, ...] = (
     (), (9, 5), (2, 3), (12, 3, 2, 3), (5, 2.5), (1.5, 1.5), (14, 4), (8, 3, 2, 3, 2, 3),
 )  # fmt: skip
 Span = tuple[float, float]
@@ -28,7 +29,7 @@ class Line:
     x: Array
     y: Array
     tint: str
-    dash: tuple[float, ...] = ()
+    dash: Dash = ()
     width: float = 1.6
     period: float = 0.0
 

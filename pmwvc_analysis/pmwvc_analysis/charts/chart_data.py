@@ -6,7 +6,7 @@ small, else the lowest and the highest of each stretch of time.
 
 import base64
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -51,7 +51,13 @@ def payload(
 ) -> tuple[dict[str, Any], bool]:
     """Return the data of all figures, and whether every point is there."""
     curves = [len(x) for chart in charts for panel in chart.panels for x, _ in panel.curves()]
-    most = _longest(curves)
+    left, waiting, most = MOST_NUMBERS, sorted(curves), max(curves, default=0)
+    for index, length in enumerate(waiting):  # all points, while all together are few enough
+        fair = left // (2 * (len(waiting) - index))
+        if length > fair:
+            most = max(LEAST_POINTS, fair)
+            break
+        left -= 2 * length
     pool = Pool()
     found = [
         {"name": chart.name, "panels": [_panel(panel, pool, most) for panel in chart.panels]}
@@ -59,17 +65,6 @@ def payload(
     ]
     data = {"span": span, "events": events, "charts": found, "arrays": pool.stored}
     return data, all(length <= most for length in curves)
-
-
-def _longest(lengths: Iterable[int]) -> int:
-    """Return how many points a curve may have: all, while all together are few enough."""
-    left, waiting = MOST_NUMBERS, sorted(lengths)
-    for index, length in enumerate(waiting):
-        fair = left // (2 * (len(waiting) - index))
-        if length > fair:
-            return max(LEAST_POINTS, fair)
-        left -= 2 * length
-    return max(waiting, default=0)
 
 
 def thinned(x: Array, y: Array, *, period: float, most: int) -> Integers:
@@ -90,8 +85,9 @@ def _panel(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
     lines = []
     for line in panel.lines:
         rows = thinned(line.x, line.y, period=line.period, most=most)
-        # what was thinned has longer steps: only a gap beyond them is one
-        step = line.period if len(rows) == len(line.x) else _step(line.x, most, line.period)
+        step = line.period
+        if len(rows) < len(line.x) and step > 0.0:  # only a gap beyond the thinned steps is one
+            step = max(step, float(np.nanmax(line.x) - np.nanmin(line.x)) / max(1, most // 4))
         lines.append(
             {
                 "n": line.label, "x": pool.put(line.x[rows]), "y": pool.put(line.y[rows]),
@@ -124,10 +120,3 @@ def _panel(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
         "levels": [[level.y, level.tint] for level in panel.levels],
         "notes": [[note.text, note.x, note.y] for note in panel.notes],
     }
-
-
-def _step(x: Array, most: int, period: float) -> float:
-    """Return the longest step between neighbours of a thinned curve that is no gap, over 1.5."""
-    if period <= 0.0:
-        return 0.0
-    return max(period, float(np.nanmax(x) - np.nanmin(x)) / max(1, most // 4))

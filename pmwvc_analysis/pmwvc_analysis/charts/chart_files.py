@@ -24,11 +24,7 @@ HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
 
 
 def write(
-    chart: Chart,
-    folder: Path,
-    span: Span | None = None,
-    *,
-    kinds: Sequence[str] = ("png", "svg"),
+    chart: Chart, folder: Path, span: Span | None = None, *, kinds: Sequence[str] = ("png", "svg")
 ) -> list[Path]:
     """Write a figure as ``NAME.png`` and ``NAME.svg``; return both.
 
@@ -36,12 +32,8 @@ def write(
     """
     import matplotlib
 
-    paths = [folder / f"{chart.name}.{kind}" for kind in kinds]
     with matplotlib.rc_context(style.SETTINGS):
-        drawn = figure(chart, span)
-        for path in paths:
-            style.save(drawn, path)
-    return paths
+        return style.save(figure(chart, span), folder, chart.name, kinds)
 
 
 def figure(chart: Chart, span: Span | None = None) -> "Figure":

@@ -34,11 +34,7 @@ def paint(tint: str) -> str:
 
 
 def panel_svg(
-    panel: Panel,
-    *,
-    span: Span,
-    events: Sequence[tuple[float, str]] = (),
-    labelled: bool = True,
+    panel: Panel, *, span: Span, events: Sequence[tuple[float, str]] = (), labelled: bool = True
 ) -> str:
     """Return the markup of one panel, ``WIDTH`` wide and ``panel_height`` high."""
     bottom = TOP + panel.height
@@ -125,12 +121,8 @@ def _dots(dots: Dots, x: Axis, y: Axis) -> str:
 
 
 def _layer(layer: Layer, x: Axis, y: Axis) -> str:
-    rows = np.concatenate(
-        [
-            np.zeros(0, dtype=np.int64),
-            *reduced(x.at(layer.x), y.at(layer.high), period=0.0, column=1.0),
-        ]
-    )
+    parts = reduced(x.at(layer.x), y.at(layer.high), period=0.0, column=1.0)
+    rows = np.concatenate([np.zeros(0, dtype=np.int64), *parts])
     if not len(rows):
         return ""
     across = np.concatenate([x.at(layer.x[rows]), x.at(layer.x[rows])[::-1]])

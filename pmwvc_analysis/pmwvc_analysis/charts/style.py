@@ -101,10 +101,18 @@ def canvas(heights: Sequence[float], *, title: str, note: str) -> tuple["Figure"
     return figure, list(axes[:, 0])
 
 
-def save(figure: "Figure", path: Path) -> None:
-    """Write a figure on white."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=DPI, facecolor="white", metadata={"Date": None})
+def save(
+    figure: "Figure", folder: Path, name: str, kinds: Sequence[str] = ("png", "svg")
+) -> list[Path]:
+    """Write a figure on white as ``NAME.png`` and ``NAME.svg``; return both."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if (layout := figure.get_layout_engine()) is not None:  # once for both files
+        layout.execute(figure)
+        figure.set_layout_engine(None)
+    paths = [folder / f"{name}.{kind}" for kind in kinds]
+    for path in paths:
+        figure.savefig(path, dpi=DPI, facecolor="white", metadata={"Date": None})
+    return paths
 
 
 def legend(axes: "Axes") -> None:

@@ -45,6 +45,11 @@ def conclusion(entries: Sequence[Entry]) -> list[str]:
 
 def _conditions(entries: Sequence[Entry]) -> str:
     first = entries[0].scenario
+
+    def contact(of: Scenario) -> str:
+        own = of.users[0].contact
+        return f"{own.contact_stiffness:g} N/m with {own.contact_damping:g} N s/m"
+
     source = "Live" if entries[0].traces.live else "Simulated"
     sources = dict.fromkeys(
         SOURCES[entry.rendered.source]
@@ -53,7 +58,7 @@ def _conditions(entries: Sequence[Entry]) -> str:
     )
     text = (
         f"{source} sessions of {_over(entries, lambda of: f'{of.duration_s:g} s')}, "
-        f"{_over(entries, _delay)}, contact {_over(entries, _contact)}; one set of hands and "
+        f"{_over(entries, _delay)}, contact {_over(entries, contact)}; one set of hands and "
         "packet fates. "
         f"Stiffness, mass and damping are those rendered to {first.users[0].name}"
     )
@@ -83,11 +88,6 @@ def _delay(of: Scenario) -> str:
         if name != "loss"
     )
     return ", ".join([f"delay {delay}", *([f"{lost:g} % lost"] if lost else []), *others])
-
-
-def _contact(of: Scenario) -> str:
-    contact = of.users[0].contact
-    return f"{contact.contact_stiffness:g} N/m with {contact.contact_damping:g} N s/m"
 
 
 def _unstable(group: Sequence[Entry]) -> str:
@@ -131,23 +131,21 @@ def _free(stable: Sequence[Entry]) -> str:
     known = [entry for entry in stable if entry.measures["mass_free_kg"] is not None]
     if len(known) < 2:
         return ""
-    ranked = sorted(known, key=_effort)
+
+    def effort(entry: Entry) -> float:  # force per velocity of the swing [N s/m]
+        found = entry.measures
+        mass = 2.0 * math.pi * float(found["free_hz"]) * float(found["mass_free_kg"])
+        return math.hypot(mass, float(found["damping_free_n_s_m"]))
 
     def text(entry: Entry) -> str:
         mass, damping = entry.measures["mass_free_kg"], entry.measures["damping_free_n_s_m"]
         return f"{_name(entry)} ({mass:.3g} kg and {damping:.2g} N s/m)"
 
+    ranked = sorted(known, key=effort)
     return (
         f"In free space {text(ranked[0])} takes the least force to move, {text(ranked[-1])} "
         "the most."
     )
-
-
-def _effort(entry: Entry) -> float:
-    """Return force per velocity of the swing in free space [N s/m]."""
-    found = entry.measures
-    mass = 2.0 * math.pi * float(found["free_hz"]) * float(found["mass_free_kg"])
-    return math.hypot(mass, float(found["damping_free_n_s_m"]))
 
 
 def _passive(group: Sequence[Entry]) -> list[str]:

@@ -7,12 +7,13 @@ w^4 is fitted to the trusted values of Re(f/x) below the first peak, each with t
 coherence gamma^2/(1 - gamma^2); else from a simulated press (:mod:`.probes`).
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from pmwvc_analysis.compare.probes import pressed_stiffness
-from pmwvc_analysis.transparency.measured import TRUSTED, Measured, measure
+from pmwvc_analysis.transparency.measured import TRUSTED, measure
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
@@ -42,17 +43,10 @@ NOTHING = Rendered()
 
 def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Rendered:
     """Return stiffness and resonance rendered to the first user in a session."""
-    return (
-        _modelled(scenario, live=live)
-        or measured_rendering(traces, scenario)
-        or _pressed(scenario)
-        or NOTHING
-    )
-
-
-def _pressed(scenario: Scenario) -> Rendered | None:
-    stiffness = pressed_stiffness(scenario)
-    return None if stiffness is None else Rendered("press", stiffness)
+    found = _modelled(scenario, live=live) or measured_rendering(traces, scenario)
+    if found is None and (stiffness := pressed_stiffness(scenario)) is not None:
+        found = Rendered("press", stiffness)
+    return found or NOTHING
 
 
 def ideal_rendering(scenario: Scenario) -> Rendered:
@@ -80,33 +74,25 @@ def measured_rendering(traces: SessionTraces, scenario: Scenario) -> Rendered | 
         found = measure(traces.users[0], scenario.users[0])
     except PmwvcError:  # the hand's force is unknown, or there is too little of it
         return None
-    size = np.abs(found.admittance)
-    peak = _first_peak(found)
-    return Rendered("measured", _stiffness(found, peak), peak, found.frequency_hz, size)
-
-
-def _first_peak(found: Measured) -> float | None:
     from scipy.signal import find_peaks
 
+    stiffness, peak_hz = None, None
     trusted = found.coherence >= TRUSTED
-    size = np.abs(found.admittance)[trusted]
-    if len(size) < LEAST:
-        return None
-    smooth = np.convolve(np.pad(size, 1, mode="edge"), np.ones(3) / 3.0, mode="valid")
-    peaks, _ = find_peaks(smooth, prominence=PROMINENT * float(smooth.max()))
-    return float(found.frequency_hz[trusted][peaks[0]]) if len(peaks) else None
-
-
-def _stiffness(found: Measured, peak_hz: float | None) -> float | None:
-    trusted = found.coherence >= TRUSTED
-    if peak_hz is not None:
-        trusted &= found.frequency_hz <= LOW * peak_hz
-    if trusted.sum() < LEAST:
-        return None
-    square = (2.0 * np.pi * found.frequency_hz[trusted]) ** 2
-    powers = np.stack([square**0, square, square**2], axis=1) / square.max() ** np.arange(3)
-    coherence = found.coherence[trusted]
-    weight = np.sqrt(coherence / (1.0 - coherence + CERTAIN))
-    values = weight * (1.0 / found.admittance[trusted]).real
-    (stiffness, _, _), *_ = np.linalg.lstsq(weight[:, np.newaxis] * powers, values)
-    return float(stiffness)
+    hertz, admittance = found.frequency_hz[trusted], found.admittance[trusted]
+    if len(hertz) >= LEAST:
+        smooth = np.convolve(
+            np.pad(np.abs(admittance), 1, mode="edge"), np.ones(3) / 3.0, mode="valid"
+        )
+        peaks, _ = find_peaks(smooth, prominence=PROMINENT * float(smooth.max()))
+        peak_hz = float(hertz[peaks[0]]) if len(peaks) else None
+    below = hertz <= (math.inf if peak_hz is None else LOW * peak_hz)
+    if below.sum() >= LEAST:
+        square = (2.0 * np.pi * hertz[below]) ** 2
+        powers = np.stack([square**0, square, square**2], axis=1) / square.max() ** np.arange(3)
+        coherence = found.coherence[trusted][below]
+        weight = np.sqrt(coherence / (1.0 - coherence + CERTAIN))
+        values = weight * (1.0 / admittance[below]).real
+        (k, _, _), *_ = np.linalg.lstsq(weight[:, np.newaxis] * powers, values)
+        stiffness = float(k)
+    size = np.abs(found.admittance)
+    return Rendered("measured", stiffness, peak_hz, found.frequency_hz, size)

@@ -25,7 +25,6 @@ from pmwvc_analysis.compare.criterion import FAILED_COST, WORDS, cost_of
 from pmwvc_analysis.prediction.text import rule_loop, unknown_delay
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.controllers.record import Rule
-from pmwvc_core.numeric import Array
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
@@ -38,14 +37,13 @@ def drawn(name: str, ranges: Mapping[str, Range], count: int, seed: int) -> list
     """Return values to try for a method: none (its defaults), then random ones of three digits."""
     rng = np.random.default_rng((seed, zlib.crc32(name.encode())))
 
-    def at(row: Array) -> dict[str, float]:
+    tried: list[dict[str, float]] = [{}]
+    for row in rng.random((count - 1, len(ranges))).tolist():
         shares = zip(ranges.items(), row, strict=True)
-        return {
-            leaf: float(f"{low * (high / low) ** share:.3g}")
-            for (leaf, (low, high)), share in shares
-        }
-
-    return [{}, *(at(row) for row in rng.random((count - 1, len(ranges))))]
+        tried.append(
+            {leaf: float(f"{low * (high / low) ** at:.3g}") for (leaf, (low, high)), at in shares}
+        )
+    return tried
 
 
 def searched(
@@ -128,10 +126,9 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
         group = record.rule.group if record.rule else record.name
         names = [name for name in flat if f"baseline.{group}." in f".{name}"]
         return {name: flat[name] for name in names}
-    wanted = list(ALWAYS)
-    wanted += [f"server.{name}" for name in scenario.coupling.parameters]
+    wanted = [*ALWAYS, *(f"server.{name}" for name in scenario.coupling.parameters)]
     for name, more in SWITCHES:
-        if _values(flat, name) != {"none"}:
+        if {flat[key] for key in flat if key == name or key.endswith(f".{name}")} != {"none"}:
             wanted += [name, *more]
     ends = {name for one in wanted for name in flat if name == one or name.endswith(f".{one}")}
     matrices = [user.name for user in scenario.users if user.master.impedance_matrix]
@@ -140,7 +137,3 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
         ends -= {IMPEDANCE}
     ends |= {name for name in flat if name.endswith(f"{IMPEDANCE}_matrix") and flat[name]}
     return {name: flat[name] for name in flat if name in ends}
-
-
-def _values(flat: dict[str, Any], name: str) -> set[Any]:
-    return {value for key, value in flat.items() if key == name or key.endswith(f".{name}")}

@@ -156,8 +156,6 @@ def plain(name: str) -> str:
 
 def by_axis(name: str, values: NDArray[Any]) -> Sequence[tuple[str, NDArray[Any]]]:
     """Return the axes of a column by name: ``x_m`` of one axis, else ``x_m_1``, ``x_m_2``, ..."""
-    if values.ndim == 1:
-        return [(name, values)]
-    if values.shape[1] == 1:
-        return [(name, values[:, 0])]
-    return [(f"{name}_{axis + 1}", values[:, axis]) for axis in range(values.shape[1])]
+    if values.ndim == 1 or values.shape[1] == 1:
+        return [(name, values.reshape(-1))]
+    return [(f"{name}_{number}", axis) for number, axis in enumerate(values.T, start=1)]

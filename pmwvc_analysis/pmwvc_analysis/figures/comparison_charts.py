@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel, Span
+from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
 from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.compare.measures import Entry
@@ -21,6 +21,7 @@ from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
 from pmwvc_analysis.traces.apart import apart
+from pmwvc_core.numeric import Array
 
 MEASURES = (  # measure, label, unit, factor
     ("coherency_rms_m", "device from avatar, RMS", "mm", 1e3),
@@ -34,6 +35,7 @@ VERDICTS = (  # on stability, label, tint, mark
     (None, "not judged", "object", "plus"),
 )
 MOST_ADMITTANCES = 8  # curves that can be distinguished
+Rows = list[tuple[int, float, bool | None]]  # session, measure, verdict on stability
 WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
 
@@ -42,32 +44,7 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[tuple[Chart, Path]]
     found = [measures(entries)]
     if len(entries) == 2:
         found.append(overlay(*entries))
-    found += [
-        signals(
-            "positions",
-            "Positions",
-            "Devices, their avatars (short dashes), the object (black) and its target (grey).",
-            "position [mm]",
-            _positions,
-            entries,
-        ),
-        signals(
-            "forces",
-            "Forces",
-            "Solid: force of the device on the hand. Dashed: the contact force on the avatar.",
-            "force [N]",
-            _forces,
-            entries,
-        ),
-        signals(
-            "separations",
-            "Device from avatar",
-            "Distance of each device from its avatar, less the distance at joining.",
-            "x_m - x_s [mm]",
-            _position_errors,
-            entries,
-        ),
-    ]
+    found += [signals(entries, *signal) for signal in SIGNALS]
     found += admittances(entries)
     named = [
         replace(chart, name=f"compare_{chart.name}", title=chart.title or chart.heading)
@@ -77,18 +54,26 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[tuple[Chart, Path]]
 
 
 def signals(
+    entries: Sequence[Entry],
     name: str,
     heading: str,
     caption: str,
     y_label: str,
     lines_of: Callable[[Entry], list[Line]],
-    entries: Sequence[Entry],
 ) -> Chart:
-    """Return one panel per session, all with the same axes."""
+    """Return one panel per session, all with the same axes: they hold every signal of the stable
+    sessions (of all if none is).
+    """
     drawn = [lines_of(entry) for entry in entries]
-    low, high = _common_range(entries, drawn)
+    pairs = list(zip(entries, drawn, strict=True))
+    chosen = [line.y for entry, lines in pairs for line in lines if entry.measures["stable"]]
+    chosen = chosen or [line.y for lines in drawn for line in lines]
+    values = np.concatenate([y[np.isfinite(y)] for y in chosen] or [np.zeros(1)])
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+    margin = 0.06 * (high - low) or 1.0
+    low, high = low - margin, high + margin
     panels = []
-    for entry, lines in zip(entries, drawn, strict=True):
+    for entry, lines in pairs:
         beyond = any(np.nanmax(line.y) > high or np.nanmin(line.y) < low for line in lines)
         stable = entry.measures["stable"]
         verdict = "stable" if stable else entry.measures["instability"] or "not judged"
@@ -103,21 +88,6 @@ def signals(
             )
         )
     return Chart(name, heading, caption, panels)
-
-
-def _common_range(entries: Sequence[Entry], drawn: list[list[Line]]) -> Span:
-    """Return the limits that hold every signal of the stable sessions (of all if none is)."""
-    pairs = list(zip(entries, drawn, strict=True))
-    chosen = [line.y for entry, lines in pairs for line in lines if entry.measures["stable"]]
-    chosen = chosen or [line.y for lines in drawn for line in lines]
-    values = np.concatenate([y[np.isfinite(y)] for y in chosen] or [np.zeros(1)])
-    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
-    margin = 0.06 * (high - low) or 1.0
-    return low - margin, high + margin
-
-
-def _positions(entry: Entry) -> list[Line]:
-    return position_lines(entry.traces, 0, recorded.names(entry.traces))
 
 
 def _forces(entry: Entry) -> list[Line]:
@@ -139,6 +109,31 @@ def _position_errors(entry: Entry) -> list[Line]:
             tint = recorded.tint(entry.traces, user.name)
             found.append(Line(user.name, away.time_s, away.error[:, 0] * 1e3, tint))
     return found
+
+
+SIGNALS = (
+    (
+        "positions",
+        "Positions",
+        "Devices, their avatars (short dashes), the object (black) and its target (grey).",
+        "position [mm]",
+        lambda entry: position_lines(entry.traces, 0, recorded.names(entry.traces)),
+    ),
+    (
+        "forces",
+        "Forces",
+        "Solid: force of the device on the hand. Dashed: the contact force on the avatar.",
+        "force [N]",
+        _forces,
+    ),
+    (
+        "separations",
+        "Device from avatar",
+        "Distance of each device from its avatar, less the distance at joining.",
+        "x_m - x_s [mm]",
+        _position_errors,
+    ),
+)
 
 
 def overlay(first: Entry, second: Entry) -> Chart:
@@ -176,22 +171,19 @@ def measures(entries: Sequence[Entry]) -> Chart:
             for index, entry in enumerate(entries)
             if entry.measures[name] is not None
         ]
+
+        def points(verdict: bool | None, of: Rows = known) -> tuple[Array, Array]:
+            rows = [(index, value) for index, value, ok in of if ok is verdict]
+            across, up = np.array(rows, dtype=float).reshape(-1, 2).T
+            return across, up
+
         values = [value for _, value, _ in known]
         wide = bool(values) and min(values) > 0.0 and max(values) > WIDE * min(values)
         panels.append(
             Panel(
                 f"[{unit}]",
                 title=label,
-                dots=[
-                    Dots(
-                        words,
-                        np.array([index for index, _, ok in known if ok is stable], dtype=float),
-                        np.array([value for _, value, ok in known if ok is stable], dtype=float),
-                        tint,
-                        mark,
-                    )
-                    for stable, words, tint, mark in VERDICTS
-                ],
+                dots=[Dots(words, *points(ok), tint, mark) for ok, words, tint, mark in VERDICTS],
                 x_label="",
                 x_names=names,
                 y_log=wide,

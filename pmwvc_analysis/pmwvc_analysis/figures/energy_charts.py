@@ -28,7 +28,9 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
         return None
     kept = slice(None, None, max(1, len(found.time_s) // MOST_POINTS))
     given = np.asarray(sum(found.hands.values()), dtype=float)
-    groups = _groups(found)
+    groups = grouped(found)
+    smallest = 1e-4 * max(float(np.abs(series).max()) for series in groups.values())
+    groups = {name: sums for name, sums in groups.items() if np.abs(sums).max() > smallest}
     unit, scale = _unit(np.concatenate([*groups.values(), given]))
     time_s = found.time_s[kept]
     hands = Line("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)
@@ -83,15 +85,14 @@ def _active(found: Budget, active: list[tuple[str, str]], kept: slice) -> Panel:
     return Panel(f"energy taken in [{unit}]", lines=lines, title=title, with_zero=True)
 
 
-def _groups(found: Budget) -> dict[str, Array]:
-    """Return the energies of all owners by group; groups that never hold any are left out."""
+def grouped(found: Budget) -> dict[str, Array]:
+    """Return the energies of all owners by group [J]."""
     sums: dict[str, Array] = {}
     for parts in found.parts.values():
         for part, series in parts.items():
             name = group_of(part)
             sums[name] = sums.get(name, 0.0) + series
-    smallest = 1e-4 * max(float(np.abs(series).max()) for series in sums.values())
-    return {name: series for name, series in sums.items() if np.abs(series).max() > smallest}
+    return sums
 
 
 def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:

@@ -22,11 +22,7 @@ def draw(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> l
     import matplotlib
 
     with matplotlib.rc_context({**style.SETTINGS, "axes.grid": False}):
-        figure = _figure(grid, radius, measured)
-        paths = [folder / "map.png", folder / "map.svg"]
-        for path in paths:
-            style.save(figure, path)
-    return paths
+        return style.save(_figure(grid, radius, measured), folder, "map")
 
 
 def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:

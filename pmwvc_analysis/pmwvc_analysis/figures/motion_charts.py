@@ -7,11 +7,11 @@ The server runs on for a moment after the masters have ended; its curves end whe
 
 import numpy as np
 
-from pmwvc_analysis.charts.chart import DASHES, Chart, Level, Line, Panel
+from pmwvc_analysis.charts.chart import DASHES, Chart, Dash, Level, Line, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces, UserTraces
 
 AXES = ("x", "y", "z", "axis 4", "axis 5", "axis 6")
 TOGETHER = 2  # users in one panel; more have a panel each
@@ -55,41 +55,32 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
 
 def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Line]:
     """Return target, object and, for the users of a group, device and avatar along an axis."""
-    server, lines = traces.server, []
+    server, lines, avatars = traces.server, [], []
     if server is not None:
-        rows = recorded.until_users_end(traces)
-        time_s, period = server.time_s[rows], server.period_s
-        lines.append(
-            Line("target", time_s, server.target[rows, axis] * 1e3, "target", (), 4.0, period)
-        )
-        lines.append(
-            Line("object", time_s, server.x_o[rows, axis] * 1e3, "object", (), 2.8, period)
-        )
+        lines.append(_of_server(traces, "target", server.target[:, axis] * 1e3, "target", (), 4.0))
+        lines.append(_of_server(traces, "object", server.x_o[:, axis] * 1e3, "object", (), 2.8))
     users = {user.name: user for user in traces.users}
     for order, name in enumerate(group):
         tint = recorded.tint(traces, name)
-        if name in users:
-            user = users[name]
+        if (user := users.get(name)) is not None:
             dash = DASHES[(0, 6)[order]] if len(group) <= TOGETHER else DASHES[order % len(DASHES)]
-            x_m = user.x_m[:, axis] * 1e3
-            lines.append(
-                Line(
-                    f"{name} device", user.time_s, x_m, tint, dash, 1.8 - 0.1 * order, user.tick_s
-                )
-            )
-    for order, name in enumerate(group):
+            look = tint, dash, 1.8 - 0.1 * order, user.tick_s
+            x_m = user.x_m[:, axis]
+            lines.append(Line(f"{name} device", user.time_s, x_m * 1e3, *look))
         if server is not None and name in server.users:
-            lines.append(_avatar(traces, server, name, axis, order))
-    return lines
+            index, dash = server.users.index(name), (3.0 + 0.5 * order, 3.0 + order)
+            x_m = np.where(server.state[index] > 0, server.x_s[index][:, axis], np.nan)
+            avatars.append(_of_server(traces, f"{name} avatar", x_m * 1e3, tint, dash, 1.3))
+    return lines + avatars
 
 
-def _avatar(traces: SessionTraces, server: ServerTraces, name: str, axis: int, order: int) -> Line:
-    index, rows = server.users.index(name), recorded.until_users_end(traces)
-    present = np.where(server.state[index] > 0, server.x_s[index][:, axis], np.nan)[rows]
-    tint = recorded.tint(traces, name)
-    dash = (3.0 + 0.5 * order, 3.0 + order)
-    time_s = server.time_s[rows]
-    return Line(f"{name} avatar", time_s, present * 1e3, tint, dash, 1.3, server.period_s)
+def _of_server(
+    traces: SessionTraces, label: str, values: Array, tint: str, dash: Dash, width: float
+) -> Line:
+    """Return a signal of the server up to the end of the users."""
+    assert traces.server is not None
+    rows, time_s = recorded.until_users_end(traces), traces.server.time_s
+    return Line(label, time_s[rows], values[rows], tint, dash, width, traces.server.period_s)
 
 
 def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
@@ -103,13 +94,17 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     for user in traces.users:
         for axis in axes:
             lines = force_lines(traces, user, axis)
-            along = "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]"
+            limit = float(limits.get(user.name, np.inf))
+            seen = np.concatenate([line.y for line in lines])
+            near = (-limit, -np.nanmin(seen, initial=0.0)), (limit, np.nanmax(seen, initial=0.0))
             panels.append(
                 Panel(
-                    along,
+                    "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]",
                     lines=lines,
                     bands=recorded.bands(traces),
-                    levels=_limits(lines, float(limits.get(user.name, np.inf))),
+                    levels=[
+                        Level("force limit", edge) for edge, n in near if n > NEAR_LIMIT * limit
+                    ],
                     title=user.name if axis == 0 else "",
                     tint=recorded.tint(traces, user.name),
                     height=170.0 if axis == 0 else 110.0,
@@ -127,25 +122,11 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
 def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Line]:
     """Return the forces at hand, device and avatar of a user along an axis."""
     lines, server = [], traces.server
-    tint = recorded.tint(traces, user.name)
-    if np.isfinite(user.f_h[:, axis]).any():
-        f_h = user.f_h[:, axis]
+    f_h, f_m, tint = user.f_h[:, axis], user.f_applied[:, axis], recorded.tint(traces, user.name)
+    if np.isfinite(f_h).any():
         lines.append(Line("hand on device", user.time_s, f_h, "hand", (), 4.0, user.tick_s))
-    f_m = user.f_applied[:, axis]
     lines.append(Line("rendered by the device", user.time_s, f_m, tint, (), 1.8, user.tick_s))
     if server is not None and user.name in server.users:
-        rows, index = recorded.until_users_end(traces), server.users.index(user.name)
-        f_s: Array = server.f_s[index][rows, axis]
-        time_s = server.time_s[rows]
-        lines.append(
-            Line("contact on avatar", time_s, f_s, "object", (6, 4), 1.2, server.period_s)
-        )
+        f_s = server.f_s[server.users.index(user.name)][:, axis]
+        lines.append(_of_server(traces, "contact on avatar", f_s, "object", (6, 4), 1.2))
     return lines
-
-
-def _limits(lines: list[Line], limit: float) -> list[Level]:
-    """Return the force limits that the curves come near."""
-    values = np.concatenate([line.y for line in lines])
-    low, high = np.nanmin(values, initial=0.0), np.nanmax(values, initial=0.0)
-    near = [(-limit, -low), (limit, high)]
-    return [Level("force limit", edge) for edge, seen in near if seen > NEAR_LIMIT * limit]

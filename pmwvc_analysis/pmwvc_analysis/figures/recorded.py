@@ -14,7 +14,7 @@ from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.traces import holes
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.network.effects import active
-from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -68,18 +68,11 @@ def bands(traces: SessionTraces) -> list[Band]:
         loops.append((holes.SERVER, traces.server.time_s, traces.server.period_s))
     for owner, time_s, period_s in loops:
         known = [each for each in missing if each.owner == owner]
-        found += [
-            Band(f"{owner}: did not run", pause, "alarm")
-            for pause in pauses(time_s, period_s)
-            if not any(each.start_s < pause[1] and pause[0] < each.end_s for each in known)
-        ]
+        rows = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
+        for start_s, end_s in zip(time_s[rows].tolist(), time_s[rows + 1].tolist(), strict=True):
+            if not any(each.start_s < end_s and start_s < each.end_s for each in known):
+                found.append(Band(f"{owner}: did not run", (start_s, end_s), "alarm"))
     return found
-
-
-def pauses(time_s: Array, period_s: float) -> list[Span]:
-    """Return where neighbouring rows are further apart than ``LEAST_PAUSE_S`` [s]."""
-    indices = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
-    return [(float(time_s[row]), float(time_s[row + 1])) for row in indices]
 
 
 ALARMING = ("release", "stall", "limit", "stranger", "recording", "restart")
@@ -104,14 +97,8 @@ def numbered(traces: SessionTraces) -> list[Event]:
     """Return the events by time, those without one first, as list and figures number them."""
     order = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
     return [
-        Event(
-            str(index),
-            event["time_s"],
-            str(event.get("who", "")),
-            str(event.get("kind", "")),
-            str(event.get("what", "")),
-        )
-        for index, event in enumerate(order, start=1)
+        Event(str(index), e["time_s"], *(str(e.get(key, "")) for key in ("who", "kind", "what")))
+        for index, e in enumerate(order, start=1)
     ]
 
 

@@ -31,20 +31,22 @@ from pmwvc_core.traces import (
 TRACES = dict(zip(PER_AXIS, SIGNALS, strict=True))  # signal of the traces by field
 
 
-def _column(messages: Sequence[object], field: str) -> Array:
-    return np.array([getattr(message, field) for message in messages], dtype=float)
+def _column(messages: Sequence[object], field: str, kind: type = float) -> NDArray[Any]:
+    return np.array([getattr(message, field) for message in messages], dtype=kind)
 
 
-def _whole(messages: Sequence[object], field: str) -> Integers:
-    return np.array([getattr(message, field) for message in messages], dtype=np.int64)
+def _joined(messages: Sequence[object], field: str, kind: type = np.int64) -> NDArray[Any]:
+    """Return the values of a field one behind the other; empty where it was not recorded."""
+    known = messages if all(hasattr(message, field) for message in messages) else ()
+    parts: list[NDArray[Any]] = [
+        np.atleast_1d(np.asarray(getattr(each, field), dtype=kind)) for each in known
+    ]
+    return np.concatenate([np.zeros(0, dtype=kind), *parts])
 
 
-def _epochs(messages: Sequence[Trace] | Sequence[Wave]) -> NDArray[np.uint64]:
-    return np.array([message.epoch for message in messages], dtype=np.uint64)
-
-
-def _restarts(epochs: NDArray[np.uint64]) -> Integers:
+def _restarts(messages: Sequence[Trace]) -> Integers:
     """Return the rows with which a new epoch begins."""
+    epochs = _column(messages, "epoch", np.uint64)
     return np.flatnonzero(epochs[1:] != epochs[:-1]) + 1
 
 
@@ -58,47 +60,47 @@ def user_traces(
     blocks = [messages[i] for i in order]
     block_s = clocks.seconds(starts[order], zero_ns)
     sizes = [len(block.lateness) for block in blocks]
-    period = float(blocks[0].period)
-    within = np.concatenate([np.arange(size) for size in sizes])
-
-    def ticks(field: str) -> Array:
-        return np.concatenate([np.asarray(getattr(b, field), dtype=float) for b in blocks])
-
-    def axes(field: str) -> Array:
-        parts = [np.asarray(getattr(b, field), dtype=float).reshape(-1, b.dof) for b in blocks]
-        return np.concatenate(parts)
-
+    first = np.cumsum([0, *sizes[:-1]])
+    period, dof = float(blocks[0].period), int(blocks[0].dof)
+    within = np.arange(sum(sizes)) - np.repeat(first, sizes)
     hand = [
-        np.asarray(b.f_h, dtype=float).reshape(-1, b.dof)
-        if b.hand_force_known and len(b.f_h) == size * b.dof
-        else np.full((size, b.dof), np.nan)
+        np.asarray(b.f_h, dtype=float).reshape(-1, dof)
+        if b.hand_force_known and len(b.f_h) == size * dof
+        else np.full((size, dof), np.nan)
         for b, size in zip(blocks, sizes, strict=True)
     ]
-    epochs = _epochs(blocks)
-    restarts = _restarts(epochs)
+    restarts = _restarts(blocks)
     traces = UserTraces(
         name=name,
         tick_s=period,
         time_s=np.repeat(block_s, sizes) + within * period,
-        tick=np.repeat(_whole(blocks, "first_tick"), sizes) + within,
+        tick=np.repeat(_column(blocks, "first_tick", np.int64), sizes) + within,
         f_h=np.concatenate(hand),
-        lateness_s=ticks("lateness"),
-        compute_s=ticks("compute"),
+        lateness_s=_joined(blocks, "lateness", float),
+        compute_s=_joined(blocks, "compute", float),
         block_time_s=block_s + np.array(sizes) * period,
-        state=_whole(blocks, "state"),
+        state=_column(blocks, "state", np.int64),
         reason=[str(block.reason) for block in blocks],
         energy={n: continued(_column(blocks, f"energy_{n}"), restarts) for n in ENERGIES},
         accounts=_accounts(blocks),
-        block_number=_whole(blocks, "seq"),
+        block_number=_column(blocks, "seq", np.int64),
         missed=_total(blocks, "missed"),
         safety_events=_total(blocks, "safety_events"),
-        epoch=epochs,
-        changes=_changes(blocks),
-        looked_ns=_looked_ns(blocks),
+        epoch=_column(blocks, "epoch", np.uint64),
+        changes=_joined(blocks, "changes"),
+        looked_ns=_joined(blocks, "looked"),
         grid=round(int(blocks[0].start_ns) / (period * 1e9)) - int(blocks[0].first_tick),
-        **{trace: axes(field) for field, trace in TRACES.items() if field != "f_h"},
+        **{
+            trace: _joined(blocks, field, float).reshape(-1, dof)
+            for field, trace in TRACES.items()
+            if field != "f_h"
+        },
     )
-    return traces, _taken_by_master(blocks)
+    if not all(hasattr(block, "taken_seq") for block in blocks):
+        return traces, None
+    row = np.repeat(first, [len(block.taken_seq) for block in blocks])
+    row += _joined(blocks, "taken_tick")
+    return traces, TakenTraces(row, _joined(blocks, "taken_seq"), _joined(blocks, "taken_epoch"))
 
 
 def _accounts(messages: Sequence[Trace]) -> dict[str, Array]:
@@ -135,7 +137,7 @@ def server_traces(
     order = np.argsort(starts, kind="stable")
     steps = [messages[i] for i in order]
     names = [str(name) for name in steps[-1].users]
-    restarts = _restarts(_epochs(steps))
+    restarts = _restarts(steps)
     columns = [{str(name): index for index, name in enumerate(step.users)} for step in steps]
 
     def of_user(field: str, name: str, missing: float) -> Array:
@@ -158,15 +160,15 @@ def server_traces(
         users=names,
         periods_s=_column(steps, "period"),
         time_s=clocks.seconds(starts[order], zero_ns),
-        step=_whole(steps, "step"),
+        step=_column(steps, "step", np.int64),
         contact=[array[:, 0] > 0.0 for array in each("contact", 0.0)],
         state=[array[:, 0].astype(np.int64) for array in each("state", 0.0)],
         energy_u_s=sums("energy_u_s"),
         energy_v_s=sums("energy_v_s"),
         dissipated=continued(_column(steps, "dissipated"), restarts),
         accounts=_accounts(steps),
-        changes=_changes(steps),
-        looked_ns=_looked_ns(steps),
+        changes=_joined(steps, "changes"),
+        looked_ns=_joined(steps, "looked"),
         **signals,
     )
     return traces, _column(steps, "lateness"), _taken_by_server(steps, names)
@@ -185,28 +187,14 @@ def packet_traces(
     return PacketTraces(
         topic=topic,
         time_s=clocks.seconds(np.array([log_ns[i] for i in rows], dtype=np.int64), zero_ns),
-        epoch=_epochs(kept),
-        seq=_whole(kept, "seq"),
-        sent_ns=_whole(kept, "sent_ns"),
+        epoch=_column(kept, "epoch", np.uint64),
+        seq=_column(kept, "seq", np.int64),
+        sent_ns=_column(kept, "sent_ns", np.int64),
         period_s=_column(kept, "period"),
         wave=_column(kept, "wave").reshape(-1, dof),
         integral=_column(kept, "integral").reshape(-1, dof),
         energy=_column(kept, "energy"),
         position=np.array(positions, dtype=float).reshape(-1, dof),
-    )
-
-
-def _taken_by_master(blocks: Sequence[MasterTrace]) -> TakenTraces | None:
-    """Return what a master was given, by its blocks in the order of time; None: not recorded."""
-    if not all(hasattr(block, "taken_seq") for block in blocks):
-        return None
-    first = np.cumsum([0, *(len(block.lateness) for block in blocks)])
-    rows = [
-        at + np.asarray(block.taken_tick, dtype=np.int64)
-        for at, block in zip(first.tolist(), blocks, strict=False)
-    ]
-    return TakenTraces(
-        np.concatenate(rows), _all(blocks, "taken_seq"), _all(blocks, "taken_epoch")
     )
 
 
@@ -216,29 +204,9 @@ def _taken_by_server(steps: Sequence[ServerTrace], users: Sequence[str]) -> dict
         return {}
     rows = np.repeat(np.arange(len(steps)), [len(step.taken_seq) for step in steps])
     names = np.array([step.users[user] for step in steps for user in step.taken_user], dtype=str)
-    seq, epoch = _all(steps, "taken_seq"), _all(steps, "taken_epoch")
+    seq, epoch = _joined(steps, "taken_seq"), _joined(steps, "taken_epoch")
     found = {}
     for user in users:
         own = names == user
         found[user] = TakenTraces(rows[own], seq[own], epoch[own])
     return found
-
-
-def _all(messages: Sequence[MasterTrace] | Sequence[ServerTrace], field: str) -> Integers:
-    parts = [np.asarray(getattr(each, field), dtype=np.int64) for each in messages]
-    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
-
-
-def _looked_ns(messages: Sequence[MasterTrace] | Sequence[ServerTrace]) -> Integers:
-    """Return when packets were taken in, behind the deadline of each tick or step [ns]; empty: not
-    recorded.
-    """
-    known = messages if all(hasattr(each, "looked") for each in messages) else ()
-    parts = [np.atleast_1d(np.asarray(each.looked, dtype=np.int64)) for each in known]
-    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
-
-
-def _changes(messages: Sequence[Trace]) -> Integers:
-    """Return how many changes were taken over up to each message; empty: not recorded."""
-    known = messages if all(hasattr(each, "changes") for each in messages) else ()
-    return np.array([each.changes for each in known], dtype=np.int64)

@@ -26,20 +26,12 @@ Equations: docs/theory.md 13.10.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
-from pmwvc_core.runtime.misfits import (
-    LinkState,
-    MasterTrace,
-    PacketFate,
-    ServerTrace,
-    Trace,
-    Wave,
-)
+from pmwvc_core.runtime.misfits import LinkState, MasterTrace, PacketFate, ServerTrace, Trace, Wave
 from pmwvc_core.traces import FateTraces
 from pmwvc_core.transport.clock_line import Least, latest_line
 
@@ -113,57 +105,42 @@ def seconds(ros_ns: Integers, zero_ns: int) -> Array:
     return (ros_ns - zero_ns).astype(float) * 1e-9
 
 
-class TimeLines(NamedTuple):
-    """Times of the messages [ns], and per user how its clock was aligned."""
-
-    masters: dict[str, Integers]
-    server: Integers
-    alignment: dict[str, dict[str, str | float]]
-
-
 def time_lines(
     masters: Mapping[str, Sequence[MasterTrace]],
     steps: Sequence[ServerTrace],
     steps_log_ns: Sequence[int],
     waves: Mapping[str, Sequence[Wave]],
     fates: Mapping[str, FateTraces],
-) -> TimeLines:
-    """Return the times of all trace messages, in their order; packets are by topic."""
-    ahead_ns = _offset_ns(steps, np.array(steps_log_ns, dtype=np.int64)) if steps else 0
-    times: dict[str, Integers] = {}
-    alignment: dict[str, Alignment] = {}
-    for name, blocks in masters.items():
-        found = _aligned(name, waves, fates) if steps else None
-        alignment[name] = found or WALL
-        times[name] = (
-            found.to_server(monotonic_times(blocks)) + ahead_ns if found else start_times(blocks)
-        )
-    aligned = any(found is not WALL for found in alignment.values())
-    server = monotonic_times(steps) + ahead_ns if aligned else start_times(steps)
-    return TimeLines(times, server, {name: found.summary for name, found in alignment.items()})
-
-
-def _aligned(
-    name: str, waves: Mapping[str, Sequence[Wave]], fates: Mapping[str, FateTraces]
-) -> Alignment | None:
-    """Align a user's clock by the packets as sent, else as they came out of their link."""
-    own, servers = f"/{name}/wave_", f"/server/{name}/wave_"
-    return align(
-        waves.get(f"{own}up") or waves.get(f"{servers}up") or (),
-        waves.get(f"{servers}down") or waves.get(f"{own}down") or (),
-        fates.get(f"{name}/up"),
-        fates.get(f"{name}/down"),
-    )
-
-
-def _offset_ns(steps: Sequence[ServerTrace], logs: Integers) -> int:
-    """Return what turns the server's monotonic clock into ROS time; by the recorder's clock where
-    the server's own was set while running [ns].
+) -> tuple[dict[str, Integers], Integers, dict[str, dict[str, str | float]]]:
+    """Return the times of all trace messages of the masters and of the server, in their order
+    [ns], and per user how its clock was aligned; packets are by topic.
     """
-    monotonic = monotonic_times(steps)
-    own = offset_ns(monotonic, stamps(steps))
-    recorder = offset_ns(monotonic, logs)
-    return own if abs(own - recorder) <= LARGEST_OFFSET_NS else recorder
+    alignment: dict[str, Alignment] = {}
+    for name in masters if steps else ():  # by the packets as sent, else as out of their link
+        own, servers = f"/{name}/wave_", f"/server/{name}/wave_"
+        found = align(
+            waves.get(f"{own}up") or waves.get(f"{servers}up") or (),
+            waves.get(f"{servers}down") or waves.get(f"{own}down") or (),
+            fates.get(f"{name}/up"),
+            fates.get(f"{name}/down"),
+        )
+        if found is not None:
+            alignment[name] = found
+    server, ahead_ns = start_times(steps), 0
+    if alignment:  # the recorder's clock where the server's own was set while running
+        monotonic = monotonic_times(steps)
+        ahead_ns = offset_ns(monotonic, stamps(steps))
+        recorder_ns = offset_ns(monotonic, np.array(steps_log_ns, dtype=np.int64))
+        if abs(ahead_ns - recorder_ns) > LARGEST_OFFSET_NS:
+            ahead_ns = recorder_ns
+        server = monotonic + ahead_ns
+    times = {
+        name: alignment[name].to_server(monotonic_times(blocks)) + ahead_ns
+        if name in alignment
+        else start_times(blocks)
+        for name, blocks in masters.items()
+    }
+    return times, server, {name: alignment.get(name, WALL).summary for name in masters}
 
 
 def align(
@@ -185,9 +162,14 @@ def align(
     window_ns = max(WINDOW_NS, (last - first) // MOST_WINDOWS)
     windows = []
     for start in range(first, last + 1, window_ns):
-        ups, downs = (_within(seen, start, start + window_ns) for seen in (rising, falling))
-        if min(len(ups), len(downs)) >= LEAST_PAIRS:
-            windows.append((_least(ups), _least(downs)))
+        least = [
+            Least(*part[np.argmin(part[:, 1])].tolist())
+            for seen in (rising, falling)
+            if len(part := seen[(seen[:, 0] >= start) & (seen[:, 0] < start + window_ns)])
+            >= LEAST_PAIRS
+        ]
+        if len(least) == 2:
+            windows.append((least[0], least[1]))
     found = latest_line(windows)
     if found is None:
         return None
@@ -217,16 +199,6 @@ def _passages(echoes: Sequence[tuple[Wave, int]], delays: Mapping[int, int]) -> 
         if (seq := int(m.echo_seq)) > 0
     ]
     return np.array(rows, dtype=np.int64).reshape(-1, 2)
-
-
-def _within(passages: Integers, start: int, end: int) -> Integers:
-    rows = (passages[:, 0] >= start) & (passages[:, 0] < end)
-    return np.asarray(passages[rows])
-
-
-def _least(passages: Integers) -> Least:
-    at_ns, passage_ns = passages[np.argmin(passages[:, 1])].tolist()
-    return Least(at_ns, passage_ns)
 
 
 def _delays(fates: FateTraces | None) -> dict[int, int]:

@@ -67,13 +67,18 @@ def read_content(folder: Path) -> Content:
         files = sorted(folder.glob("*.mcap"), key=lambda path: (len(path.name), path.name))
     if not files:
         return _of_other_files(folder)
-    salvages = {path: Salvage() for path in files}
-    schema_texts: ChainMap[str, str] = ChainMap(*(each.schemas for each in salvages.values()))
     for path in files:
-        _require_mcap(path)
+        with file_errors(f"read {path}"), open(path, "rb") as stream:
+            begin = stream.read(len(MAGIC))
+        if begin != MAGIC:
+            what = "is not an MCAP file: its first bytes are not those of one"
+            what = what if begin else "is empty"
+            raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
+    salvages = {path: Salvage() for path in files}
+    texts: ChainMap[str, str] = ChainMap(*(each.schemas for each in salvages.values()))
     content = content_of(
         itertools.chain.from_iterable(messages(path, each) for path, each in salvages.items()),
-        lambda data, t: schemas.store_of((schema_texts[t], t)).deserialize_cdr(data, t),
+        lambda data, t: schemas.store_of((texts[t], t)).deserialize_cdr(data, t),
     )
     early = []
     for path, salvage in salvages.items():
@@ -120,27 +125,14 @@ def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
     for message in raw:
         _take(content, message, decode)
     content.events += keep_own(content.by_topic, content.types)
-    for topic, kind in content.types.items():
-        for message in content.by_topic[topic].messages:
-            content.counter.add(topic, numbered(kind, message))
+    for topic in content.types:
+        for number in content.by_topic[topic].numbers:
+            content.counter.add(topic, number)
     for (topic, reason), count in content.undecoded.items():
         amount = "a message" if count == 1 else f"{count} messages"
         what = f"{topic}: {amount} cannot be decoded ({reason})"
         content.events.append({"time_s": None, "who": "recorder", "what": what})
     return content
-
-
-def _require_mcap(path: Path) -> None:
-    with file_errors(f"read {path}"):
-        with open(path, "rb") as stream:
-            begin = stream.read(len(MAGIC))
-    if begin != MAGIC:
-        what = (
-            "is empty"
-            if not begin
-            else "is not an MCAP file: its first bytes are not those of one"
-        )
-        raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
 
 
 def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
@@ -163,3 +155,4 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
     series = content.by_topic[raw.topic]
     series.log_ns.append(raw.log_ns)
     series.messages.append(message)
+    series.numbers.append(numbered(raw.type_name, message))

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -37,15 +37,7 @@ from pmwvc_core.traces import (
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000
-
-
-class Outgoing(NamedTuple):
-    """A message with its topic and time on the session's time line [ns]."""
-
-    at_ns: int
-    topic: str
-    type_name: str
-    message: Any
+Outgoing = tuple[int, str, Any]  # time on the session's time line [ns], topic, message
 
 
 def write_scenario(folder: str | Path, scenario: Scenario) -> None:
@@ -75,7 +67,7 @@ def record_traces(
     write_scenario(folder, scenario)
     store = schemas.typestore()
     types = build.types_from(store.types)
-    outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item.at_ns)
+    outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item[0])
     with SessionWriter(folder) as writer:
         records = about(scenario, source=traces.source) | dict(metadata or {})
         for name, values in records.items():
@@ -84,9 +76,9 @@ def record_traces(
             [user.name for user in traces.users], links=list(traces.fates)
         ):
             writer.add_topic(topic)
-        for item in outgoing:
-            data = bytes(store.serialize_cdr(item.message, item.type_name))
-            writer.write(item.topic, data, log_ns=start + item.at_ns)
+        for at_ns, name, message in outgoing:
+            data = bytes(store.serialize_cdr(message, message.__msgtype__))
+            writer.write(name, data, log_ns=start + at_ns)
 
 
 def _all(
@@ -111,7 +103,7 @@ def _all(
             **received.passage,
         )
         topic = f"/{'server' if way == 'up' else owner}/reception"
-        yield Outgoing(end_ns, topic, schemas.RECEPTION, message)
+        yield end_ns, topic, message
     links = {
         f"{user.name}/{way}": getattr(user, f"link_{way}")
         for user in scenario.users
@@ -122,9 +114,9 @@ def _all(
         out_ns, end_ns = all_fates.time_out_ns, _ns(traces.duration_s)
         fates = replace(all_fates, time_out_ns=np.where(out_ns < end_ns, out_ns, 0))
         for at_ns, message in fate_blocks(types, fates, start):
-            yield Outgoing(at_ns, "/netem/fates", schemas.PACKET_FATE, message)
+            yield at_ns, "/netem/fates", message
         for at_ns, message in state_blocks(types, fates, links[link], start, seed=scenario.seed):
-            yield Outgoing(at_ns, "/netem/links", schemas.LINK_STATE, message)
+            yield at_ns, "/netem/links", message
 
 
 def _epoch(traces: SessionTraces, name: str) -> int:
@@ -172,9 +164,7 @@ def _master_blocks(
             energy={name: user.energy[name][block] for name in ENERGIES},
             accounts={name: values[block] for name, values in user.accounts.items()},
         )
-        yield Outgoing(
-            _ns(user.block_time_s[block]), f"/{user.name}/trace", schemas.MASTER_TRACE, message
-        )
+        yield _ns(user.block_time_s[block]), f"/{user.name}/trace", message
 
 
 def _server_steps(
@@ -209,7 +199,7 @@ def _server_steps(
             lateness=float(late_s),
             **fields,
         )
-        yield Outgoing(_ns(time_s), "/server/trace", schemas.SERVER_TRACE, message)
+        yield _ns(time_s), "/server/trace", message
 
 
 def _packets(
@@ -229,9 +219,7 @@ def _packets(
             position=packets.position[row],
             flags=flags,
         )
-        yield Outgoing(
-            _ns(time_s), packets.topic, schemas.WAVE, build.wave(types, packet, start + sent_ns)
-        )
+        yield _ns(time_s), packets.topic, build.wave(types, packet, start + sent_ns)
 
 
 def _taken(taken: TakenTraces | None, first: int, after: int) -> Iterator[tuple[int, int, int]]:

@@ -8,6 +8,7 @@ A message's time is that of its publication, as long as it was received within `
 the processor longer than the master.
 """
 
+import contextlib
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -32,13 +33,16 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
     counts: dict[str, bool] = {}
     for message in sorted(messages, key=_arrived_ns):
         user = message.topic.strip("/").split("/")[-3]
-        time_s = (_arrived_ns(message) - zero_ns) * 1e-9
+        point: tuple[float, ...] | None = None
         if message.type_name == schemas.FLAG:
             counts[user] = len(message.data) > 4 and bool(message.data[4])
-            point: tuple[float, ...] | None = None if counts[user] else NOWHERE
-        else:
-            point = _point(message.data) if counts.get(user, True) else None
+            point = None if counts[user] else NOWHERE
+        elif counts.get(user, True):
+            with contextlib.suppress(Exception):  # no point: rosbags raises many kinds
+                at = schemas.typestore().deserialize_cdr(message.data, schemas.POINT).point
+                point = at.x, at.y, at.z
         if point is not None:
+            time_s = (_arrived_ns(message) - zero_ns) * 1e-9
             found.setdefault(user, []).append((time_s, point))
     return {
         user: HandTargets(
@@ -52,12 +56,3 @@ def _arrived_ns(message: RawMessage) -> int:
     """Return when a message arrived at the master, as well as it is known [ns]."""
     waited = 0 <= message.log_ns - message.publish_ns < TRUSTED_NS
     return message.publish_ns if waited else message.log_ns
-
-
-def _point(data: bytes) -> tuple[float, ...] | None:
-    """Return the point of a serialized PointStamped; None if it is none."""
-    try:
-        point = schemas.typestore().deserialize_cdr(data, schemas.POINT).point
-    except Exception:  # rosbags raises many kinds
-        return None
-    return point.x, point.y, point.z

@@ -176,21 +176,28 @@ def came_out(fates: FateTraces) -> Flags:
 
 def topic_counts(
     counter: GapCounter, fates: Mapping[str, FateTraces], packets: Mapping[str, PacketTraces]
-) -> dict[str, dict[str, int]]:
-    """Return ``messages``, ``missing`` and, where there are any, ``not_relayed`` by topic."""
+) -> tuple[dict[str, dict[str, int]], list[dict[str, Any]]]:
+    """Return ``messages``, ``missing`` and, where there are any, ``not_relayed`` by topic, and as
+    events which packets never reached their link.
+    """
     counts: dict[str, dict[str, int]] = {}
     for topic, messages in counter.messages.items():
-        origin = relayed(topic)
-        if origin is not None and origin[0] in fates:
-            missing = _not_recorded(packets.get(topic), fates[origin[0]])
+        if (link := relayed(topic)) and link in fates:
+            missing = _not_recorded(packets.get(topic), fates[link])
         else:
             missing = counter.missing(topic)
         counts[topic] = {"messages": messages, "missing": missing}
+    events: list[dict[str, Any]] = []
     for link, known in fates.items():
-        source = source_of(link)
-        if source in packets and (count := not_relayed(packets[source], known)[0]):
-            counts[source]["not_relayed"] = count
-    return counts
+        if (sent := packets.get(source_of(link))) is None or not len(known.seq):
+            continue
+        count, first = not_relayed(sent, known)
+        if count:
+            counts[sent.topic]["not_relayed"] = count
+            time_s = float(sent.time_s[np.argmax(sent.seq == first)])
+            what = f"{count} packets of {sent.topic} never reached it, from number {first} on"
+            events.append({"time_s": time_s, "who": link, "kind": "link", "what": what})
+    return counts, events
 
 
 def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:

@@ -65,7 +65,13 @@ class BackgroundWriter:
                 self._ending = True
                 self._news.notify()
             self._thread.join()
-            self.writer.add_metadata("losses", self._losses())
+            counter = self.writer.counter
+            losses = {
+                topic: f"{messages} messages, {counter.missing(topic)} numbers missing, "
+                f"{self.overrun[topic]} not queued"
+                for topic, messages in counter.messages.items()
+            }
+            self.writer.add_metadata("losses", losses)
             self.writer.close()
         found = [
             f"{topic}: {count} did not fit the queue" for topic, count in self.overrun.items()
@@ -73,15 +79,6 @@ class BackgroundWriter:
         if self.writer.problem:
             found.append(f"{self.writer.problem}; {self.writer.refused} messages not written")
         return found + self.writer.counter.lines()
-
-    def _losses(self) -> dict[str, str]:
-        counter = self.writer.counter
-        return {
-            topic: f"{counter.messages[topic]} messages, "
-            f"{counter.missing(topic)} numbers missing, "
-            f"{self.overrun[topic]} not queued"
-            for topic in counter.messages
-        }
 
     def _run(self) -> None:
         self._prepare()

@@ -18,7 +18,7 @@ What is left out changes no verdict. It is an event of kind ``stranger``.
 import bisect
 import itertools
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,7 +26,7 @@ import numpy as np
 
 from pmwvc_analysis.recording import clocks
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.sequence import numbered
+from pmwvc_analysis.recording.sequence import Numbered
 from pmwvc_core.numeric import Integers
 from pmwvc_core.plural import count
 from pmwvc_core.runtime.misfits import misfit
@@ -38,53 +38,48 @@ CLOCK_NS = 1_000_000_000  # a single message whose clock differs by this much fr
 
 @dataclass
 class Series:
-    """The decoded messages of one topic, and when each was recorded [ns]."""
+    """The decoded messages of one topic, their numbers, and when each was recorded [ns]."""
 
     log_ns: list[int] = field(default_factory=list)
     messages: list[Any] = field(default_factory=list)
-
-    def kept(self, own: Sequence[bool]) -> "Series":
-        """Return the messages for which ``own`` is true."""
-        compressed = (itertools.compress(each, own) for each in (self.log_ns, self.messages))
-        return Series(*map(list, compressed))
+    numbers: list[Numbered] = field(default_factory=list)
 
 
 Topics = dict[str, Series]
+Events = list[dict[str, Any]]
 
 
-def keep_own(by_topic: Topics, types: Mapping[str, str]) -> list[dict[str, Any]]:
+def keep_own(by_topic: Topics, types: Mapping[str, str]) -> Events:
     """Remove from ``by_topic`` what is not the session's own; return that as events."""
-    found: list[dict[str, Any]] = []
+    found: Events = []
     for topic, kind in types.items():
-        found += _without_misfits(by_topic, topic, kind)
+        name, series = kind.rpartition("/")[2], by_topic[topic]
+        problems = [
+            misfit(name, message) if log_ns < LATEST_NS else f"recorded at {log_ns} ns"
+            for log_ns, message in zip(series.log_ns, series.messages, strict=True)
+        ]
+        why = f"whose fields do not fit together ({next(filter(None, problems), '')})"
+        found += _keep(topic, series, [problem is None for problem in problems], why)
     for topic, epochs in _own_epochs(by_topic, types).items():
-        own = [int(message.epoch) in epochs for message in by_topic[topic].messages]
-        found += _keep(by_topic, topic, own, "from another publisher")
+        series = by_topic[topic]
+        own = [int(message.epoch) in epochs for message in series.messages]
+        found += _keep(topic, series, own, "from another publisher")
     for topic, kind in types.items():
-        own = _continuing(by_topic[topic], kind)
-        found += _keep(by_topic, topic, own, "that do not continue the others")
+        series = by_topic[topic]
+        found += _keep(topic, series, _continuing(series, kind), "that do not continue the others")
     return found
 
 
-def _keep(by_topic: Topics, topic: str, own: list[bool], why: str) -> list[dict[str, Any]]:
+def _keep(topic: str, series: Series, own: list[bool], why: str) -> Events:
     """Keep the messages of a topic for which ``own`` is true; return an event of the others."""
     if not (left_out := own.count(False)):
         return []
-    first_ns = by_topic[topic].log_ns[own.index(False)]
-    by_topic[topic] = by_topic[topic].kept(own)
+    first_ns = series.log_ns[own.index(False)]
+    kept: list[list[Any]] = [series.log_ns, series.messages, series.numbers]
+    for values in kept:
+        values[:] = itertools.compress(values, own)
     what = f"{count(left_out, 'message')} on {topic} {why}, left out"
     return [{"time_ns": first_ns, "who": topic, "kind": "stranger", "what": what}]
-
-
-def _without_misfits(by_topic: Topics, topic: str, kind: str) -> list[dict[str, Any]]:
-    name, series = kind.rpartition("/")[2], by_topic[topic]
-    problems = [
-        misfit(name, message) if log_ns < LATEST_NS else f"recorded at {log_ns} ns"
-        for log_ns, message in zip(series.log_ns, series.messages, strict=True)
-    ]
-    example = next((problem for problem in problems if problem), "")
-    why = f"whose fields do not fit together ({example})"
-    return _keep(by_topic, topic, [problem is None for problem in problems], why)
 
 
 def _own_epochs(by_topic: Topics, types: Mapping[str, str]) -> dict[str, set[int]]:
@@ -139,16 +134,15 @@ def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> 
 
 def _continuing(series: Series, kind: str) -> list[bool]:
     """Tell which messages continue one another, publisher by publisher."""
-    entries = [numbered(kind, message) for message in series.messages]
-    numbers = np.array([entry.first for entry in entries], dtype=np.int64)
+    numbers = np.array([entry.first for entry in series.numbers], dtype=np.int64)
     trace = kind in (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
     if kind == schemas.MASTER_TRACE:
         numbers = np.array([message.first_tick for message in series.messages], dtype=np.int64)
     logs = np.array(series.log_ns, dtype=np.int64)
     streams: dict[str, list[int]] = defaultdict(list)
-    for row, entry in enumerate(entries):
+    for row, entry in enumerate(series.numbers):
         streams[entry.stream].append(row)
-    kept = np.zeros(len(entries), dtype=bool)
+    kept = np.zeros(len(numbers), dtype=bool)
     for stream in streams.values():
         rows = np.array(stream)
         rows = rows[np.argsort(numbers[rows], kind="stable")]

@@ -68,16 +68,12 @@ def taken_over(
 
 def owner_of(names: Iterable[str]) -> str | None:
     """Return the user whose master takes parameters over, "" for the server; None: any other."""
-    owners = {_owner_of(name) for name in names}
+    owners: set[str | None] = set()
+    for number, path in map(split_user, names):
+        group = path.split(".")[0]
+        own = f"user{number}" if number and group in ("master", "safety") else None
+        owners.add("" if group == "server" else own)
     return owners.pop() if len(owners) == 1 else None
-
-
-def _owner_of(name: str) -> str | None:
-    number, path = split_user(name)
-    group = path.split(".")[0]
-    if group == "server":
-        return ""
-    return f"user{number}" if number and group in ("master", "safety") else None
 
 
 def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Array, Array]:
@@ -177,7 +173,10 @@ def parameter_changes(
             settings.append(((change.at_ns - zero_ns) * 1e-9, set_to))
         count += bool(texts)
         if texts and count <= MOST_EVENTS:
-            found.append(_event(change.at_ns, node, texts))
+            more = len(texts) - MOST_NAMES
+            what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+            who = " ".join(node.strip("/").split("/")[-2:])
+            found.append({"time_ns": change.at_ns, "who": who, "kind": "parameter", "what": what})
     if count > MOST_EVENTS:
         what = f"{count - MOST_EVENTS} more changes of parameters"
         found.append({"time_s": None, "who": "session", "kind": "parameter", "what": what})
@@ -193,13 +192,6 @@ def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:
     except ScenarioError:
         return {}
     return {path: None if spec.optional and value == 0 else value}
-
-
-def _event(at_ns: int, node: str, texts: Sequence[str]) -> dict[str, Any]:
-    more = len(texts) - MOST_NAMES
-    what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
-    who = " ".join(node.strip("/").split("/")[-2:])
-    return {"time_ns": at_ns, "who": who, "kind": "parameter", "what": what}
 
 
 def _text(name: str, before: Any, value: Any) -> str:

@@ -16,14 +16,12 @@ from pmwvc_analysis.recording import assemble, links
 from pmwvc_analysis.recording.clocks import time_lines
 from pmwvc_analysis.recording.content import CUT, WHOLE, Content, read_content
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
-from pmwvc_analysis.recording.links import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces
 
 
 def read_session(folder: str | Path) -> SessionTraces:
@@ -55,21 +53,25 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     fate_messages = content.of_links(schemas.PACKET_FATE)
     fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
-    times = time_lines(masters, steps, steps_log_ns, packets, fates)
-    starts = [int(each.min()) for each in (*times.masters.values(), times.server) if len(each)]
+    times, server_ns, alignment = time_lines(masters, steps, steps_log_ns, packets, fates)
+    starts = [int(each.min()) for each in (*times.values(), server_ns) if len(each)]
     zero_ns = min(starts or logs)
     users, server, lateness, received = [], None, np.zeros(0), {}
     if steps:
-        server, lateness, taken = assemble.server_traces(steps, times.server, zero_ns=zero_ns)
+        server, lateness, taken = assemble.server_traces(steps, server_ns, zero_ns=zero_ns)
         received = {f"{name}/up": packets for name, packets in taken.items()}
     for name, blocks in masters.items():
-        user, own = assemble.user_traces(name, blocks, times.masters[name], zero_ns=zero_ns)
+        user, own = assemble.user_traces(name, blocks, times[name], zero_ns=zero_ns)
         users.append(user)
         if own is not None:
             received[f"{name}/down"] = own
+    # To the end of the last tick of a user: the server runs on a little after the users have left.
+    ends = [float(user.time_s[-1]) + user.tick_s for user in users if len(user.time_s)]
+    if server is not None and not ends:
+        ends.append(float(server.time_s[-1]) + server.period_s)
     traces = SessionTraces(
         source=content.metadata.get("session", {}).get("source", "live"),
-        duration_s=_duration(users, server, logs, zero_ns),
+        duration_s=max(ends, default=(max(logs) - min(logs)) * 1e-9),
         users=users,
         server=server,
         packets={
@@ -90,15 +92,15 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             **content.metadata,
             "zero_ns": zero_ns,
             "server_lateness_s": lateness,
-            "alignment": times.alignment,
+            "alignment": alignment,
             "fate_zero_ns": links.fate_zeros(fate_messages, zero_ns),
         },
     )
-    traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
+    traces.counts, lost = links.topic_counts(content.counter, fates, traces.packets)
     changed, changes = parameter_changes(content.parameters, folder, zero_ns)
     traces.settings = taken_over(changes, users, server)
     traces.targets = dict(hand_targets(content.hands, zero_ns))
-    traces.events = _events(folder, content, changed, zero_ns) + _start_losses(traces)
+    traces.events = _events(folder, content, changed, zero_ns) + lost
     return traces
 
 
@@ -131,19 +133,6 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     return parse_scenario({"channel": PLAIN, **mapping_in(path)}, source=str(path))
 
 
-def _duration(
-    users: list[UserTraces], server: ServerTraces | None, logs: list[int], zero_ns: int
-) -> float:
-    """Return the time from the first tick or step to the end of the last tick of a user.
-
-    The server runs on a little after the users have left; that is not part of the session.
-    """
-    ends = [float(user.time_s[-1]) + user.tick_s for user in users if len(user.time_s)]
-    if server is not None and not ends:
-        ends.append(float(server.time_s[-1]) + server.period_s)
-    return max(ends, default=(max(logs) - min(logs)) * 1e-9)
-
-
 def _events(
     folder: Path, content: Content, changed: list[dict[str, Any]], zero_ns: int
 ) -> list[dict[str, Any]]:
@@ -152,32 +141,15 @@ def _events(
     if (mended := content.metadata.get("recovered")) is not None:
         what = f"mended from {mended.get('from')}: {mended.get('cut')}"
         kind = "recording" if mended.get("cut") == WHOLE else CUT
-        found.append({"time_s": None, "who": "recorder", "kind": kind, "what": what})
+        found.append({"who": "recorder", "kind": kind, "what": what})
     path = folder / "events.json"
     if path.is_file():
         try:
             found += json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            found.append(
-                {"time_s": None, "who": "runner", "what": f"events.json cannot be read: {error}"}
-            )
+            found.append({"who": "runner", "what": f"events.json cannot be read: {error}"})
     for event in found:
         if "time_ns" in event:
             event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9
         event.setdefault("time_s", None)
-    return found
-
-
-def _start_losses(traces: SessionTraces) -> list[dict[str, Any]]:
-    """Return as events which packets never reached their link."""
-    found: list[dict[str, Any]] = []
-    for link, fates in traces.fates.items():
-        packets = traces.packets.get(source_of(link))
-        if packets is None or not len(fates.seq):
-            continue
-        count, first = not_relayed(packets, fates)
-        if count:
-            time_s = float(packets.time_s[np.argmax(packets.seq == first)])
-            what = f"{count} packets of {packets.topic} never reached it, from number {first} on"
-            found.append({"time_s": time_s, "who": link, "kind": "link", "what": what})
     return found

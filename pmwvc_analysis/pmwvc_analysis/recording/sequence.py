@@ -8,6 +8,7 @@ that did, is missing; the first one of a publisher started while recording is 1,
 before it counts too.
 """
 
+import bisect
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -17,19 +18,20 @@ from pmwvc_analysis.recording.format import schemas
 
 MOST_RANGES = 256  # of one publisher; older ones are settled: hours of losses take no memory
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
-_HEADER_BYTES = 4  # CDR encapsulation
-_STAMP_BYTES = 8
 _EPOCH_NUMBER = {  # behind the stamp, and the clock where a type has one
     schemas.WAVE: struct.Struct("<16xQI"),
     schemas.MASTER_TRACE: struct.Struct("<16xQI"),
     schemas.SERVER_TRACE: struct.Struct("<16xQQ"),
     schemas.RECEPTION: struct.Struct("<8xQI"),
 }
-_U32 = struct.Struct("<I")
-_FIRST_COUNT = struct.Struct("<QI")
+_LENGTH = struct.Struct("<8xI")  # of the link's name, behind the stamp
+_LINK_NUMBER = {  # behind the name; of fates the first one and how many
+    schemas.LINK_STATE: struct.Struct("<I"),
+    schemas.PACKET_FATE: struct.Struct("<QI"),
+}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Numbered:
     """Numbers of a message: publisher (epoch or link), and ``count`` numbers from ``first`` on."""
 
@@ -44,20 +46,18 @@ def peek(type_name: str, data: bytes) -> Numbered | None:
     Offsets follow from the field order in the ``.msg`` files: the numbers come right after the
     stamps. The recorder has no time to decode messages.
     """
-    body = data[_HEADER_BYTES:]
+    body = data[4:]  # behind the encapsulation
     try:
         if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
             epoch, number = layout.unpack_from(body)
             return Numbered(f"{epoch:016x}", number)
-        if type_name not in (schemas.LINK_STATE, schemas.PACKET_FATE):
+        if (layout := _LINK_NUMBER.get(type_name)) is None:
             return None
-        start = _STAMP_BYTES + _U32.size
-        (length,) = _U32.unpack_from(body, _STAMP_BYTES)
-        link = body[start : start + max(length - 1, 0)].decode("utf-8", "replace")
-        end = start + length
-        if type_name == schemas.LINK_STATE:
-            return Numbered(link, *_U32.unpack_from(body, end + -end % 4))
-        return Numbered(link, *_FIRST_COUNT.unpack_from(body, end + -end % 8))
+        (length,) = _LENGTH.unpack_from(body)
+        end = _LENGTH.size + length
+        link = body[_LENGTH.size : max(end - 1, _LENGTH.size)].decode("utf-8", "replace")
+        align = 4 if layout.size == 4 else 8
+        return Numbered(link, *layout.unpack_from(body, end + -end % align))
     except struct.error:
         return None
 
@@ -89,30 +89,15 @@ class StreamCount:
         after = first + count
         if self.ranges and first == self.ranges[-1][1]:
             self.ranges[-1][1] = after
-            return
-        if not self.ranges or first > self.ranges[-1][1]:
-            self.ranges.append([first, after])
-            if len(self.ranges) > MOST_RANGES:
-                self._settle(MOST_RANGES // 2)
-        elif not self.settled_seen or first >= self.settled:
-            self._insert(first, after)
-
-    def _settle(self, count: int) -> None:
-        self.settled_seen += sum(after - first for first, after in self.ranges[:count])
-        self.settled = self.ranges[count - 1][1]
-        del self.ranges[:count]
-
-    def _insert(self, first: int, after: int) -> None:
-        """Merge numbers that come late or again."""
-        merged: list[list[int]] = []
-        new = [first, after]
-        for old in self.ranges:
-            if old[1] < new[0] or old[0] > new[1]:
-                merged.append(old)
-            else:
-                new = [min(old[0], new[0]), max(old[1], new[1])]
-        merged.append(new)
-        self.ranges = sorted(merged)
+        elif not self.settled_seen or first >= self.settled:  # late, again, or behind a gap
+            touching = [old for old in self.ranges if old[0] <= after and first <= old[1]]
+            whole = [first, after], *touching
+            self.ranges = [old for old in self.ranges if old not in touching]
+            bisect.insort(self.ranges, [min(of[0] for of in whole), max(of[1] for of in whole)])
+        if len(self.ranges) > MOST_RANGES:
+            old, self.ranges = self.ranges[: MOST_RANGES // 2], self.ranges[MOST_RANGES // 2 :]
+            self.settled_seen += sum(after - first for first, after in old)
+            self.settled = old[-1][1]
 
     @property
     def seen(self) -> int:

@@ -60,7 +60,11 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._closed = False
         with file_errors(f"record into {self.folder}"):
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._require_space()
+            if (free := self._too_little()) is not None:
+                raise RecordingError(
+                    f"cannot record into {self.folder}: {free} left on the disk, "
+                    f"{self._reserve >> 20} MiB are kept free; make room or choose another folder"
+                )
             try:
                 self._file: BinaryIO = open(self.path, "xb")
             except FileExistsError as error:
@@ -73,13 +77,6 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._good = 0
         self._guarded(lambda: self._writer.start(profile="ros2", library=LIBRARY))
         self._guarded(self._end_chunk)
-
-    def _require_space(self) -> None:
-        if (free := self._free_bytes()) is not None and free < self._reserve:
-            raise RecordingError(
-                f"cannot record into {self.folder}: {free >> 20} MiB left on the disk, "
-                f"{self._reserve >> 20} MiB are kept free; make room or choose another folder"
-            )
 
     def _end_chunk(self) -> None:
         self._writer.flush()
@@ -152,10 +149,10 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         if self.problem:
             return
         self._kept = dict(self.counter.messages)
-        if (free := self._free_bytes()) is not None and free < self._reserve:
+        if (free := self._too_little()) is not None:
             self._finish()
             self.problem = (
-                f"recording stopped: {free >> 20} MiB left on the disk, {self._reserve >> 20} MiB "
+                f"recording stopped: {free} left on the disk, {self._reserve >> 20} MiB "
                 "are kept free; everything up to here is kept"
             )
 
@@ -183,11 +180,12 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._guarded(self._writer.finish)
         self._guarded(self._file.flush)
 
-    def _free_bytes(self) -> int | None:
-        try:
-            return shutil.disk_usage(self.folder).free
-        except OSError:
-            return None
+    def _too_little(self) -> str | None:
+        """Return the free space where it is less than is kept free."""
+        with contextlib.suppress(OSError):
+            if (free := shutil.disk_usage(self.folder).free) < self._reserve:
+                return f"{free >> 20} MiB"
+        return None
 
     def _information(self) -> dict[str, object]:
         counts = [
@@ -209,13 +207,8 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
                 f"kept up to the last whole chunk ({self._good} bytes)"
             )
             self.refused += sum(self.counter.messages.values()) - sum(self._kept.values())
-            self._cut_back()
-
-    def _cut_back(self) -> None:
-        """Drop what is behind the last whole chunk, past the half-written buffer."""
-        raw = getattr(self._file, "raw", None)
-        with contextlib.suppress(OSError, ValueError):
-            descriptor = raw.fileno() if raw is not None else self._file.fileno()
-            os.ftruncate(descriptor, self._good)
-            if raw is not None:
+            # drop what is behind the last whole chunk, past the half-written buffer
+            raw = getattr(self._file, "raw", None) or self._file
+            with contextlib.suppress(OSError, ValueError):
+                os.ftruncate(raw.fileno(), self._good)
                 raw.close()

@@ -8,12 +8,12 @@ on time.
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import Hole, of_server, of_user
+from pmwvc_analysis.traces.holes import of_server, of_user
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
@@ -21,18 +21,9 @@ from pmwvc_core.simulation.conditions import Steps
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
-@dataclass(frozen=True)
-class LoopTimes:
-    """The times of one loop.
-
-    Parameters
-    ----------
-    at
-        Tick of the session of each row of its traces.
-    looked_ns
-        When each row took its packets in [ns].
-    holes_ns
-        Intervals that were not recorded [ns].
+class LoopTimes(NamedTuple):
+    """The times of one loop: the tick of the session of each row of its traces, when each row
+    took its packets in [ns], and the intervals that were not recorded [ns].
     """
 
     at: Integers
@@ -45,18 +36,10 @@ def tick_numbers(time_s: Array, tick_s: float) -> Integers:
     return np.rint(time_s / tick_s).astype(np.int64)
 
 
-def of_master(user: UserTraces) -> LoopTimes:
-    """Return the times of a master's loop."""
-    return _times(user, user.tick_s, of_user(user))
-
-
-def of_steps(server: ServerTraces, tick_s: float) -> LoopTimes:
-    """Return the times of the server's loop."""
-    return _times(server, tick_s, of_server(server))
-
-
-def _times(rows: UserTraces | ServerTraces, tick_s: float, gaps: Iterable[Hole]) -> LoopTimes:
+def times_of(rows: UserTraces | ServerTraces, tick_s: float) -> LoopTimes:
+    """Return the times of a master's loop, or the server's."""
     at = tick_numbers(rows.time_s, tick_s)
+    gaps = of_user(rows) if isinstance(rows, UserTraces) else of_server(rows)
     gaps_ns = [(round(gap.start_s * 1e9), round(gap.end_s * 1e9)) for gap in gaps]
     return LoopTimes(at, at * round(tick_s * 1e9) + rows.nearest_look_ns, gaps_ns)
 
@@ -65,13 +48,9 @@ def unknown_looks(traces: SessionTraces) -> list[str]:
     """Return a note where a recording does not say when its loops took packets in."""
     ends: list[tuple[str, UserTraces | ServerTraces]] = [(u.name, u) for u in traces.users]
     ends += [("the server", traces.server)] if traces.server is not None else []
-    unknown = [name for name, rows in ends if not len(rows.looked_ns)]
-    if not unknown:
-        return []
-    return [
-        f"when {', '.join(unknown)} took packets in was not recorded: taken for the wake-up of a "
-        "master, the deadline of a server step"
-    ]
+    unknown = ", ".join(name for name, rows in ends if not len(rows.looked_ns))
+    what = "taken for the wake-up of a master, the deadline of a server step"
+    return [f"when {unknown} took packets in was not recorded: {what}"] if unknown else []
 
 
 def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:
@@ -106,7 +85,7 @@ def steps(
     tick_ns = round(tick_s * 1e9)
     if server is None:
         return None
-    loop, period_s = of_steps(server, tick_s), replayed.server.period_s
+    loop, period_s = times_of(server, tick_s), replayed.server.period_s
     if period_s != recorded.server.period_s:
         tick = np.arange(loop.at[0], ticks, round(period_s / tick_s))
         return Steps(tick, tick * tick_ns, np.full(len(tick), period_s))

@@ -11,10 +11,8 @@ receiver.
 """
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,33 +29,6 @@ LONGEST_UPLINK_NS = 100_000_000  # from a sender to the emulator on the same mac
 LOW = 0xFFFFFFFF
 
 Links = dict[str, Callable[[], RecordedLink]]
-Key = tuple[int, int]  # sender's epoch (lowest bits) and number of a packet
-
-
-@dataclass(frozen=True)
-class Looks:
-    """The packets that a receiver was given, and when it looked."""
-
-    taken: TakenTraces
-    loop: LoopTimes
-
-    def instants(self) -> dict[Key, deque[int]]:
-        """Return when each packet was taken in, and its copies [ns].
-
-        Those of one look come out one nanosecond after the other: in their order.
-        """
-        found: dict[Key, deque[int]] = defaultdict(deque)
-        row, seq, epoch = self.taken.row, self.taken.seq, self.taken.epoch
-        behind = np.searchsorted(row, row, side="right") - 1 - np.arange(len(row))
-        at_ns = self.loop.looked_ns[row] - behind
-        rows = zip(epoch.tolist(), seq.tolist(), at_ns.tolist(), strict=True)
-        for sender, number, time_ns in rows:
-            found[sender, number].append(time_ns)
-        return found
-
-    def in_hole(self, time_ns: int) -> bool:
-        """Tell whether an instant lies where nothing was recorded."""
-        return any(start <= time_ns < end for start, end in self.loop.holes_ns)
 
 
 def links(
@@ -77,18 +48,18 @@ def links(
     for old, new in zip(recorded.users, replayed.users, strict=True):
         for way in ("up", "down"):
             name = f"{old.name}/{way}"
-            fates, taken = traces.fates.get(name), traces.taken.get(name)
-            looks = Looks(taken, loops[name]) if taken is not None and name in loops else None
+            fates, looked = traces.fates.get(name), name in traces.taken and name in loops
             if getattr(old, f"link_{way}") != getattr(new, f"link_{way}"):
                 notes.append(f"{name}: other settings were given, so this link is simulated")
-            elif looks is None and (fates is None or not len(fates.seq)):
+            elif not looked and (fates is None or not len(fates.seq)):
                 notes.append(f"{name}: no packet fates were recorded, so this link is simulated")
             else:
                 before, after = (
                     user.master.frame_s if way == "up" else scenario.server.period_s
                     for scenario, user in ((recorded, old), (replayed, new))
                 )
-                record = record_of(traces, name, looks, same_rate=before == after)
+                loop = loops[name] if looked else None
+                record = _record(traces, name, loop, same_rate=before == after)
                 found[name] = partial(RecordedLink, record, per_packet=after / before)
                 if after != before:
                     notes.append(
@@ -98,30 +69,40 @@ def links(
     return found, notes
 
 
-def record_of(
-    traces: SessionTraces, name: str, looks: Looks | None, *, same_rate: bool
+def _record(
+    traces: SessionTraces, name: str, loop: LoopTimes | None, *, same_rate: bool
 ) -> Mapping[int, Sequence[RecordedFate]]:
     """Return the fate of every packet of a link and its copies, by packet number.
 
     Packets of a sender that was started again are numbered on from its last one before. At the
     same rate of packets the instants at which they were taken in are kept, else the delays.
     """
-    fates, packets = traces.fates.get(name), traces.packets.get(source_of(name))
-    transport_ns = TRANSPORT_NS if traces.live else 0
+    fates = traces.fates.get(name)
     zero_ns = traces.metadata.get("fate_zero_ns", {}).get(name, 0)
-    instants = looks.instants() if looks else {}
+    instants = _instants(traces.taken[name], loop) if loop else {}
     own = own_sender(traces, name)
     record: dict[int, list[RecordedFate]] = defaultdict(list)
-    for fate in _fates(fates, packets) if fates is not None else ():
-        delay_ns, at_ns = fate.delay_ns, None
-        if delay_ns is not None:
-            delay_ns += transport_ns
-        if delay_ns is not None and looks and fate.cause is not Cause.CORRUPTION:
-            if queue := instants.get(fate.key):
-                at_ns = queue.popleft() if fate.key[0] == own and same_rate else None
-            elif not looks.in_hole(fate.out_ns - zero_ns):
-                delay_ns = None
-        record[fate.number].append(RecordedFate(delay_ns, fate.kind, fate.cause, at_ns))
+    if fates is not None:
+        # in the order of sending, copies behind their packet
+        rows = np.flatnonzero(fates.fate != FateKind.INVALID)
+        rows = rows[np.lexsort((fates.fate[rows], fates.time_in_ns[rows]))]
+        since_ns = _sending_times(fates, traces.packets.get(source_of(name)))
+        # 0 stands for never, but in virtual time also for a packet without delay at time 0
+        at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
+        came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
+        transport_ns = TRANSPORT_NS if traces.live else 0
+        delays = fates.time_out_ns - since_ns + transport_ns
+        for row, number in zip(rows.tolist(), _numbers(fates, rows).tolist(), strict=True):
+            kind, cause = FateKind(fates.fate[row]), Cause(fates.cause[row])
+            delay_ns, at_ns = int(delays[row]) if came_out[row] else None, None
+            if delay_ns is not None and loop and cause is not Cause.CORRUPTION:
+                key = int(fates.epoch[row]) & LOW, int(fates.seq[row])
+                out_ns = int(fates.time_out_ns[row]) - zero_ns
+                if queue := instants.get(key):
+                    at_ns = queue.popleft() if key[0] == own and same_rate else None
+                elif not any(start <= out_ns < end for start, end in loop.holes_ns):
+                    delay_ns = None
+            record[number].append(RecordedFate(delay_ns, kind, cause, at_ns))
     for (epoch, seq), queue in instants.items() if same_rate else ():
         for at_ns in queue if epoch == own else ():  # the emulator's record lacks them
             kind = FateKind.DUPLICATE if record[seq] else FateKind.DELIVERED
@@ -129,35 +110,17 @@ def record_of(
     return record
 
 
-class _Fate(NamedTuple):
-    """What the emulator did with a packet or a copy of it; None: it never came out."""
-
-    number: int
-    key: Key
-    out_ns: int
-    delay_ns: int | None
-    kind: FateKind
-    cause: Cause
-
-
-def _fates(fates: FateTraces, packets: PacketTraces | None) -> Iterator[_Fate]:
-    """Yield the fates of a link in the order of sending, copies behind their packet."""
-    rows = np.flatnonzero(fates.fate != FateKind.INVALID)
-    rows = rows[np.lexsort((fates.fate[rows], fates.time_in_ns[rows]))]
-    since = _sending_times(fates, packets)
-    # 0 stands for never, but in virtual time also for a packet without delay at time 0
-    at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
-    came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
-    for row, number in zip(rows.tolist(), _numbers(fates, rows).tolist(), strict=True):
-        out_ns = int(fates.time_out_ns[row])
-        yield _Fate(
-            number,
-            (int(fates.epoch[row]) & LOW, int(fates.seq[row])),
-            out_ns,
-            out_ns - int(since[row]) if came_out[row] else None,
-            FateKind(fates.fate[row]),
-            Cause(fates.cause[row]),
-        )
+def _instants(taken: TakenTraces, loop: LoopTimes) -> dict[tuple[int, int], deque[int]]:
+    """Return when each packet was taken in, and its copies [ns], by its sender's epoch (lowest
+    bits) and number. Those of one look come out one nanosecond after the other: in their order.
+    """
+    found: dict[tuple[int, int], deque[int]] = defaultdict(deque)
+    behind = np.searchsorted(taken.row, taken.row, side="right") - 1 - np.arange(len(taken.row))
+    at_ns = loop.looked_ns[taken.row] - behind
+    rows = zip(taken.epoch.tolist(), taken.seq.tolist(), at_ns.tolist(), strict=True)
+    for sender, number, time_ns in rows:
+        found[sender, number].append(time_ns)
+    return found
 
 
 def own_sender(traces: SessionTraces, name: str) -> int:

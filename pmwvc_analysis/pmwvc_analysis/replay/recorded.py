@@ -36,7 +36,7 @@ from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 Hand = Literal["operator", "force"]
-ENDS_TOGETHER = 100  # ticks within which users count as having ended together
+ENDS_TOGETHER = 100  # ticks within which users count as having ended together: stayed to the end
 ANSWER = "answer_ticks"
 
 
@@ -62,16 +62,19 @@ def prescription(
     """
     users = _matching_users(traces, recorded, replayed)
     tick_s = recorded.tick_s
-    loops = {user.name: loop_times.of_master(user) for user in users}
-    index = {name: loop.at for name, loop in loops.items()}
-    ticks = _length(index)
+    loops = {user.name: loop_times.times_of(user, user.tick_s) for user in users}
+    ends = [int(loop.at[-1]) + 1 for loop in loops.values()]
+    ticks = min(end for end in ends if end > max(ends) - ENDS_TOGETHER)
     if replayed.duration_s != recorded.duration_s:
         ticks = min(ticks, round(replayed.duration_s / tick_s))
-    schedule = _schedule(traces, tick_s)
+    # the phases of the loops: those of live ones, or those that a replay gives
+    schedule = LIVE if traces.live else AT_ONCE
+    if (answer := traces.metadata.get("replay", {}).get(ANSWER)) is not None:
+        schedule = FrameSchedule(answer_s=int(answer) * tick_s)
     ran_ns = {name: loop_times.ran_ns(loop, tick_s, ticks) for name, loop in loops.items()}
     receivers = {f"{name}/down": loop for name, loop in loops.items()}
     if traces.server is not None:
-        at_server = loop_times.of_steps(traces.server, tick_s)
+        at_server = loop_times.times_of(traces.server, tick_s)
         receivers |= {f"{name}/up": at_server for name in loops}
     networks, notes = links(traces, recorded, replayed, loops=receivers)
     notes += loop_times.unknown_looks(traces)
@@ -128,12 +131,6 @@ def _matching_users(
     return [known[user.name] for user in recorded.users]
 
 
-def _length(index: dict[str, Integers]) -> int:
-    """Return the ticks up to the first end of a user that stayed to the end."""
-    ends = [int(ticks[-1]) + 1 for ticks in index.values()]
-    return min(end for end in ends if end > max(ends) - ENDS_TOGETHER)
-
-
 def _usual_hand(user: User, trace: UserTraces) -> Hand:
     if user.device.is_simulated and user.operator.kind != "none":
         return "operator"
@@ -175,11 +172,3 @@ def _ran_s(change: Change, loops: Mapping[str, tuple[Integers, Integers]], tick_
     tick, ran_ns = loops[owner]
     row = int(np.searchsorted(tick, change.time_s / tick_s))
     return float(ran_ns[row] * 1e-9) if row < len(tick) else change.time_s
-
-
-def _schedule(traces: SessionTraces, tick_s: float) -> FrameSchedule:
-    """Return the phases of the loops: those of live ones, or those that a replay gives."""
-    ticks = traces.metadata.get("replay", {}).get(ANSWER)
-    if ticks is not None:
-        return FrameSchedule(answer_s=int(ticks) * tick_s)
-    return LIVE if traces.live else AT_ONCE

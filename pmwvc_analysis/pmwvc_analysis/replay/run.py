@@ -16,10 +16,10 @@ from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescript
 from pmwvc_analysis.traces import reductions
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.rows import SIGNALS
-from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
-from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces
 
 FORCE_N = 0.1
 POSITION_M = 0.5e-3
@@ -41,12 +41,23 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
         force = user.f_applied[mine] - other.f_applied[theirs]
         position = user.x_m[mine] - other.x_m[theirs]
         apart = np.flatnonzero(np.any((force != 0.0) | (position != 0.0), axis=-1))
+        first: dict[str, Any] = {"first_tick": None, "first_s": None, "first_signals": []}
+        if len(apart):
+            row, twin = int(mine[apart[0]]), int(theirs[apart[0]])
+            pairs = ((n, getattr(user, n)[row], getattr(other, n)[twin]) for n in SIGNALS)
+            first = {
+                "first_tick": int(user.tick[row]),
+                "first_s": float(own[row] * user.tick_s),
+                "first_signals": [
+                    name for name, a, b in pairs if not np.array_equal(a, b, equal_nan=True)
+                ],
+            }
         found.append(
             {
                 "name": user.name,
                 "ticks": len(mine),
                 "missing": len(again) + len(own[own <= again.max(initial=-1)]) - 2 * len(mine),
-                **_first(user, other, mine[apart], theirs[apart]),
+                **first,
                 "force_max_n": _largest(force),
                 "force_rms_n": reductions.rms(force),
                 "position_max_m": _largest(position),
@@ -54,26 +65,6 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
             }
         )
     return found
-
-
-def _first(
-    user: UserTraces, other: UserTraces, mine: Integers, theirs: Integers
-) -> dict[str, Any]:
-    """Return tick, time and signals of the first of the rows that are not the same."""
-    if not len(mine):
-        return {"first_tick": None, "first_s": None, "first_signals": []}
-    row, again = int(mine[0]), int(theirs[0])
-    return {
-        "first_tick": int(user.tick[row]),
-        "first_s": float(tick_numbers(user.time_s[row], user.tick_s) * user.tick_s),
-        "first_signals": [
-            name
-            for name in SIGNALS
-            if not np.array_equal(
-                getattr(user, name)[row], getattr(other, name)[again], equal_nan=True
-            )
-        ],
-    }
 
 
 def exact(found: list[dict[str, Any]]) -> bool:
@@ -87,11 +78,9 @@ def exact(found: list[dict[str, Any]]) -> bool:
 def reproduced(found: list[dict[str, Any]]) -> bool:
     """Tell whether force and position were met within ``FORCE_N`` and ``POSITION_M``."""
     return all(
-        user["force_max_n"] is not None
-        and user["position_max_m"] is not None
-        and user["force_max_n"] <= FORCE_N
-        and user["position_max_m"] <= POSITION_M
+        user[what] is not None and user[what] <= most
         for user in found
+        for what, most in (("force_max_n", FORCE_N), ("position_max_m", POSITION_M))
     )
 
 

@@ -4,7 +4,7 @@
 each took in by the end (negative: generated).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
@@ -12,7 +12,7 @@ from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known
 from pmwvc_analysis.prediction.rendering import link_words, round_trip_words
 from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
-from pmwvc_core.params import FilterParams, LinkParams
+from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design.filter_design import pole_of
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
@@ -41,77 +41,57 @@ class Block(NamedTuple):
 
 def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str, Block]:
     """Return the blocks of one user's loop by name."""
-    taken = _energies(user.name, energies)
-    return {
-        name: Block(title, lines, taken.get(name))
-        for name, (title, lines) in _texts(scenario, user).items()
-    }
-
-
-def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
     master, server, contact, device = user.master, scenario.server, user.contact, user.device
-    waves = has_waves(scenario.controller)
+    operator, waves = user.operator, has_waves(scenario.controller)
+    hand = operator.kind.replace("_", " ")
+    if operator.is_hand or operator.is_remote:
+        mass = operator.mass if operator.is_hand else operator.remote.mass
+        hand = f"{'' if operator.is_hand else 'remote, '}arm {_number(mass)} kg"
     port = [f"{_hertz(1.0 / master.tick_s)}"]
     decoder = [f"{_hertz(1.0 / server.period_s)}", server.coupling.replace("_", " ")]
     if waves:
-        port = [*_impedance(user.impedance), *port, *_around(user)]
+        port = [*_impedance(user.impedance), *port]
+        if master.velocity_filter.is_on:
+            port.append(f"velocity filter: {master.velocity_filter.kind}")
+        if master.bank.is_on:
+            port.append(f"local model: {master.bank.kind}")
+        if master.position.is_on:
+            port.append(f"position: {master.position.feedback}")
         decoder = [*_impedance(user.server_impedance), *decoder]
     title = "wave port" if proofs_hold(scenario.controller) else scenario.controller
     rate = f"1 of {master.rate_drop}, {_hertz(1.0 / (master.tick_s * master.rate_drop))}"
-    limits = f"limits: {_number(user.safety.max_force)} N"
-    object_lines = [f"{_number(server.object_mass)} kg"] if scenario.environment.movable else []
-    contact_lines = [
-        f"K = {_number(contact.contact_stiffness)} N/m",
-        f"B = {_number(contact.contact_damping)} N s/m",
-    ]
-    if not scenario.environment.contact_law:
-        contact_lines = []
-    hold = {"zoh": "zero order", "foh": "first order"}[master.hold]
-    sender = (
-        ("filter, rate drop", [_filter(master.filter), rate]) if waves else ("rate drop", [rate])
-    )
+    sender = ("rate drop", [rate])
+    hold = ("hold", [{"zoh": "zero order", "foh": "first order"}[master.hold]])
     if scenario.strict:
         felt = [f"deadband {master.deadband.ratio:.0%}"] if master.deadband.is_on else []
-        sender = "sender", ["integral and energy", rate, *felt]
-    found = {
-        "hand": ("hand", [_operator(user)]),
+        sender = ("sender", ["integral and energy", rate, *felt])
+        hold = ("playout", ["every tick"])
+    elif waves:
+        words = master.filter.kind.replace("_", " ")
+        if master.filter.kind == "first_order":
+            words += f", {_number(float(pole_of(master.filter)))} rad/s"
+        sender = ("filter, rate drop", [words, rate])
+    limits = f"limits: {_number(user.safety.max_force)} N"
+    stiffness = f"K = {_number(contact.contact_stiffness)} N/m"
+    touches = [stiffness, f"B = {_number(contact.contact_damping)} N s/m"]
+    mass_of_object = [f"{_number(server.object_mass)} kg"]
+    texts = {
+        "hand": ("hand", [hand]),
         "device": ("device and limits", [f"{_number(device.mass)} kg", limits]),
         "port": (title.replace("_", " "), port),
         "filter": sender,
-        "hold": ("playout", ["every tick"]) if scenario.strict else ("hold", [hold]),
+        "hold": hold,
         "up": ("link up", _link(user.link_up)),
         "down": ("link down", _link(user.link_down)),
         "decoder": ("server port", decoder),
-        "contact": ("contact", contact_lines),
-        "object": (server.environment.replace("_", " "), object_lines),
+        "contact": ("contact", touches if scenario.environment.contact_law else []),
+        "object": (
+            server.environment.replace("_", " "),
+            mass_of_object if scenario.environment.movable else [],
+        ),
     }
-    return found
-
-
-def _operator(user: User) -> str:
-    if user.operator.is_hand:
-        return f"arm {_number(user.operator.mass)} kg"
-    if user.operator.is_remote:
-        return f"remote, arm {_number(user.operator.remote.mass)} kg"
-    return user.operator.kind.replace("_", " ")
-
-
-def _around(user: User) -> list[str]:
-    master, found = user.master, []
-    if master.velocity_filter.is_on:
-        found.append(f"velocity filter: {master.velocity_filter.kind}")
-    if master.bank.is_on:
-        found.append(f"local model: {master.bank.kind}")
-    if master.position.is_on:
-        found.append(f"position: {master.position.feedback}")
-    return found
-
-
-def _filter(known: FilterParams) -> str:
-    words = known.kind.replace("_", " ")
-    if known.kind == "first_order":
-        return f"{words}, {_number(float(pole_of(known)))} rad/s"
-    return words
+    taken = _energies(user.name, energies)
+    return {name: Block(*text, taken.get(name)) for name, text in texts.items()}
 
 
 def _link(link: LinkParams) -> list[str]:
@@ -135,24 +115,16 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
 def _energies(name: str, energies: Budget | None) -> dict[str, float]:
     if energies is None or name not in energies.hands:
         return {}
-    own, shared = energies.parts[name], energies.parts[SERVER]
-    last = {part: float(sums[-1]) for part, sums in own.items()}
-    last |= {part: float(sums[-1]) for part, sums in shared.items()}
-    found = {
-        block: sum(last[part] for part in parts if part in last)
-        for block, parts in PARTS.items()
-        if any(part in last for part in parts)
-    }
-    rest = [part for part in own if not _known(part)]
+    own = energies.parts[name]
+    last = {part: float(sums[-1]) for part, sums in (own | energies.parts[SERVER]).items()}
+    found = {"hand": float(energies.hands[name][-1])}
+    for block, parts in PARTS.items():
+        if any(part in last for part in parts):
+            found[block] = sum(last[part] for part in parts if part in last)
+    rest = [part for part in own if part not in {each for of in PARTS.values() for each in of}]
     if rest:
         found["port"] = sum(last[part] for part in rest)
-    found["hand"] = float(energies.hands[name][-1])
     return found
-
-
-def _known(part: str) -> bool:
-    groups: Iterable[tuple[str, ...]] = PARTS.values()
-    return any(part in members for members in groups)
 
 
 def _impedance(impedance: Impedance) -> list[str]:

@@ -4,7 +4,6 @@
 
 from collections.abc import Mapping
 from html import escape
-from typing import NamedTuple
 
 from pmwvc_analysis.report.loop_blocks import ALL_USERS, Block
 from pmwvc_core.quantities import quantity
@@ -14,31 +13,18 @@ UPPER, LOWER = 64.0, 176.0  # heights at which signals run to the server and bac
 SMALL_J = 5e-9
 
 
-class Box(NamedTuple):
-    """Position and size of a block in the drawing."""
-
-    left: float
-    top: float
-    width: float
-    height: float
-
-    @property
-    def right(self) -> float:
-        """Return the right edge."""
-        return self.left + self.width
-
-
+Box = tuple[float, float, float, float]  # left, top, width, height of a block in the drawing
 PLACES: Mapping[str, Box] = {
-    "hand": Box(4, 10, 92, 216),
-    "device": Box(130, 10, 126, 216),
-    "port": Box(290, 10, 132, 216),
-    "filter": Box(456, 10, 138, 100),
-    "hold": Box(456, 126, 138, 100),
-    "up": Box(628, 10, 112, 100),
-    "down": Box(628, 126, 112, 100),
-    "decoder": Box(774, 10, 124, 216),
-    "contact": Box(932, 10, 112, 216),
-    "object": Box(1078, 10, 98, 216),
+    "hand": (4, 10, 92, 216),
+    "device": (130, 10, 126, 216),
+    "port": (290, 10, 132, 216),
+    "filter": (456, 10, 138, 100),
+    "hold": (456, 126, 138, 100),
+    "up": (628, 10, 112, 100),
+    "down": (628, 126, 112, 100),
+    "decoder": (774, 10, 124, 216),
+    "contact": (932, 10, 112, 216),
+    "object": (1078, 10, 98, 216),
 }
 # from, to, at which height, signal; wave signals only where there are waves
 FORWARD = (
@@ -68,7 +54,7 @@ def drawing(found: Mapping[str, Block], *, name: str, waves: bool) -> str:
 
 
 def _box(box: Box, block: Block, *, shared: bool) -> str:
-    middle = box.left + box.width / 2
+    left, top, width, height = box
     rows = [(escape(block.title), "loop-title")]
     rows += [(escape(line), "") for line in block.lines]
     if block.energy_j is not None:
@@ -79,20 +65,18 @@ def _box(box: Box, block: Block, *, shared: bool) -> str:
         rows.append((f"{'gives' if gives else 'E ='} {text}", tone))
         if shared:
             rows.append(("of all users", "loop-soft"))
-    top = box.top + box.height / 2 - 8.5 * (len(rows) - 1) + 4
+    first = top + height / 2 - 8.5 * (len(rows) - 1) + 4
     texts = "".join(
-        f'<text x="{middle:g}" y="{top + 17 * row:g}" class="{kind}">{text}</text>'
+        f'<text x="{left + width / 2:g}" y="{first + 17 * row:g}" class="{kind}">{text}</text>'
         for row, (text, kind) in enumerate(rows)
     )
-    return (
-        f'<rect x="{box.left:g}" y="{box.top:g}" width="{box.width:g}" '
-        f'height="{box.height:g}" rx="6"/>{texts}'
-    )
+    at = f'x="{left:g}" y="{top:g}" width="{width:g}" height="{height:g}"'
+    return f'<rect {at} rx="6"/>{texts}'
 
 
 def _arrow(start: Box, end: Box, height: float, signal: str) -> str:
-    left_to_right = start.left < end.left
-    tail, tip = (start.right, end.left) if left_to_right else (start.left, end.right)
+    left_to_right = start[0] < end[0]
+    tail, tip = (start[0] + start[2], end[0]) if left_to_right else (start[0], end[0] + end[2])
     head = -8 if left_to_right else 8
     path = f"M{tail:g} {height:g}H{tip:g}M{tip + head:g} {height - 4:g}L{tip:g} {height:g}"
     path += f"L{tip + head:g} {height + 4:g}"

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts import chart_svg
-from pmwvc_analysis.charts.chart import Chart, Panel, Span
+from pmwvc_analysis.charts.chart import Chart, Panel
 from pmwvc_analysis.charts.chart_data import payload
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.recorded import Event, numbered
@@ -52,6 +52,7 @@ def render(
     found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
     events = numbered(traces)
+    waves = scenario is not None and has_waves(scenario.controller)
     chart_data, complete = figure_data(charts, traces, events)
     return filled(
         TEMPLATE,
@@ -61,7 +62,16 @@ def render(
         replay=replay,
         summary=summary,
         story=story(traces, scenario, summary, energies),
-        loops=_loops(traces, scenario, energies),
+        loops=[
+            (
+                user.name,
+                drawing(blocks(scenario, user, energies), name=user.name, waves=waves),
+                rendered(scenario, user, live=traces.live),
+            )
+            for user in scenario.users
+        ]
+        if scenario
+        else [],
         verdicts=[(line["ok"], line["text"]) for line in summary["verdict"]],
         budget_owners=[*energies.hands, "server"] if energies else [],
         budget_rows=energies.rows() if energies else [],
@@ -78,23 +88,6 @@ def render(
         parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
     )
-
-
-def _loops(
-    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None
-) -> list[tuple[str, str, str]]:
-    """Return name, drawing and a sentence of every user's loop."""
-    if scenario is None:
-        return []
-    waves, live = has_waves(scenario.controller), traces.live
-    return [
-        (
-            user.name,
-            drawing(blocks(scenario, user, energies), name=user.name, waves=waves),
-            rendered(scenario, user, live=live),
-        )
-        for user in scenario.users
-    ]
 
 
 class PanelBlock(NamedTuple):
@@ -115,24 +108,20 @@ def figure_blocks(
 ) -> list[tuple[Chart, list[PanelBlock]]]:
     """Return the figures of a report, each with its panels."""
     span = recorded.span(traces)
-    return [
-        (chart, [_block(chart, index, span) for index in range(len(chart.panels))])
-        for chart in charts
-    ]
 
+    def block(chart: Chart, index: int) -> PanelBlock:
+        panel, labelled = chart.panels[index], chart.labelled(index)
+        own = chart.x_span(index, span)
+        return PanelBlock(
+            panel,
+            [(each.label, chart_svg.sample(each)) for each in chart_svg.entries(panel)],
+            list(dict.fromkeys(band.label for band in panel.bands)),
+            list(dict.fromkeys(level.label for level in panel.levels)),
+            chart_svg.panel_height(panel, labelled=labelled),
+            chart_svg.panel_svg(panel, span=own, events=chart.events, labelled=labelled),
+        )
 
-def _block(chart: Chart, index: int, span: Span) -> PanelBlock:
-    panel, labelled = chart.panels[index], chart.labelled(index)
-    return PanelBlock(
-        panel,
-        [(each.label, chart_svg.sample(each)) for each in chart_svg.entries(panel)],
-        list(dict.fromkeys(band.label for band in panel.bands)),
-        list(dict.fromkeys(level.label for level in panel.levels)),
-        chart_svg.panel_height(panel, labelled=labelled),
-        chart_svg.panel_svg(
-            panel, span=chart.x_span(index, span), events=chart.events, labelled=labelled
-        ),
-    )
+    return [(chart, [block(chart, i) for i in range(len(chart.panels))]) for chart in charts]
 
 
 def figure_data(

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.parts import group_of
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.figures import recorded
+from pmwvc_analysis.figures.energy_charts import grouped
 from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count, listed
 from pmwvc_core.quantities import quantity
@@ -104,11 +104,7 @@ def _forces(summary: dict[str, Any]) -> Iterator[str]:
 
 def _energy(energies: Budget) -> Iterator[str]:
     given = float(sum(sums[-1] for sums in energies.hands.values()))
-    groups: dict[str, float] = {}
-    for parts in energies.parts.values():
-        for part, sums in parts.items():
-            name = group_of(part)
-            groups[name] = groups.get(name, 0.0) + float(sums[-1])
+    groups = {name: float(sums[-1]) for name, sums in grouped(energies).items()}
     largest = sorted(groups.items(), key=lambda each: -each[1])[:3]
     least = LEAST_RATIO * max(abs(given), *(abs(value) for value in groups.values()))
     taken = [f"{quantity(value, 'J')} in {name}" for name, value in largest if value > least]

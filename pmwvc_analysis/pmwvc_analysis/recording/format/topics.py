@@ -5,6 +5,7 @@
 and texts: source, scenario, seed, parameters, versions.
 """
 
+import contextlib
 import os
 import platform
 from collections.abc import Mapping, Sequence
@@ -23,8 +24,8 @@ class Topic:
 
     name: str
     type_name: str
-    reliable: bool
-    depth: int
+    reliable: bool = True
+    depth: int = KEPT
     essential: bool = True
 
     @property
@@ -48,21 +49,6 @@ class Topic:
         }
 
 
-def wave(name: str) -> Topic:
-    """Return a topic that carries waves."""
-    return Topic(name, schemas.WAVE, reliable=True, depth=KEPT)
-
-
-def trace(name: str, type_name: str) -> Topic:
-    """Return a topic that carries records for the analysis."""
-    return Topic(name, type_name, reliable=True, depth=KEPT)
-
-
-def reception(node: str) -> Topic:
-    """Return the topic on which a user's master, or the server, reports what it has received."""
-    return Topic(f"/{node}/reception", schemas.RECEPTION, True, KEPT, essential=False)
-
-
 def session_topics(
     users: Sequence[str], *, links: Sequence[str], people: bool = False
 ) -> list[Topic]:
@@ -79,45 +65,40 @@ def session_topics(
     """
     found = []
     for user in users:
-        found += [wave(f"/{user}/wave_up"), wave(f"/{user}/wave_down")]
-        found += [
-            wave(f"/server/{user}/wave_{way}")
-            for way in ("up", "down")
-            if f"{user}/{way}" in links
-        ]
-        found.append(trace(f"/{user}/trace", schemas.MASTER_TRACE))
-        found.append(reception(user))
-    found += [trace("/server/trace", schemas.SERVER_TRACE), reception("server")]
+        names = [f"/{user}/wave_up", f"/{user}/wave_down"]
+        ends = [f"/server/{user}/wave_{w}" for w in ("up", "down") if f"{user}/{w}" in links]
+        found += [Topic(name, schemas.WAVE) for name in names + ends]
+        found.append(Topic(f"/{user}/trace", schemas.MASTER_TRACE))
+        found.append(Topic(f"/{user}/reception", schemas.RECEPTION, essential=False))
+    found.append(Topic("/server/trace", schemas.SERVER_TRACE))
+    found.append(Topic("/server/reception", schemas.RECEPTION, essential=False))
     if links:
-        found.append(trace("/netem/links", schemas.LINK_STATE))
-        found.append(trace("/netem/fates", schemas.PACKET_FATE))
+        found.append(Topic("/netem/links", schemas.LINK_STATE))
+        found.append(Topic("/netem/fates", schemas.PACKET_FATE))
     found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, True, 1000, essential=False))
     if people:
         for user in users:
-            found += [
-                Topic(f"/{user}/hand/target", schemas.POINT, False, 4, essential=False),
-                Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, essential=False),
-            ]
-        found.append(
-            Topic("/markers", "visualization_msgs/msg/MarkerArray", True, 10, essential=False)
+            target = Topic(f"/{user}/hand/target", schemas.POINT, False, 4, essential=False)
+            held = Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, essential=False)
+            found += [target, held]
+        markers, health = (
+            "visualization_msgs/msg/MarkerArray",
+            "diagnostic_msgs/msg/DiagnosticArray",
         )
-        found.append(
-            Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", True, 10, essential=False)
-        )
+        found.append(Topic("/markers", markers, True, 10, essential=False))
+        found.append(Topic("/diagnostics", health, True, 10, essential=False))
     return found
 
 
-def relayed(topic: str) -> tuple[str, str] | None:
-    """Return the link that a topic comes out of, and the topic that feeds it.
-
-    ``/server/user1/wave_up`` comes out of ``user1/up``, fed by ``/user1/wave_up``;
-    ``/user1/wave_down`` out of ``user1/down``, fed by ``/server/user1/wave_down``.
+def relayed(topic: str) -> str | None:
+    """Return the link that a topic comes out of: ``/server/user1/wave_up`` comes out of
+    ``user1/up``, ``/user1/wave_down`` out of ``user1/down``.
     """
-    parts = topic.strip("/").split("/")
-    if len(parts) == 3 and parts[0] == "server" and parts[2] == "wave_up":
-        return f"{parts[1]}/up", f"/{parts[1]}/wave_up"
-    if len(parts) == 2 and parts[1] == "wave_down":
-        return f"{parts[0]}/down", f"/server/{parts[0]}/wave_down"
+    match topic.strip("/").split("/"):
+        case ["server", user, "wave_up"]:
+            return f"{user}/up"
+        case [user, "wave_down"]:
+            return f"{user}/down"
     return None
 
 
@@ -127,21 +108,19 @@ def source_of(link: str) -> str:
     return f"/{user}/wave_up" if direction == "up" else f"/server/{user}/wave_down"
 
 
-VERSION = 9
-
-
 def information(
     topics: Sequence[tuple[Topic, str, int]], *, file_name: str, start_ns: int, end_ns: int
 ) -> dict[str, object]:
     """Return the content of ``metadata.yaml`` from topics, type hashes and message counts."""
-    start = {"nanoseconds_since_epoch": start_ns}
-    duration = {"nanoseconds": max(0, end_ns - start_ns)}
+    span = {
+        "duration": {"nanoseconds": max(0, end_ns - start_ns)},
+        "starting_time": {"nanoseconds_since_epoch": start_ns},
+    }
     count = sum(messages for _, _, messages in topics)
     return {
-        "version": VERSION,
+        "version": 9,
         "storage_identifier": "mcap",
-        "duration": dict(duration),
-        "starting_time": dict(start),
+        **{key: dict(value) for key, value in span.items()},
         "message_count": count,
         "topics_with_message_count": [
             {
@@ -159,14 +138,7 @@ def information(
         "compression_format": "",
         "compression_mode": "",
         "relative_file_paths": [file_name],
-        "files": [
-            {
-                "path": file_name,
-                "starting_time": start,
-                "duration": duration,
-                "message_count": count,
-            }
-        ],
+        "files": [{"path": file_name, **span, "message_count": count}],
         "custom_data": None,
         "ros_distro": "jazzy",
     }
@@ -196,9 +168,15 @@ PACKAGES = ("pmwvc", "pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
 
 
 def about(scenario: Scenario | None, *, source: str) -> dict[str, dict[str, str]]:
-    """Return the metadata records of a session by name."""
+    """Return the metadata records of a session by name; ``software`` are the versions of Python
+    and of the packages that matter and are there.
+    """
+    software = {"python": platform.python_version(), "system": platform.platform()}
+    for package in PACKAGES:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            software[package] = metadata.version(package)
     session = {"source": source}
-    records = {"session": session, "software": versions()}
+    records = {"session": session, "software": software}
     if scenario is not None:
         session |= {"scenario": scenario.name, "seed": str(scenario.seed)}
         records["parameters"] = {
@@ -206,14 +184,3 @@ def about(scenario: Scenario | None, *, source: str) -> dict[str, dict[str, str]
             for name, value in scenario.flat().items()
         }
     return records
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that matter and are there."""
-    found = {"python": platform.python_version(), "system": platform.platform()}
-    for package in PACKAGES:
-        try:
-            found[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            continue
-    return found
