@@ -11,20 +11,13 @@ import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Command, Result, argument
-from pmwvc_bringup.session import preflight
-from pmwvc_bringup.session.plan import MODULES
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_core.errors import ParameterError
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-EXAMPLES = """\
-examples:
-  pmwvc node server --ros-args -p users:="[user1, user2]"
-  pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
-  pmwvc node master --help                     every parameter of a node
-"""
+
 WIDTH = 99
 ROS_ARGUMENTS = {
     "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
@@ -37,17 +30,31 @@ ONE_USER = "user1."
 OF_ROS = ("start_type_description_service", "use_sim_time")  # declared by every ROS node
 
 
-def run(arguments: argparse.Namespace) -> Result:
+@command(
+    "node",
+    "run one node by itself",
+    """\
+examples:
+  pmwvc node server --ros-args -p users:="[user1, user2]"
+  pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
+  pmwvc node master --help                     every parameter of a node
+""",
+    argument("kind", choices=sorted(ROS_ARGUMENTS), help="which node"),
+    argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
+)
+def node(arguments: argparse.Namespace) -> Result:
     """Become one node: same process, so that signals and exit code are the node's own.
 
     With ``--help``, print its parameters instead.
     """
-    preflight.require_ros()
+    from pmwvc_bringup.session.plan import MODULES
+    from pmwvc_bringup.session.preflight import require_ros
+    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
+
+    require_ros()
     if {"-h", "--help"} & set(arguments.arguments):
         print(parameter_help(arguments.kind))
         return Result()
-    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
-
     words = [sys.executable, "-m", MODULES[arguments.kind], *arguments.arguments]
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the node can end by it
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))
@@ -123,15 +130,3 @@ def _parameters(node: "Node") -> list[str]:
             f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
         )
     return lines
-
-
-COMMAND = Command(
-    name="node",
-    help="run one node by itself",
-    examples=EXAMPLES,
-    arguments=(
-        argument("kind", choices=sorted(MODULES), help="which node"),
-        argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
-    ),
-    run=run,
-)

@@ -8,7 +8,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_bringup.options import (
     PAGE,
     USERS,
@@ -18,14 +18,34 @@ from pmwvc_bringup.options import (
     settings,
 )
 from pmwvc_bringup.output import terminal
-from pmwvc_bringup.session import preflight
-from pmwvc_bringup.session.plan import Page
 from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
     from pmwvc_view.session import Session
 
-EXAMPLES = """\
+
+def _session(arguments: argparse.Namespace) -> "Session":
+    folder = Path(arguments.what).expanduser()
+    if folder.is_dir():
+        return _recorded(folder)
+    from pmwvc_bringup.session.preflight import check
+    from pmwvc_view import SNAPSHOT_S
+    from pmwvc_view.simulated.session import SimulatedSession
+
+    scenario = scenario_of(arguments)
+    check(scenario)
+    return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
+
+
+def _sessions(**given: object) -> list[str]:
+    """Return what can be viewed: scenarios and folders."""
+    return [*scenario_names(), *session_folders(**given)]  # type: ignore[arg-type]
+
+
+@command(
+    "view",
+    "show a session in the browser and take part in it",
+    """\
 examples:
   pmwvc view                       a session that runs here, also one started by ros2 launch
   pmwvc view live                  simulated in real time, without ROS; take hold in the browser
@@ -34,53 +54,42 @@ examples:
 
 The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the printed
 address is needed to connect.
-"""
-
-
-def run(arguments: argparse.Namespace) -> Result:
+""",
+    argument(
+        "what",
+        nargs="?",
+        metavar="WHAT",
+        help="a session folder, or a scenario to simulate in real time (nothing: a session "
+        "that runs)",
+        completer=_sessions,
+    ),
+    USERS,
+    settings(),
+    argument("--namespace", default="", help="namespace of the running session"),
+    *PAGE,
+)
+def view(arguments: argparse.Namespace) -> Result:
     """Serve the page until interrupted."""
     if arguments.what is None:
         return _running(arguments)
     from pmwvc_bringup.session.page import serve
 
-    session = _session(arguments)
-    serve(
-        session,
-        terminal(),
-        host=arguments.host,
-        port=arguments.port,
-        browser=not arguments.no_browser,
-    )
+    browser, session = not arguments.no_browser, _session(arguments)
+    serve(session, terminal(), host=arguments.host, port=arguments.port, browser=browser)
     return Result()
 
 
 def _running(arguments: argparse.Namespace) -> Result:
     """Join a session that runs."""
-    preflight.require_ros()
+    from pmwvc_bringup.session.page import view
+    from pmwvc_bringup.session.plan import Page
+    from pmwvc_bringup.session.preflight import require_ros
+
+    require_ros()
     if arguments.users or arguments.settings:
         raise PmwvcError("--users and --set belong to a scenario: name one, or a session folder")
-    from pmwvc_bringup.session.page import view
-
-    return Result(
-        view(
-            terminal(),
-            page=Page(arguments.host, arguments.port),
-            namespace=arguments.namespace,
-            browser=not arguments.no_browser,
-        )
-    )
-
-
-def _session(arguments: argparse.Namespace) -> "Session":
-    folder = Path(arguments.what).expanduser()
-    if folder.is_dir():
-        return _recorded(folder)
-    from pmwvc_view import SNAPSHOT_S
-    from pmwvc_view.simulated.session import SimulatedSession
-
-    scenario = scenario_of(arguments)
-    preflight.check(scenario)
-    return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
+    page, browser = Page(arguments.host, arguments.port), not arguments.no_browser
+    return Result(view(terminal(), page=page, namespace=arguments.namespace, browser=browser))
 
 
 def _recorded(folder: Path) -> "Session":
@@ -94,30 +103,3 @@ def _recorded(folder: Path) -> "Session":
     if scenario is None:
         raise RecordingError(f"{folder} has no scenario.yaml: its users are not known")
     return RecordedSession(traces, scenario, summary(traces, scenario), snapshot_s=SNAPSHOT_S)
-
-
-def _sessions(**given: object) -> list[str]:
-    """Return what can be viewed: scenarios and folders."""
-    return [*scenario_names(), *session_folders(**given)]  # type: ignore[arg-type]
-
-
-COMMAND = Command(
-    name="view",
-    help="show a session in the browser and take part in it",
-    examples=EXAMPLES,
-    arguments=(
-        argument(
-            "what",
-            nargs="?",
-            metavar="WHAT",
-            help="a session folder, or a scenario to simulate in real time (nothing: a session "
-            "that runs)",
-            completer=_sessions,
-        ),
-        USERS,
-        settings(),
-        argument("--namespace", default="", help="namespace of the running session"),
-        *PAGE,
-    ),
-    run=run,
-)

@@ -4,15 +4,22 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
 from pmwvc_bringup.output import write_answer
 from pmwvc_bringup.progress import doing
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.scenario.scenario import Scenario
 
-EXAMPLES = """\
+if TYPE_CHECKING:
+    from pmwvc_core.scenario.scenario import Scenario
+
+
+@command(
+    "transparency",
+    "compute the stiffness, damping and mass rendered to a user, beside an ideal link",
+    """\
 examples:
   pmwvc transparency carry_16ms
   pmwvc transparency wall --set master.impedance=80 --json
@@ -28,10 +35,14 @@ b_felt (N s/m, pressing, device included), mass_felt (kg, nothing touched, devic
 first_peak_hz, ideal (the same five for direct coupling at every tick, no delay), measured (null,
 or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no
 such limit exists.
-"""
-
-
-def run(arguments: argparse.Namespace) -> Result:
+""",
+    *MODEL,
+    argument("--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"),
+    argument("--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"),
+    out("folder for figure, curves and numbers"),
+    json_document(),
+)
+def transparency(arguments: argparse.Namespace) -> Result:
     """Print what the link renders to one user, and write curves."""
     folder = Path(arguments.scenario)
     recorded = folder.is_dir()
@@ -99,7 +110,7 @@ def run(arguments: argparse.Namespace) -> Result:
     return Result(document=result)
 
 
-def _index(scenario: Scenario, name: str | None) -> int:
+def _index(scenario: "Scenario", name: str | None) -> int:
     """Return which user is meant; the first by default."""
     names = [user.name for user in scenario.users]
     if name is None:
@@ -107,22 +118,3 @@ def _index(scenario: Scenario, name: str | None) -> int:
     if name not in names:
         raise PmwvcError(f"--user {name}: there is no such user; there are {', '.join(names)}")
     return names.index(name)
-
-
-COMMAND = Command(
-    name="transparency",
-    help="compute the stiffness, damping and mass rendered to a user, beside an ideal link",
-    examples=EXAMPLES,
-    arguments=(
-        *MODEL,
-        argument(
-            "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
-        ),
-        argument(
-            "--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"
-        ),
-        out("folder for figure, curves and numbers"),
-        json_document(),
-    ),
-    run=run,
-)
