@@ -130,20 +130,6 @@ def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
     return found
 
 
-class Values:
-    """The values of all controls; found anew only where the scenario is another object."""
-
-    def __init__(self) -> None:
-        self._of: tuple[Scenario | None, str | None] = (None, None)
-        self._values: dict[str, Any] = {}
-
-    def __call__(self, scenario: Scenario, preset: str | None) -> dict[str, Any]:
-        """Return the values; the same object as before where nothing changed."""
-        if self._of[0] is not scenario or self._of[1] != preset:
-            self._of, self._values = (scenario, preset), values_of(scenario, preset)
-        return self._values
-
-
 def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the controls, with these values, as the session message declares them."""
     found = []

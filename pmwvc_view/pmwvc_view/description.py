@@ -13,8 +13,7 @@ from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
-from pmwvc_view import controls, protocol
-from pmwvc_view.session import Session
+from pmwvc_view import controls
 
 
 def describe(
@@ -61,29 +60,6 @@ def describe(
             "server": [state.name.lower() for state in Presence],
             "fate": [kind.name.lower() for kind in FateKind],
         },
-    }
-
-
-def message(
-    session: Session, *, holders: Mapping[str, str | None], snapshot_s: float
-) -> dict[str, Any]:
-    """Return the session message; ``holders``: who holds each user's handle."""
-    found = session.description()
-    return {
-        "kind": "session",
-        "version": protocol.VERSION,
-        **found,
-        "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
-        "can": sorted(session.can),
-        "snapshot_s": snapshot_s,
-        "limits": {
-            "heartbeat_s": protocol.HEARTBEAT_S,
-            "silence_s": protocol.SILENCE_S,
-            "credits": protocol.CREDITS,
-            "message_bytes": protocol.MESSAGE_BYTES,
-            "messages_hz": protocol.MESSAGES_HZ,
-        },
-        "layout": session.layout.to_page(),
     }
 
 

@@ -13,7 +13,7 @@ from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.running import ramped
+from pmwvc_view.session import ramped
 from pmwvc_view.simulated.stepping import Simulation
 
 MS = 1_000_000

@@ -17,9 +17,8 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
-from pmwvc_view.feed.user import FeedUser, brake_of, why_apart
+from pmwvc_view.feed.user import FeedUser
 from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout, Snapshot
 
@@ -44,16 +43,7 @@ class Feed:
     ) -> None:
         self._layout = layout
         self._waits = Waits(scenario, users)
-        self._users = {
-            name: FeedUser(
-                layout,
-                name,
-                Shaking(scenario, name, self._waits),
-                brake_of(scenario, name),
-                why_apart(scenario),
-            )
-            for name in users
-        }
+        self._users = {name: FeedUser(layout, name, scenario, self._waits) for name in users}
         self._every = list(self._users.values())
         self._period_ns = period_ns
         self._steps: deque[Step] = deque()

@@ -52,33 +52,6 @@ class Shake(NamedTuple):
         return f"+-{self.force_n:.2g} N at {self.frequency_hz:.0f} Hz"
 
 
-class _Span:
-    """The newest ``SPAN_S`` of a device's ticks: times [s], velocities [m/s], forces applied [N].
-
-    Ticks are put together only where they are judged.
-    """
-
-    def __init__(self) -> None:
-        self._kept: list[tuple[Array, Array, Array]] = []
-        self._new: list[tuple[int, int, Array, Array]] = []
-
-    def add(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
-        """Append consecutive ticks, ``(ticks, dof)``."""
-        self._new.append((start_ns, period_ns, velocity, force))
-
-    def newest(self, begin_s: float) -> tuple[Array, Array, Array]:
-        """Return times, velocities and forces after a time; older ones are forgotten."""
-        parts = self._kept + [
-            ((start_ns + period_ns * np.arange(len(velocity))) / NS, velocity, force)
-            for start_ns, period_ns, velocity, force in self._new
-        ]
-        times, velocity, force = (np.concatenate(each) for each in zip(*parts, strict=True))
-        first = int(np.searchsorted(times, begin_s, side="right"))
-        found = times[first:], velocity[first:], force[first:]
-        self._kept, self._new = [found], []
-        return found
-
-
 class Shaking:
     """Whether a user's device shakes, judged twice a second.
 
@@ -110,7 +83,9 @@ class Shaking:
             self._still = still_bands(scenario, (self._band_hz, self._images))
         self._noise_m_s = bands.encoder_noise_m_s(user)
         self._most_n = user.safety.max_force if user is not None else np.inf
-        self._span = _Span()
+        # The newest SPAN_S: times [s], velocities [m/s] and forces applied [N] of ticks, put
+        # together only where they are judged.
+        self._ticks: list[tuple[Array, Array, Array]] = []
         self._contacts: deque[int] = deque()  # when contact was made or lost [ns]
         self._due_ns = 0
         self._seen: tuple[Shake, int] | None = None  # strongest of the present one, and the latest
@@ -128,7 +103,8 @@ class Shaking:
 
     def block(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
         """Take in consecutive ticks; judge where that is due."""
-        self._span.add(start_ns, period_ns, velocity, force)
+        times = (start_ns + period_ns * np.arange(len(velocity))) / NS
+        self._ticks.append((times, velocity, force))
         end_ns = start_ns + period_ns * (len(velocity) - 1)
         if end_ns < self._due_ns:
             return
@@ -136,7 +112,10 @@ class Shaking:
         begin_s = end_ns / NS - SPAN_S
         while self._contacts and self._contacts[0] <= begin_s * NS:
             self._contacts.popleft()
-        self._judge(*self._span.newest(begin_s), end_ns, period_ns / NS)
+        times, velocity, force = map(np.concatenate, zip(*self._ticks, strict=True))
+        first = int(np.searchsorted(times, begin_s, side="right"))
+        self._ticks = [(times[first:], velocity[first:], force[first:])]
+        self._judge(*self._ticks[0], end_ns, period_ns / NS)
 
     def _judge(
         self, times: Array, velocity: Array, force: Array, end_ns: int, period_s: float
@@ -150,6 +129,9 @@ class Shaking:
         moved_s = self._moved_ns / NS - zero_s
         still = 2.0 * SPAN_S - moved_s >= STILL_S
         band_hz, images = self._still if still else (self._band_hz, self._images)
+        disturbed_s = 0.0  # when contact was made or lost last
+        if 0 < len(self._contacts) <= max(oscillation.CHATTER, band_hz * SPAN_S):
+            disturbed_s = self._contacts[-1] / NS - zero_s  # no more often than a motion within it
         motion = oscillation.Motion(
             "device",
             times - zero_s,
@@ -158,7 +140,7 @@ class Shaking:
             band_hz,
             self._noise_m_s,
             images,
-            max(self._disturbed_s(zero_s, band_hz), moved_s if still else 0.0),
+            max(disturbed_s, moved_s if still else 0.0),
         )
         found = oscillation.strength(motion, 2.0 * SPAN_S)
         shakes = oscillation.lasts(found, motion) and found.settled
@@ -176,14 +158,6 @@ class Shaking:
         else:
             self.shook, self._seen = self._seen or self.shook, None
             self.shake = None
-
-    def _disturbed_s(self, zero_s: float, band_hz: float) -> float:
-        """Return when contact was made or lost last; 0 where it comes and goes too often for a
-        motion within the band.
-        """
-        if not 0 < len(self._contacts) <= max(oscillation.CHATTER, band_hz * SPAN_S):
-            return 0.0
-        return self._contacts[-1] / NS - zero_s
 
     def _amount(self, velocity: Array, force: Array, period_s: float, band_hz: float) -> Shake:
         rows = len(velocity)

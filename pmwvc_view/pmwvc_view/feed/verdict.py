@@ -41,12 +41,16 @@ def verdict(
         What people should know beside the verdict.
     """
     level, sentence = _judged(feed, users, storage_j, exact_hands)
-    states = {}
+    states, earlier = {}, []
     for user in users:
         known = feed.user(user)
         word = "no data" if known.state is None else WORDS[known.state]
-        states[user] = {"state": word, "reason": known.reason, "note": _note(known)}
-    earlier = _shook(feed, users)
+        note = "; ".join(filter(None, (known.kept_apart, _left_out(known))))
+        states[user] = {"state": word, "reason": known.reason, "note": note}
+        if known.shaking.shook is not None:
+            shake, until_ns = known.shaking.shook
+            until_s = (until_ns - (feed.zero_ns or 0)) / NS
+            earlier.append(f"{user} shook until {until_s:.0f} s: up to {shake}.")
     return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
 
@@ -54,8 +58,9 @@ def _judged(
     feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
 ) -> tuple[str, str]:
     known = {user: feed.user(user) for user in users}
-    states = {user: (each.state, each.reason) for user, each in known.items()}
-    faults = [f"{u}: {why}" for u, (state, why) in states.items() if state == SafetyState.FAULT]
+    faults = [
+        f"{u}: {each.reason}" for u, each in known.items() if each.state == SafetyState.FAULT
+    ]
     if faults:
         return BAD, f"Force switched off: {'; '.join(faults)}."
     active = _active(feed, users, storage_j, exact)
@@ -69,9 +74,9 @@ def _judged(
     if shaking:
         return BAD, f"Not stable: {'; '.join(shaking)}."
     waiting = [
-        f"{user} {_silent(known[user]) if state is None else _state(state, why)}"
-        for user, (state, why) in states.items()
-        if state != SafetyState.COUPLED
+        f"{user} {_waits(each)}"
+        for user, each in known.items()
+        if each.state != SafetyState.COUPLED
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
@@ -102,24 +107,10 @@ def _judged(
     return GOOD, f"{sentence}."
 
 
-def _shook(feed: Feed, users: Sequence[str]) -> list[str]:
-    """Return who shook before and no longer does, in words."""
-    found = []
-    for user in users:
-        shook = feed.user(user).shaking.shook
-        if shook is not None:
-            shake, until_ns = shook
-            until_s = (until_ns - (feed.zero_ns or 0)) / NS
-            found.append(f"{user} shook until {until_s:.0f} s: up to {shake}.")
-    return found
-
-
-def _silent(user: FeedUser) -> str:
-    return "sends nothing any more" if user.gone else "has sent nothing yet"
-
-
-def _state(state: int, why: str) -> str:
-    return f"is {WORDS[state]}" + (f" ({why})" if why else "")
+def _waits(user: FeedUser) -> str:
+    if user.state is None:
+        return "sends nothing any more" if user.gone else "has sent nothing yet"
+    return f"is {WORDS[user.state]}" + (f" ({user.reason})" if user.reason else "")
 
 
 def _active(
@@ -142,11 +133,7 @@ def _active(
     return found
 
 
-def _note(user: FeedUser) -> str:
-    return "; ".join(text for text in (user.kept_apart, _account(user)) if text)
-
-
-def _account(user: FeedUser) -> str:
+def _left_out(user: FeedUser) -> str:
     """Return what the energy account, or the distance, of a user does not cover."""
     if user.accounts.known_ns is None:
         return "no energy account yet"

@@ -21,8 +21,7 @@ from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
 from pmwvc_view.live.parameters import Parameters
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.running import RunningSession, State, ramped
-from pmwvc_view.session import Answer
+from pmwvc_view.session import Answer, RunningSession, State, ramped
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
@@ -102,12 +101,10 @@ class LiveSession(RunningSession):
             notices.append("Paused: the server stands still; users join it anew when it goes on.")
         return State(paused, None if preset in (None, "none") else str(preset), notices)
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> Answer:
+    def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
-        hand = self._hands.get(user)
-        if hand is not None:
+        if hand := self._hands.get(user):
             hand.give(description.within_workspace(position, self._scenario, user))
-        return Answer(hand is not None)
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         """Change a parameter of the nodes."""

@@ -16,7 +16,7 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_view import SNAPSHOT_S, description
+from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.recorded.session import RecordedSession
 from pmwvc_view.web.access import PAGE
 
@@ -49,7 +49,7 @@ def replay_page(
     arrived = np.isfinite(packets[:, 3])  # all that were lost are kept
     kept = ~arrived | (np.cumsum(arrived) % (len(packets) // PACKETS + 1) == 0)
     content = {
-        "declared": description.message(session, holders={}, snapshot_s=period_s),
+        "declared": session.message(holders={}, snapshot_s=period_s),
         "texts": texts,
         "rows": _packed(rows),
         "packets": _packed(packets[kept]),

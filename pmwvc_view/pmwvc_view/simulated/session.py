@@ -11,8 +11,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.running import RunningSession, State, ramped
-from pmwvc_view.session import Answer
+from pmwvc_view.session import Answer, RunningSession, State, ramped
 from pmwvc_view.simulated.stepping import Simulation
 
 LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
@@ -76,13 +75,11 @@ class SimulatedSession(RunningSession):
         if self._scenario == self._wanted:
             self._lags = description.lags(self._scenario, live=False)
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> Answer:
+    def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
-        source = self._simulation.targets.get(user)
-        if source is not None:
+        if source := self._simulation.targets.get(user):
             target = description.within_workspace(position, self._scenario, user)
             source.give(None if target is None else value(tuple(target)))
-        return Answer(source is not None)
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self._wanted = wanted

@@ -11,28 +11,21 @@ import contextlib
 import http
 import socket
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from threading import Event
+from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from pmwvc_view import description, protocol
+from pmwvc_core.runtime.interrupts import Interrupts
+from pmwvc_view import protocol
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.web import access
 from pmwvc_view.web.client import Client
 from pmwvc_view.web.handling import Handling
-
-
-class Stop(Protocol):
-    """Asks the server to end."""
-
-    def is_set(self) -> bool:
-        """Tell whether it is asked to."""
-        ...
-
 
 MOST_PAGES = 32
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
@@ -76,14 +69,13 @@ class PageServer:
         """Number of connected pages."""
         return len(self._clients)
 
-    def run(self, stop: Stop, ready: Callable[[], None]) -> None:
+    def run(self, stop: Event | Interrupts, ready: Callable[[], None]) -> None:
         """Serve until asked to stop or the session is over, ``ready`` called once that begins;
         OSError where the address cannot be listened on.
         """
-        asyncio.run(self.serve(stop, ready))
+        asyncio.run(self._serve(stop, ready))
 
-    async def serve(self, stop: Stop, ready: Callable[[], None]) -> None:
-        """Serve as :meth:`run` does, in a running event loop."""
+    async def _serve(self, stop: Event | Interrupts, ready: Callable[[], None]) -> None:
         server = await serve(
             self._serve_page,
             self._host,
@@ -111,7 +103,7 @@ class PageServer:
             server.close()
             await server.wait_closed()
 
-    async def _pace(self, stop: Stop) -> None:
+    async def _pace(self, stop: Event | Interrupts) -> None:
         """Poll the session, once a snapshot."""
         loop, session = asyncio.get_running_loop(), self._session
         before_s = due_s = loop.time()
@@ -165,8 +157,7 @@ class PageServer:
 
     def _description(self, client: Client) -> dict[str, Any]:
         """Return the session message for a page."""
-        return description.message(
-            self._session,
+        return self._session.message(
             holders={each["name"]: each["holder"] for each in self._handling.holders(client)},
             snapshot_s=self._snapshot_s,
         )
