@@ -61,8 +61,7 @@ are simulated for up to 20 s, which takes about 5 s of computing with two users;
 )
 def compare(arguments: argparse.Namespace) -> Result:
     """Run every combination, record each, and report all of them together."""
-    from pmwvc_bringup.comparison.combinations import combinations
-    from pmwvc_bringup.comparison.variants import fitting, variants_of
+    from pmwvc_bringup.comparison.combinations import combinations, fitting, variants_of
     from pmwvc_bringup.session.surroundings import new_folder
 
     variants, left_out = fitting(
@@ -79,19 +78,19 @@ def compare(arguments: argparse.Namespace) -> Result:
     )
     name = chosen[0].scenario.name
     folder = new_folder(f"{name}-compare", arguments.out)
-    from pmwvc_bringup.comparison import report, sessions
+    from pmwvc_bringup.comparison import report
 
     console = terminal()
     console.print(
         f"{name}: {count(len(chosen), 'session')}, {'live' if arguments.live else 'simulated'}"
     )
     with doing("searching the best parameters of controllers without waves") as work:
-        chosen = sessions.tuned(chosen, work)
+        chosen = report.tuned(chosen, work)
     if arguments.live:
-        entries = sessions.live(chosen, folder, console)
+        entries = report.live(chosen, folder, console)
     else:
         with doing("running") as work:
-            entries = sessions.simulated(chosen, folder, work)
+            entries = report.simulated(chosen, folder, work)
     return report.report(
         folder,
         f"Comparison of {name}",

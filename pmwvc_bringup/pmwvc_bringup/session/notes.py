@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pmwvc_bringup.session.processes import Child, Ending
+from pmwvc_bringup.session.processes import Child
 
 STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its disk is full
 
@@ -28,11 +28,11 @@ class Notes:
     def _noted(self, what: str) -> bool:
         return any(event["what"] == what for event in self._events)
 
-    def ended(self, ending: Ending, child: Child) -> None:
+    def ended(self, child: Child) -> None:
         """Note the end of a node."""
-        what = str(ending).removeprefix(f"{ending.name} ")
-        self.note(ending.name, "ended", what, code=ending.code, signal=ending.signal)
-        self._console.print(f"{ending}; its log: {child.log}")
+        what = str(child).removeprefix(f"{child.name} ")
+        self.note(child.name, "ended", what, code=child.code, signal=child.signal)
+        self._console.print(f"{child}; its log: {child.log}")
 
     def recording_stopped(self, recorder: Child) -> list[str]:
         """Note, once, that the recorder has stopped recording, and return it as a text."""
