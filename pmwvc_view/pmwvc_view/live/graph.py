@@ -153,20 +153,15 @@ def _read(
         graph.users = names
         for user in names:
             graph.values[graph.master(user)] = parameters.read(graph.master(user), stop)
-        if _is_emulated(node, graph, stop, expected=emulated):
+        until_s = time.monotonic() + (math.inf if emulated else EMULATOR_S)
+        while not (found := node.count_publishers(f"{graph.netem}/links")):
+            if stop.is_set() or time.monotonic() > until_s:
+                break
+            time.sleep(LOOK_S)
+        if found:  # an emulator publishes the states of the links
             graph.values[graph.netem] = parameters.read(graph.netem, stop)
     except ParameterError:
         raise
     except PmwvcError:
         return None
     return graph
-
-
-def _is_emulated(node: Node, graph: Graph, stop: threading.Event, *, expected: bool) -> bool:
-    """Tell whether an emulator publishes the states of the links, as soon as it is found."""
-    until_s = time.monotonic() + (math.inf if expected else EMULATOR_S)
-    while not node.count_publishers(f"{graph.netem}/links"):
-        if stop.is_set() or time.monotonic() > until_s:
-            return False
-        time.sleep(LOOK_S)
-    return True

@@ -121,9 +121,8 @@ class LiveSession(RunningSession):
         present = self._scenario
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
-            why = await self._parameters.set(
-                self._graph.netem, _different(_links_of(present), _links_of(step))
-            )
+            changes = _different(_links_of(present), _links_of(step))
+            why = await self._parameters.set(self._graph.netem, changes)
             if why:
                 return why
             present = step

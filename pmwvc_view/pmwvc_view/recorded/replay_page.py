@@ -27,12 +27,6 @@ POLICY = (
 )
 
 
-class FileSession(RecordedSession):
-    """A recorded session that its own page plays."""
-
-    can = frozenset({"pause", "seek", "speed"})
-
-
 def replay_page(
     traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any]
 ) -> str | None:
@@ -42,9 +36,10 @@ def replay_page(
     """
     period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
     try:
-        session = FileSession(traces, scenario, summary, snapshot_s=period_s)
+        session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)
     except RecordingError:
         return None
+    session.can = frozenset({"pause", "seek", "speed"})  # what the page does itself
     rows, packets, texts = session.whole()
     arrived = np.isfinite(packets[:, 3])  # all that were lost are kept
     kept = ~arrived | (np.cumsum(arrived) % (len(packets) // PACKETS + 1) == 0)
@@ -65,7 +60,10 @@ def _page(content: str) -> str:
     """Return the page with style, scripts and session in it."""
     text = (PAGE / "index.html").read_text("utf-8")
     icon = _address((PAGE / "icon.svg").read_bytes(), "image/svg+xml")
-    modules = {f"page/{file.name}": _module(file.read_text("utf-8")) for file in PAGE.glob("*.js")}
+    modules = {}
+    for file in PAGE.glob("*.js"):
+        module = re.sub(r'from "\./', 'from "page/', file.read_text("utf-8"))
+        modules[f"page/{file.name}"] = _address(module.encode(), "text/javascript")
     style = (PAGE / "page.css").read_text("utf-8")
     text = re.sub(r'  <link rel="(modulepreload|stylesheet)".*\n', "", text)
     text = text.replace('href="icon.svg"', f'href="{icon}"')
@@ -76,10 +74,6 @@ def _page(content: str) -> str:
   <script type="module">import "page/main.js";</script>
 """
     return text.replace('  <script type="module" src="main.js"></script>\n', head)
-
-
-def _module(text: str) -> str:
-    return _address(re.sub(r'from "\./', 'from "page/', text).encode(), "text/javascript")
 
 
 def _address(content: bytes, kind: str) -> str:

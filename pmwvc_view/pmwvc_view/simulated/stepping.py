@@ -15,7 +15,6 @@ from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.frame.rows import SIGNALS, Frame, ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.virtual_time import VirtualTime
 from pmwvc_view.feed import traces
 from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
@@ -71,7 +70,13 @@ class Simulation:
             self._time.run(self.tick * self.tick_ns)
             for index, user in enumerate(self._users):
                 for way, link in enumerate((user.up, user.down)):
-                    self._hand_packets(2 * index + way, link)
+                    # The newest fates; an arrival may lie ahead. No record of packets is kept.
+                    if fates := link.fates:
+                        rows = [
+                            (f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates
+                        ]
+                        self._feed.on_packets(2 * index + way, np.array(rows, dtype=np.float64))
+                    link.fates, link.sent, link.arrived = [], [], []
 
     def change(self, new: Scenario) -> None:
         """Change parameters of the running session: another scenario of the same structure."""
@@ -137,14 +142,6 @@ class Simulation:
     def _vector(self, value: Value) -> Array:
         every = np.reshape(np.asarray(value, dtype=np.float64), -1)  # one number: of all axes
         return np.broadcast_to(every, self._dof)
-
-    def _hand_packets(self, number: int, link: SimulatedLink) -> None:
-        """Hand the newest fates over; an arrival may lie ahead. No record of packets is kept."""
-        fates = link.fates
-        if fates:
-            rows = [(f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates]
-            self._feed.on_packets(number, np.array(rows, dtype=np.float64))
-        link.fates, link.sent, link.arrived = [], [], []
 
 
 def _one(value: Value) -> float:

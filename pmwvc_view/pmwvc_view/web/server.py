@@ -189,10 +189,9 @@ def _answered(request: Request, rules: access.Access, *, port: int, pages: int) 
         return _answer(http.HTTPStatus.FORBIDDEN, why)
     path = urlsplit(request.path).path
     if path != access.SOCKET:
-        file = access.page_file(path)
-        if file is None:
+        if (file := access.page_file(path)) is None:
             return _answer(http.HTTPStatus.NOT_FOUND, "there is no such file")
-        return _answer(http.HTTPStatus.OK, file.content, file.kind)
+        return _answer(http.HTTPStatus.OK, *file)
     origins = request.headers.get_all("Origin")
     if why := rules.socket_refused(request.path, origins, hosts[0]):
         return _answer(http.HTTPStatus.FORBIDDEN, why)
