@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.scenario.changes import PERIOD, RATE_DROP, why_fixed
+from pmwvc_core.scenario.changes import PERIOD, RATE_DROP
 from pmwvc_core.scenario.names import resolved, spec_of, split_user
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -66,15 +66,6 @@ def control_of(path: str) -> Control:
     if found is None or (number and rest in AT_RESTART):
         raise ParameterError(f"{path}: cannot be changed here")
     return found
-
-
-def require_changeable(scenario: Scenario, control: Control) -> None:
-    """Refuse (ParameterError) a change of what is fixed in a session of this scenario."""
-    fixed = why_fixed(
-        control.path, strict=scenario.strict, server=scenario.server, coupling=scenario.coupling
-    )
-    if fixed:
-        raise ParameterError(f"{control.path}: {fixed}")
 
 
 def changed(scenario: Scenario, values: Settings) -> Scenario:

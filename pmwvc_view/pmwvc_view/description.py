@@ -10,7 +10,7 @@ from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import FateKind
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 from pmwvc_view import controls
@@ -52,7 +52,18 @@ def describe(
             "size_m": server.object_size_m,
             "mass": server.object_mass,
         },
-        "users": [_user(user, scenario, user.name in remote) for user in scenario.users],
+        "users": [
+            {
+                "name": user.name,
+                "side": user.side,
+                "remote": user.name in remote,
+                "stiffness": user.contact.contact_stiffness,
+                "force_limit": user.safety.max_force,
+                "workspace_m": user.device.workspace_m,
+                "start_m": list(place_of(user, scenario).start),
+            }
+            for user in scenario.users
+        ],
         "controls": controls.to_page(values),
         **controls.choices(),
         "states": {
@@ -60,18 +71,6 @@ def describe(
             "server": [state.name.lower() for state in Presence],
             "fate": [kind.name.lower() for kind in FateKind],
         },
-    }
-
-
-def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
-    return {
-        "name": user.name,
-        "side": user.side,
-        "remote": remote,
-        "stiffness": user.contact.contact_stiffness,
-        "force_limit": user.safety.max_force,
-        "workspace_m": user.device.workspace_m,
-        "start_m": list(place_of(user, scenario).start),
     }
 
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
+from pmwvc_core.scenario.changes import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description, protocol
 from pmwvc_view.controls import Control, Setting, Settings
@@ -171,7 +172,11 @@ class RunningSession(Session):
             control = controls.control_of(path)
             if control.path in controls.AT_RESTART:
                 return Answer(False, f"{path}: changes with a new beginning (restart)")
-            controls.require_changeable(self.scenario(), control)
+            known = self.scenario()
+            if fixed := why_fixed(
+                control.path, strict=known.strict, server=known.server, coupling=known.coupling
+            ):
+                return Answer(False, f"{control.path}: {fixed}")
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
                 self._notices.changed(self.scenario(), wanted)

@@ -87,7 +87,7 @@ def test_person_who_taps_three_times_a_second_or_lets_go_does_not_shake_the_devi
         return -0.045 + (0.03 if time_s * 3.0 % 1.0 < 0.5 else 0.01)
 
     feed, found = told("wall", 7, ("operator.kind=remote",), targets)
-    assert len(feed.user("user1").shaking._contacts) > 4
+    assert len(feed.user("user1").shaking.contacts) > 4
     assert all("shakes" not in each["verdict"] and not each["notices"] for each in found)
 
 

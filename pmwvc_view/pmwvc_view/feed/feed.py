@@ -85,7 +85,7 @@ class Feed:
         for one, contact in zip(self._every, step.contact, strict=False):
             if contact != one.in_contact:
                 one.in_contact = contact
-                one.shaking.contact(step.start_ns)
+                one.shaking.contacts.append(step.start_ns)
 
     def on_packets(self, link: int, columns: Array) -> None:
         """Take in packets of a link, ``(n, 4)``: number, time in and out [ns] (0: never), fate."""
@@ -144,7 +144,7 @@ class Feed:
             one.follow_lag(*map(others.get, one.lag_columns))
             if one.aims(others.get(one.target_column)):
                 for other in self._every:
-                    other.shaking.on_purpose(due_ns)
+                    other.shaking.moved_ns = due_ns
             one.write(row, due_ns, self._step, index)
         self._layout.set(row, others)
         for one in self._every:

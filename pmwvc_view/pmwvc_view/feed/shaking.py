@@ -60,6 +60,9 @@ class Shaking:
 
     Attributes
     ----------
+    contacts, moved_ns
+        When contact was made or lost, and when somebody took, moved or let go of a hand last
+        [ns]; whoever learns of it notes it here.
     shake
         Amount and frequency as of now; None where it does not shake.
     limit_n
@@ -74,7 +77,7 @@ class Shaking:
         user = users.get(name)
         self._band_hz, self._images = bands.DEFAULT_BAND_HZ, 0.0
         self._still = self._band_hz, self._images
-        self._moved_ns = 0  # when somebody moved on purpose last
+        self.moved_ns = 0
         if scenario is not None:
             closing = scenario.task.closes and any(
                 each.operator.is_hand for each in users.values()
@@ -86,20 +89,12 @@ class Shaking:
         # The newest SPAN_S: times [s], velocities [m/s] and forces applied [N] of ticks, put
         # together only where they are judged.
         self._ticks: list[tuple[Array, Array, Array]] = []
-        self._contacts: deque[int] = deque()  # when contact was made or lost [ns]
+        self.contacts: deque[int] = deque()
         self._due_ns = 0
         self._seen: tuple[Shake, int] | None = None  # strongest of the present one, and the latest
         self.shake: Shake | None = None
         self.limit_n: float | None = None
         self.shook: tuple[Shake, int] | None = None
-
-    def contact(self, at_ns: int) -> None:
-        """Note that contact was made or lost."""
-        self._contacts.append(at_ns)
-
-    def on_purpose(self, at_ns: int) -> None:
-        """Note that somebody took, moved or let go of a hand."""
-        self._moved_ns = at_ns
 
     def block(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
         """Take in consecutive ticks; judge where that is due."""
@@ -110,8 +105,8 @@ class Shaking:
             return
         self._due_ns = end_ns + JUDGED_NS
         begin_s = end_ns / NS - SPAN_S
-        while self._contacts and self._contacts[0] <= begin_s * NS:
-            self._contacts.popleft()
+        while self.contacts and self.contacts[0] <= begin_s * NS:
+            self.contacts.popleft()
         times, velocity, force = map(np.concatenate, zip(*self._ticks, strict=True))
         first = int(np.searchsorted(times, begin_s, side="right"))
         self._ticks = [(times[first:], velocity[first:], force[first:])]
@@ -126,12 +121,12 @@ class Shaking:
         self.limit_n = self._most_n if at_limit else None
         # The span is the second half of a time line that begins at zero, as the report judges it.
         zero_s = end_ns / NS - 2.0 * SPAN_S
-        moved_s = self._moved_ns / NS - zero_s
+        moved_s = self.moved_ns / NS - zero_s
         still = 2.0 * SPAN_S - moved_s >= STILL_S
         band_hz, images = self._still if still else (self._band_hz, self._images)
         disturbed_s = 0.0  # when contact was made or lost last
-        if 0 < len(self._contacts) <= max(oscillation.CHATTER, band_hz * SPAN_S):
-            disturbed_s = self._contacts[-1] / NS - zero_s  # no more often than a motion within it
+        if 0 < len(self.contacts) <= max(oscillation.CHATTER, band_hz * SPAN_S):
+            disturbed_s = self.contacts[-1] / NS - zero_s  # no more often than a motion within it
         motion = oscillation.Motion(
             "device",
             times - zero_s,

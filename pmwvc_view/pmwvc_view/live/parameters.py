@@ -5,8 +5,7 @@
 import asyncio
 import threading
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any
 
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
@@ -59,7 +58,8 @@ class Parameters:
         return "" if result.successful else str(result.reason)
 
     def _call(self, kind: Any, service: str, request: Any, stop: threading.Event) -> Any:
-        with self._client(kind, service) as client:
+        client = self._node.create_client(kind, service)
+        try:
             until_s = time.monotonic() + PATIENCE_S
             call = None
             while not stop.is_set() and time.monotonic() < until_s:
@@ -68,12 +68,6 @@ class Parameters:
                 if call is not None and call.done():
                     return call.result()
                 time.sleep(LOOK_S)
-        raise PmwvcError(f"no answer to a call of {service}")
-
-    @contextmanager
-    def _client(self, kind: Any, service: str) -> Iterator[Any]:
-        client = self._node.create_client(kind, service)
-        try:
-            yield client
+            raise PmwvcError(f"no answer to a call of {service}")
         finally:
             self._node.destroy_client(client)

@@ -71,7 +71,11 @@ class LiveSession(RunningSession):
         inlets.empty(self._feed)
         if inlets.changed:
             inlets.changed = False
-            self._follow()
+            try:
+                self._scenario = self._graph.scenario(self._about)
+                self._lags = description.lags(self._scenario, live=True)
+            except PmwvcError as error:  # parameters that make no scenario leave it as it was
+                self._node.get_logger().warning(str(error))
         targets: dict[str, Any] = {}
         for user, hand in self._hands.items():
             target = hand.position
@@ -83,14 +87,6 @@ class LiveSession(RunningSession):
         snapshots = self._feed.rows(inlets.now_ns())
         self._notices.watch(snapshots, self.layout, self._graph.users)
         return snapshots
-
-    def _follow(self) -> None:
-        """Take changed parameters over; what makes no scenario leaves it as it was."""
-        try:
-            self._scenario = self._graph.scenario(self._about)
-            self._lags = description.lags(self._scenario, live=True)
-        except PmwvcError as error:
-            self._node.get_logger().warning(str(error))
 
     def _state(self) -> State:
         values = self._graph.values

@@ -54,7 +54,11 @@ class SimulatedSession(RunningSession):
             self._lost_s += passed_s - LONGEST_STEP_S
             passed_s = LONGEST_STEP_S
         self._left_s += passed_s
-        self._follow()
+        if self._scenario != self._wanted:  # a delay never jumps
+            self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
+            self._simulation.change(self._scenario)
+            if self._scenario == self._wanted:
+                self._lags = description.lags(self._scenario, live=False)
         simulation, tick_s = self._simulation, self._simulation.tick_ns * 1e-9
         before = simulation.tick
         simulation.run(before + int(self._left_s / tick_s))
@@ -65,15 +69,6 @@ class SimulatedSession(RunningSession):
         snapshots = self._feed.rows(simulation.tick * simulation.tick_ns)
         self._notices.watch(snapshots, self.layout, self._names)
         return snapshots
-
-    def _follow(self) -> None:
-        """Change what is wanted otherwise; a delay never jumps."""
-        if self._scenario == self._wanted:
-            return
-        self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
-        self._simulation.change(self._scenario)
-        if self._scenario == self._wanted:
-            self._lags = description.lags(self._scenario, live=False)
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""

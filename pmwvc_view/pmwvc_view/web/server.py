@@ -114,14 +114,22 @@ class PageServer:
             self._handling.listened(min(now_s - before_s, LISTENED_S))
             before_s = now_s
             snapshots = session.poll()
-            if session.generation != self._generation:
-                self._begin()
+            if session.generation != self._generation:  # described anew to every page
+                self._generation = session.generation
+                self._news, self._newest = {}, None
+                self._handling.begin()
+                for client in self._clients.values():
+                    client.begin(session.layout)
+                    client.send(self._description(client))
             if snapshots:
                 self._newest = snapshots[-1]
                 for client in self._clients.values():
                     client.show(snapshots)
             if polls % NEWS_EVERY == 0 or not self._clients:
-                self._tell_news()
+                for kind, content in session.news().items():
+                    if self._news.get(kind) != content:
+                        self._news[kind] = dict(content)
+                        self._tell({"kind": kind, **content})
             polls += 1
             due_s = max(due_s + self._snapshot_s, now_s - STARTED_LATE_S)
             if self._clients:
@@ -131,21 +139,6 @@ class PageServer:
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._watched.wait(), UNSEEN_S)
                 due_s = loop.time()
-
-    def _begin(self) -> None:
-        """Describe the session anew to every page; handles stay whose they are."""
-        self._generation = self._session.generation
-        self._news, self._newest = {}, None
-        self._handling.begin()
-        for client in self._clients.values():
-            client.begin(self._session.layout)
-            client.send(self._description(client))
-
-    def _tell_news(self) -> None:
-        for kind, content in self._session.news().items():
-            if self._news.get(kind) != content:
-                self._news[kind] = dict(content)
-                self._tell({"kind": kind, **content})
 
     def _tell(self, message: Mapping[str, Any]) -> None:
         for client in self._clients.values():
