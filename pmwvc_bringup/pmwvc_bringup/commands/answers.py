@@ -137,9 +137,16 @@ def tune(arguments: argparse.Namespace) -> Result:
     scenario = scenario_of(arguments)
     from pmwvc_analysis.tune.search import propose
     from pmwvc_analysis.tune.words import answer, sentences
-    from pmwvc_bringup.scenarios import to_yaml
+    from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
 
-    path = _target(arguments.out) if arguments.out else None
+    path = Path(arguments.out) if arguments.out else None
+    if path is not None:  # refused before anything is computed
+        if path.suffix not in SUFFIXES:
+            raise PmwvcError(f"--out {arguments.out}: must end in {' or '.join(SUFFIXES)}")
+        if path.exists():
+            raise PmwvcError(f"--out {arguments.out}: is there already; give another name")
+        if not path.parent.is_dir():
+            raise PmwvcError(f"--out {arguments.out}: there is no folder {path.parent}")
     with doing("searching for the best impedance, filter and hold"):
         found = propose(scenario, live=arguments.live)
     for line in sentences(scenario, found):
@@ -150,20 +157,6 @@ def tune(arguments: argparse.Namespace) -> Result:
         path.write_text(to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
         print(f"written: {path}")
     return Result(document=answer(scenario, found))
-
-
-def _target(text: str) -> Path:
-    """Return the file to write; PmwvcError, before anything is computed, where it cannot be."""
-    from pmwvc_bringup.scenarios import SUFFIXES
-
-    path = Path(text)
-    if path.suffix not in SUFFIXES:
-        raise PmwvcError(f"--out {text}: must end in {' or '.join(SUFFIXES)}")
-    if path.exists():
-        raise PmwvcError(f"--out {text}: is there already; give another name")
-    if not path.parent.is_dir():
-        raise PmwvcError(f"--out {text}: there is no folder {path.parent}")
-    return path
 
 
 @command(

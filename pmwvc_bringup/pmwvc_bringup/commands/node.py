@@ -71,7 +71,16 @@ def parameter_help(kind: str) -> str:
         node = Node(kind, context=context, start_parameter_services=False, enable_rosout=False)
         try:
             _declarations()[kind](node)
-            lines = _parameters(node)
+            lines, names = [], sorted(node.list_parameters([], 0).names)
+            for name in names:  # those of a single user are not repeated
+                descriptor = node.describe_parameter(name)
+                if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
+                    lines.append(f"  {name} = {node.get_parameter(name).value!r}")
+                    words = [descriptor.description, descriptor.additional_constraints]
+                    about = "; ".join(word for word in words if word)
+                    lines += textwrap.wrap(
+                        about, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6
+                    )
         finally:
             node.destroy_node()
     finally:
@@ -84,7 +93,11 @@ def parameter_help(kind: str) -> str:
         "",
         "parameters (default; unit and range; description):",
     ]
-    return "\n".join([*head, *lines])
+    several = (
+        f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
+    )
+    tail = [several] if any(name.startswith(ONE_USER) for name in names) else []
+    return "\n".join([*head, *lines, *tail])
 
 
 def _declarations() -> "dict[str, Callable[[Node], object]]":
@@ -110,23 +123,3 @@ def _declarations() -> "dict[str, Callable[[Node], object]]":
 
 def _ignore(*_: object) -> None:
     """Take a change of parameters and do nothing: none is made here."""
-
-
-def _parameters(node: "Node") -> list[str]:
-    """Return one paragraph per parameter; settings of a single user are not repeated."""
-    names = sorted(node.list_parameters([], 0).names)
-    several = any(name.startswith(ONE_USER) for name in names)
-    lines = []
-    for name in names:
-        descriptor = node.describe_parameter(name)
-        if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
-            value = node.get_parameter(name).value
-            lines.append(f"  {name} = {value!r}")
-            words = [descriptor.description, descriptor.additional_constraints]
-            about = "; ".join(word for word in words if word)
-            lines += textwrap.wrap(about, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
-    if several:
-        lines.append(
-            f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
-        )
-    return lines

@@ -47,15 +47,15 @@ def run(arguments: argparse.Namespace) -> Result:
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
     require_ros()
-    if arguments.view:
+    page = Page(arguments.host, arguments.port) if arguments.view else None
+    if page is not None:
         from pmwvc_bringup.session.page import require_address
 
-        require_address(arguments.host, arguments.port)
+        require_address(page)
     scenario, folder = prepared(arguments)
     from pmwvc_bringup.session.runner import LiveSession, StartError
 
     console = terminal()
-    page = Page(arguments.host, arguments.port) if arguments.view else None
     browser = not arguments.no_browser
     recorded = []
     try:

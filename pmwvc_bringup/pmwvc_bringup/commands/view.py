@@ -18,23 +18,10 @@ from pmwvc_bringup.options import (
     settings,
 )
 from pmwvc_bringup.output import terminal
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.errors import PmwvcError, RecordingError
 
 if TYPE_CHECKING:
     from pmwvc_view.session import Session
-
-
-def _session(arguments: argparse.Namespace) -> "Session":
-    folder = Path(arguments.what).expanduser()
-    if folder.is_dir():
-        return _recorded(folder)
-    from pmwvc_bringup.session.preflight import check
-    from pmwvc_view import SNAPSHOT_S
-    from pmwvc_view.simulated.session import SimulatedSession
-
-    scenario = scenario_of(arguments)
-    check(scenario)
-    return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
 
 
 def _sessions(**given: object) -> list[str]:
@@ -70,36 +57,37 @@ address is needed to connect.
 )
 def view(arguments: argparse.Namespace) -> Result:
     """Serve the page until interrupted."""
-    if arguments.what is None:
-        return _running(arguments)
-    from pmwvc_bringup.session.page import serve
-
-    browser, session = not arguments.no_browser, _session(arguments)
-    serve(session, terminal(), host=arguments.host, port=arguments.port, browser=browser)
-    return Result()
-
-
-def _running(arguments: argparse.Namespace) -> Result:
-    """Join a session that runs."""
-    from pmwvc_bringup.session.page import view
+    from pmwvc_bringup.session.page import join, serve
     from pmwvc_bringup.session.plan import Page
     from pmwvc_bringup.session.preflight import require_ros
 
+    page, browser = Page(arguments.host, arguments.port), not arguments.no_browser
+    if arguments.what is not None:
+        serve(_session(arguments), terminal(), page=page, browser=browser)
+        return Result()
     require_ros()
     if arguments.users or arguments.settings:
         raise PmwvcError("--users and --set belong to a scenario: name one, or a session folder")
-    page, browser = Page(arguments.host, arguments.port), not arguments.no_browser
-    return Result(view(terminal(), page=page, namespace=arguments.namespace, browser=browser))
+    return Result(join(terminal(), page=page, namespace=arguments.namespace, browser=browser))
 
 
-def _recorded(folder: Path) -> "Session":
+def _session(arguments: argparse.Namespace) -> "Session":
+    """Return the session that was recorded in a folder, or one to simulate."""
+    from pmwvc_view import SNAPSHOT_S
+
+    folder = Path(arguments.what).expanduser()
+    if not folder.is_dir():
+        from pmwvc_bringup.session.preflight import check
+        from pmwvc_view.simulated.session import SimulatedSession
+
+        scenario = scenario_of(arguments)
+        check(scenario)
+        return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
     from pmwvc_analysis.recording.reader import read_scenario, read_session
     from pmwvc_analysis.verdicts.verdicts import summary
-    from pmwvc_core.errors import RecordingError
-    from pmwvc_view import SNAPSHOT_S
     from pmwvc_view.recorded.session import RecordedSession
 
-    traces, scenario = read_session(folder), read_scenario(folder)
-    if scenario is None:
+    traces, recorded = read_session(folder), read_scenario(folder)
+    if recorded is None:
         raise RecordingError(f"{folder} has no scenario.yaml: its users are not known")
-    return RecordedSession(traces, scenario, summary(traces, scenario), snapshot_s=SNAPSHOT_S)
+    return RecordedSession(traces, recorded, summary(traces, recorded), snapshot_s=SNAPSHOT_S)

@@ -182,7 +182,10 @@ def combinations(
         count *= len(each)
     if count > MOST:
         problems.append(f"{count} combinations: must be at most {MOST}")
-    short = _short(list(axes))
+    last = [path.rpartition(".")[2] for path in axes]
+    short = [
+        leaf if last.count(leaf) == 1 else path for leaf, path in zip(last, axes, strict=True)
+    ]
     found = []
     for values in itertools.product(*axes.values()) if count <= MOST else ():
         texts = [f"{path}={value}" for path, value in zip(axes, values, strict=True)]
@@ -195,20 +198,15 @@ def combinations(
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
-        given = _given([*settings_texts, *texts], scenario.controller)
+        rule = library.record_of(scenario.controller).rule
+        baseline = f"baseline.{rule.group if rule else scenario.controller}."
+        given = any(baseline in text.partition("=")[0] for text in (*settings_texts, *texts))
         label = ", ".join(f"{n} = {v}" for n, v in zip(short, values, strict=True))
         given_values = dict(zip(axes, map(yaml.safe_load, values), strict=True))
         found.append(Combination(label or scenario.name, given_values, scenario, given))
     if problems:
         raise ScenarioError(name, problems)
     return found
-
-
-def _given(texts: Sequence[str], controller: str) -> bool:
-    """Tell whether a setting names a parameter of a baseline."""
-    rule = library.record_of(controller).rule
-    group = rule.group if rule else controller
-    return any(f"baseline.{group}." in text.partition("=")[0] for text in texts)
 
 
 def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
@@ -228,11 +226,3 @@ def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
         else:
             axes[path] = values
     return axes, problems
-
-
-def _short(paths: list[str]) -> list[str]:
-    """Return the last part of each name where it is unique, else the whole name."""
-    last = [path.rpartition(".")[2] for path in paths]
-    return [
-        leaf if last.count(leaf) == 1 else path for leaf, path in zip(last, paths, strict=True)
-    ]
