@@ -18,9 +18,8 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description, protocol
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.notices import Notices
 from pmwvc_view.feed.traces import NS
-from pmwvc_view.feed.verdict import verdict
+from pmwvc_view.feed.verdict import Notices, verdict
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 

@@ -10,11 +10,11 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_view.controls import changed
 from pmwvc_view.description import lags
 from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.shaking import Waits
 from pmwvc_view.feed.verdict import verdict
-from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.session import ramped
-from pmwvc_view.simulated.stepping import Simulation
+from pmwvc_view.simulated import Simulation
 
 MS = 1_000_000
 PERIOD_S = 0.016

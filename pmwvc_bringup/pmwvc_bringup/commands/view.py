@@ -78,7 +78,7 @@ def _session(arguments: argparse.Namespace) -> "Session":
     folder = Path(arguments.what).expanduser()
     if not folder.is_dir():
         from pmwvc_bringup.session.preflight import check
-        from pmwvc_view.simulated.session import SimulatedSession
+        from pmwvc_view.simulated import SimulatedSession
 
         scenario = scenario_of(arguments)
         check(scenario)

@@ -23,8 +23,7 @@ from rich.live import Live
 from pmwvc_bringup.progress import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
-from pmwvc_bringup.session.disturber import Disturber
-from pmwvc_bringup.session.notes import Notes
+from pmwvc_bringup.session.events import Disturber, Notes
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.status import Status

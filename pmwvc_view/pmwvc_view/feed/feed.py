@@ -17,9 +17,9 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_view.feed.shaking import Waits
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
 from pmwvc_view.feed.user import FeedUser
-from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout, Snapshot
 
 PATIENCE_NS = 60_000_000

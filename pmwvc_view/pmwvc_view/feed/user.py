@@ -16,7 +16,7 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.accounts import Accounts
-from pmwvc_view.feed.shaking import Shaking
+from pmwvc_view.feed.shaking import Shaking, Waits
 from pmwvc_view.feed.traces import (
     AVATAR,
     F_APPLIED,
@@ -30,7 +30,6 @@ from pmwvc_view.feed.traces import (
     Block,
     Step,
 )
-from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import ENERGIES, Layout
 
 LOADED_N = 0.1  # force from which a device counts as loaded

@@ -16,10 +16,9 @@ from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
-from pmwvc_view.live.graph import Graph
+from pmwvc_view.live.graph import Graph, Parameters
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
-from pmwvc_view.live.parameters import Parameters
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Answer, RunningSession, State, ramped
 
