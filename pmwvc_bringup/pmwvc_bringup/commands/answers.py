@@ -135,8 +135,8 @@ not_linear, bounds, best, others, costs; see docs/tuning.md.
 def tune(arguments: argparse.Namespace) -> Result:
     """Print the proposal, and write the scenario with it."""
     scenario = scenario_of(arguments)
+    from pmwvc_analysis.tune import words
     from pmwvc_analysis.tune.search import propose
-    from pmwvc_analysis.tune.words import answer, sentences
     from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
 
     path = Path(arguments.out) if arguments.out else None
@@ -149,14 +149,14 @@ def tune(arguments: argparse.Namespace) -> Result:
             raise PmwvcError(f"--out {arguments.out}: there is no folder {path.parent}")
     with doing("searching for the best impedance, filter and hold"):
         found = propose(scenario, live=arguments.live)
-    for line in sentences(scenario, found):
+    for line in words.sentences(scenario, found):
         print(line)
     if path is not None:
         tuned = found.best.choice.applied(scenario)
         text = f"{scenario.name} as tuned: {scenario.description}"
         path.write_text(to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
         print(f"written: {path}")
-    return Result(document=answer(scenario, found))
+    return Result(document=words.answer(scenario, found))
 
 
 @command(
@@ -187,11 +187,11 @@ filter.png, .svg and .json.
 def filter_(arguments: argparse.Namespace) -> Result:
     """Judge the filter of the first user."""
     scenario = scenario_of(arguments)
-    from pmwvc_analysis.filters.velocity_filter import answer, judge, sentences
+    from pmwvc_analysis.filters import velocity_filter as design
 
-    found = judge(scenario)
-    result = answer(scenario, found)
-    for line in sentences(result):
+    found = design.judge(scenario)
+    result = design.answer(scenario, found)
+    for line in design.sentences(result):
         print(line)
     if arguments.out:
         from pmwvc_analysis.figures.model_charts import velocity_filter

@@ -46,7 +46,7 @@ A link whose parameters are set is simulated with them.
     NO_FIGURES,
     json_document("print comparison.json on stdout and nothing else"),
 )
-def replay(arguments: argparse.Namespace) -> Result:
+def replay_(arguments: argparse.Namespace) -> Result:
     """Replay, record and report."""
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session

@@ -95,7 +95,7 @@ def begun_again(scenario: "Scenario", settings: Mapping[str, Any]) -> "Scenario"
     EXAMPLES.format("simulate"),
     *SESSION,
 )
-def simulate(arguments: argparse.Namespace) -> Result:
+def simulate_(arguments: argparse.Namespace) -> Result:
     """Simulate, record and report."""
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
@@ -169,7 +169,7 @@ examples:
     ),
     out("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
 )
-def export(arguments: argparse.Namespace) -> Result:
+def export_(arguments: argparse.Namespace) -> Result:
     """Read the recording and write the files."""
     from pmwvc_analysis.export.files import export
     from pmwvc_analysis.recording.reader import read_scenario, read_session

@@ -38,7 +38,7 @@ such limit exists.
     out("folder for figure, curves and numbers"),
     json_document(),
 )
-def transparency(arguments: argparse.Namespace) -> Result:
+def transparency_(arguments: argparse.Namespace) -> Result:
     """Print what the link renders to one user, and write curves."""
     folder = Path(arguments.scenario)
     recorded = folder.is_dir()
