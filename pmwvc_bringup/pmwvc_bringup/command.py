@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A command as a record: its name, help, examples, arguments and the function behind it.
 
-A module below :mod:`pmwvc_bringup.commands` that has a record named ``COMMAND`` is a command.
-Heavy imports stand inside its functions: ``pmwvc --help`` has to answer at once.
+A function in a module below :mod:`pmwvc_bringup.commands` that is decorated with :func:`command`
+is a command. Heavy imports stand inside functions: ``pmwvc --help`` has to answer at once.
 """
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 Completer = Callable[..., list[str]]
@@ -35,12 +34,9 @@ class Result(NamedTuple):
     document: object = None  # plain data, or the text of a JSON file
 
 
-@dataclass(frozen=True)
-class Command:
-    """One command of ``pmwvc``.
-
-    ``help`` is one clause, without a full stop; ``examples`` are printed below the options;
-    ``run`` raises ``PmwvcError`` for a mistake of the user (exit code 2).
+class Command(NamedTuple):
+    """One command of ``pmwvc``; ``run`` raises ``PmwvcError`` for a mistake of the user (exit
+    code 2).
     """
 
     name: str
@@ -48,3 +44,12 @@ class Command:
     examples: str
     arguments: tuple[Argument, ...]
     run: Callable[[argparse.Namespace], Result]
+
+
+def command(
+    name: str, help_text: str, examples: str, *arguments: Argument
+) -> Callable[[Callable[[argparse.Namespace], Result]], Command]:
+    """Make a function a command. ``help_text`` is one clause, without a full stop; ``examples``
+    are printed below the options.
+    """
+    return lambda run: Command(name, help_text, examples, arguments, run)

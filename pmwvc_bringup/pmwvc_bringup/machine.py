@@ -186,7 +186,11 @@ def _limits() -> Outcome:
 
 def _disk() -> Outcome:
     free = shutil.disk_usage(Path.cwd()).free / MIB
-    text = f"{free / 1024:.1f} GiB free here; {recording_size()}"
+    sizes = []
+    for users in (2, 8):  # of a scenario of the library
+        size = live_bytes_per_minute(scenarios.load("carry_16ms", users=users)) / MIB
+        sizes.append(f"{size:.0f} MiB a minute with {users} users")
+    text = f"{free / 1024:.1f} GiB free here; a live session takes about {', '.join(sizes)}"
     if not os.access(Path.cwd(), os.W_OK):
         return PROBLEM, "this folder is not writable", "use --out, or start in a writable folder"
     if free < 200:
@@ -194,16 +198,6 @@ def _disk() -> Outcome:
     if free < 2048:
         return WARNING, text, "free disk space for long sessions, or use --out"
     return OK, text, ""
-
-
-def recording_size() -> str:
-    """Return the disk space of live sessions, computed from a scenario of the library."""
-    sizes = {
-        users: live_bytes_per_minute(scenarios.load("carry_16ms", users=users)) / MIB
-        for users in (2, 8)
-    }
-    texts = [f"{size:.0f} MiB a minute with {users} users" for users, size in sizes.items()]
-    return f"a live session takes about {', '.join(texts)}"
 
 
 def _environment() -> Outcome:

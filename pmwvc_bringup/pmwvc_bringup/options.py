@@ -5,17 +5,19 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.command import Argument, argument
-from pmwvc_core.scenario.names import doubts
-from pmwvc_core.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from pmwvc_core.scenario.scenario import Scenario
 
 
 def scenario_names(**_: object) -> list[str]:
     """Return the scenarios that come with the project."""
-    return list(files.known())
+    from pmwvc_bringup import scenarios
+
+    return list(scenarios.known())
 
 
 def parameter_names(**_: object) -> list[str]:
@@ -124,11 +126,14 @@ PAGE = (  # of commands that serve one
 MODEL = (SCENARIO, USERS, settings(), LIVE)  # for questions about the model of a scenario
 
 
-def scenario_of(arguments: argparse.Namespace) -> Scenario:
+def scenario_of(arguments: argparse.Namespace) -> "Scenario":
     """Return the scenario named, and print on stderr what is unusual about it; ScenarioError with
     every mistake of file and options.
     """
-    scenario = files.load(
+    from pmwvc_bringup import scenarios
+    from pmwvc_core.scenario.names import doubts
+
+    scenario = scenarios.load(
         getattr(arguments, "scenario", None) or arguments.what,
         settings_texts=arguments.settings,
         users=arguments.users,

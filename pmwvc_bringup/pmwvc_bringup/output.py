@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-
 from pmwvc_core.errors import file_errors
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from pmwvc_analysis.charts.chart import Chart
 
 
@@ -61,6 +61,8 @@ def write_answer(
     print(f"written: {folder} ({', '.join(path.name for path in paths)})")
 
 
-def terminal() -> Console:
+def terminal() -> "Console":
     """Return the console for people."""
+    from rich.console import Console
+
     return Console(highlight=False, soft_wrap=True)

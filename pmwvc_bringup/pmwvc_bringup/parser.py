@@ -3,15 +3,14 @@
 """The parser of the command line, built from the records of the commands."""
 
 import argparse
+import contextlib
 import importlib
-import importlib.metadata
 import pkgutil
 import re
 from typing import Any, NoReturn
 
 from pmwvc_bringup import commands
 from pmwvc_bringup.command import Command
-from pmwvc_core.params.names import hint
 
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
@@ -49,6 +48,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""
+        from pmwvc_core.params.names import hint
+
         choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
         options = re.match(r"unrecognized arguments: (\S+)", message)
         word, known, owners = "", [], []
@@ -61,6 +62,21 @@ class Parser(argparse.ArgumentParser):
             f"; {word} is an option of {', '.join(owners)} only" if owners else hint(word, known)
         )
         self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
+
+
+class _Version(argparse.Action):
+    """Prints the version."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print it and exit."""
+        from importlib import metadata
+
+        found = "of an environment that was not built"
+        for distribution in ("pmwvc", "pmwvc_bringup"):  # of the wheel without ROS, of a workspace
+            with contextlib.suppress(metadata.PackageNotFoundError):
+                found = metadata.version(distribution)
+        print(f"pmwvc {found}")
+        parser.exit()
 
 
 def _nested(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.ArgumentParser]]:
@@ -83,12 +99,12 @@ def _options_of(parser: argparse.ArgumentParser) -> set[str]:
 
 def library() -> list[Command]:
     """Return every command, in the order of the help."""
-    modules = [
-        importlib.import_module(found.name)
+    records = [
+        value
         for found in pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
-        if not found.ispkg
+        for value in vars(importlib.import_module(found.name)).values()
+        if isinstance(value, Command)
     ]
-    records: list[Command] = [module.COMMAND for module in modules]
     order = {name: number for number, name in enumerate(ORDER)}
     return sorted(records, key=lambda one: (order.get(one.name, len(order)), one.name))
 
@@ -100,7 +116,8 @@ def build_parser() -> argparse.ArgumentParser:
         description="Networked cooperative haptics by passive multirate wave-variable control.",
         epilog=EXAMPLES,
     )
-    parser.add_argument("--version", action="version", version=f"pmwvc {_version()}")
+    text = "show program's version number and exit"
+    parser.add_argument("--version", nargs=0, action=_Version, help=text)
     several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in library():
         nested = several.add_parser(
@@ -113,12 +130,3 @@ def build_parser() -> argparse.ArgumentParser:
         for add_to in command.arguments:
             add_to(nested)
     return parser
-
-
-def _version() -> str:
-    for distribution in ("pmwvc_bringup", "pmwvc"):  # of a ROS workspace, of the wheel without ROS
-        try:
-            return importlib.metadata.version(distribution)
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return "of an environment that was not built"

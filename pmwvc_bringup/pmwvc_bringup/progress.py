@@ -8,9 +8,8 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.progress import Progress
 
 QUIET_S = 2.0  # what takes less is not mentioned
@@ -23,7 +22,7 @@ class Doing:
     Called with a ratio it shows that as well.
     """
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: "Console") -> None:
         self._console = console
         self._lock = threading.Lock()
         self._timer = threading.Timer(0.0, self._show)
@@ -81,8 +80,10 @@ class Doing:
 
 
 @contextlib.contextmanager
-def doing(text: str, console: Console | None = None) -> Iterator[Doing]:
+def doing(text: str, console: "Console | None" = None) -> Iterator[Doing]:
     """Name work while it lasts, on stderr by default."""
+    from rich.console import Console
+
     work = Doing(console or Console(stderr=True, highlight=False, soft_wrap=True))
     work.part(text)
     try:

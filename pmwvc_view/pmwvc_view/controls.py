@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.scenario.changes import PERIOD, RATE_DROP, why_fixed
+from pmwvc_core.scenario.changes import PERIOD, RATE_DROP
 from pmwvc_core.scenario.names import resolved, spec_of, split_user
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -68,15 +68,6 @@ def control_of(path: str) -> Control:
     return found
 
 
-def require_changeable(scenario: Scenario, control: Control) -> None:
-    """Refuse (ParameterError) a change of what is fixed in a session of this scenario."""
-    fixed = why_fixed(
-        control.path, strict=scenario.strict, server=scenario.server, coupling=scenario.coupling
-    )
-    if fixed:
-        raise ParameterError(f"{control.path}: {fixed}")
-
-
 def changed(scenario: Scenario, values: Settings) -> Scenario:
     """Return a scenario with settings of a page; ParameterError where one of them cannot be
     changed from there, or may not have its value.
@@ -128,20 +119,6 @@ def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
             first = f"{scenario.users[0].name}.{leaf}"
             found[control.path] = flat[leaf] if leaf in flat else flat.get(first)
     return found
-
-
-class Values:
-    """The values of all controls; found anew only where the scenario is another object."""
-
-    def __init__(self) -> None:
-        self._of: tuple[Scenario | None, str | None] = (None, None)
-        self._values: dict[str, Any] = {}
-
-    def __call__(self, scenario: Scenario, preset: str | None) -> dict[str, Any]:
-        """Return the values; the same object as before where nothing changed."""
-        if self._of[0] is not scenario or self._of[1] != preset:
-            self._of, self._values = (scenario, preset), values_of(scenario, preset)
-        return self._values
 
 
 def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -10,11 +10,10 @@ from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import FateKind
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
-from pmwvc_view import controls, protocol
-from pmwvc_view.session import Session
+from pmwvc_view import controls
 
 
 def describe(
@@ -53,7 +52,18 @@ def describe(
             "size_m": server.object_size_m,
             "mass": server.object_mass,
         },
-        "users": [_user(user, scenario, user.name in remote) for user in scenario.users],
+        "users": [
+            {
+                "name": user.name,
+                "side": user.side,
+                "remote": user.name in remote,
+                "stiffness": user.contact.contact_stiffness,
+                "force_limit": user.safety.max_force,
+                "workspace_m": user.device.workspace_m,
+                "start_m": list(place_of(user, scenario).start),
+            }
+            for user in scenario.users
+        ],
         "controls": controls.to_page(values),
         **controls.choices(),
         "states": {
@@ -61,41 +71,6 @@ def describe(
             "server": [state.name.lower() for state in Presence],
             "fate": [kind.name.lower() for kind in FateKind],
         },
-    }
-
-
-def message(
-    session: Session, *, holders: Mapping[str, str | None], snapshot_s: float
-) -> dict[str, Any]:
-    """Return the session message; ``holders``: who holds each user's handle."""
-    found = session.description()
-    return {
-        "kind": "session",
-        "version": protocol.VERSION,
-        **found,
-        "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
-        "can": sorted(session.can),
-        "snapshot_s": snapshot_s,
-        "limits": {
-            "heartbeat_s": protocol.HEARTBEAT_S,
-            "silence_s": protocol.SILENCE_S,
-            "credits": protocol.CREDITS,
-            "message_bytes": protocol.MESSAGE_BYTES,
-            "messages_hz": protocol.MESSAGES_HZ,
-        },
-        "layout": session.layout.to_page(),
-    }
-
-
-def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
-    return {
-        "name": user.name,
-        "side": user.side,
-        "remote": remote,
-        "stiffness": user.contact.contact_stiffness,
-        "force_limit": user.safety.max_force,
-        "workspace_m": user.device.workspace_m,
-        "start_m": list(place_of(user, scenario).start),
     }
 
 

@@ -1,15 +1,30 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A session as the page's server sees it: live, simulated in real time, or recorded."""
+"""A session as the page's server sees it: recorded, or one that goes on, live or simulated in
+real time. All of it is called from one event loop.
+"""
 
+import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
+from pmwvc_analysis.budget.energy import declared_storage_j
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.params import LinkParams
+from pmwvc_core.scenario.changes import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.controls import Setting, Settings
+from pmwvc_view import controls, description, protocol
+from pmwvc_view.controls import Control, Setting, Settings
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.traces import NS
+from pmwvc_view.feed.verdict import Notices, verdict
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
+
+TEXT_EVERY = 8  # snapshots between two verdicts
+RATE = 0.5  # s of delay per s, where it changes in a running session
 
 
 class Answer(NamedTuple):
@@ -19,19 +34,15 @@ class Answer(NamedTuple):
     text: str = ""
 
 
-BEGIN_ANEW = "changes with a new beginning (restart)"
-REFUSED = Answer(False, "not in this session")
-
-
 class Session(ABC):
-    """The interface between a page and its session; all of it is called from one event loop.
+    """The interface between a page and its session.
 
-    A kind of session names in ``can`` the requests that it serves, and leaves the others as here.
+    ``can`` names the kinds of requests that it serves, each by the method of its name (``take``,
+    ``let_go`` and ``seen`` are the server's own), which takes the fields of the request and gives
+    an ``Answer``; that of ``set`` and ``pause`` is awaited.
 
     Attributes
     ----------
-    can
-        Kinds of requests that it serves.
     generation
         Counts its beginnings: another number, and everything is described anew.
     ended
@@ -56,6 +67,26 @@ class Session(ABC):
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
 
+    def message(self, *, holders: Mapping[str, str | None], snapshot_s: float) -> dict[str, Any]:
+        """Return the session message; ``holders``: who holds each user's handle."""
+        found = self.description()
+        return {
+            "kind": "session",
+            "version": protocol.VERSION,
+            **found,
+            "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
+            "can": sorted(self.can),
+            "snapshot_s": snapshot_s,
+            "limits": {
+                "heartbeat_s": protocol.HEARTBEAT_S,
+                "silence_s": protocol.SILENCE_S,
+                "credits": protocol.CREDITS,
+                "message_bytes": protocol.MESSAGE_BYTES,
+                "messages_hz": protocol.MESSAGES_HZ,
+            },
+            "layout": self.layout.to_page(),
+        }
+
     @abstractmethod
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""
@@ -68,13 +99,9 @@ class Session(ABC):
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return the messages whose content changes now and then, by kind: text, values, play."""
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> Answer:
-        """Give a hand its newest target [m]; None opens it."""
-        return REFUSED
-
-    async def set(self, path: str, value: Setting) -> Answer:
-        """Change a parameter."""
-        return REFUSED
+    def target(self, user: str, position: tuple[float, ...] | None) -> None:
+        """Give a hand that a page can take its newest target [m]; None opens it."""
+        raise NotImplementedError
 
     def expect_questions(self) -> None:
         """Make ready for questions, which come once a page has been shown for a while."""
@@ -86,22 +113,140 @@ class Session(ABC):
         """
         return await self._predictor.ask(self.scenario(), values)
 
-    async def pause(self, paused: bool) -> Answer:
-        """Let time stand still, or go on."""
-        return REFUSED
-
-    def restart(self, values: Settings) -> Answer:
-        """Begin again with these settings."""
-        return REFUSED
-
-    def seek(self, time_s: float) -> Answer:
-        """Go to another time."""
-        return REFUSED
-
-    def speed(self, ratio: float) -> Answer:
-        """Let time pass at this ratio."""
-        return REFUSED
-
     def close(self) -> None:
         """Let go of everything."""
         self._predictor.close()
+
+
+class State(NamedTuple):
+    """Whether time stands still, the network by name, and notices as long as they hold."""
+
+    paused: bool
+    preset: str | None
+    notices: list[str]
+
+
+class RunningSession(Session):
+    """A session that goes on: its feed, the verdict on it, and notices.
+
+    ``_duration_s`` is None where the end is not known [s].
+    """
+
+    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
+
+    def __init__(self, *, live: bool, snapshot_s: float) -> None:
+        super().__init__(Predictor(live=live))
+        self._live, self._snapshot_s = live, snapshot_s
+        self._duration_s: float | None = None
+        self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
+        self._changing = asyncio.Lock()
+
+    def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
+        """Begin to show a session in which the devices of these users count their true motion."""
+        self._scenario, self._exact = scenario, exact
+        self._names = [user.name for user in scenario.users]
+        self.layout = Layout(self._names, scenario.dof)
+        period_ns = round(self._snapshot_s * NS)
+        self._feed = Feed(self.layout, self._names, period_ns=period_ns, scenario=scenario)
+        self._lags = description.lags(scenario, live=self._live)
+        self._notices = Notices()
+        self._text: dict[str, Any] = {}
+        self._polls = 0
+
+    @abstractmethod
+    def _state(self) -> State:
+        """Return how it stands."""
+
+    @abstractmethod
+    def _remote(self) -> list[str]:
+        """Return the users whose handle a page can take."""
+
+    @abstractmethod
+    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
+        """Change a parameter, to what is wanted then; return why not, or ""."""
+
+    async def set(self, path: str, value: Setting) -> Answer:
+        """Change a parameter; one change at a time."""
+        try:
+            control = controls.control_of(path)
+            if control.path in controls.AT_RESTART:
+                return Answer(False, f"{path}: changes with a new beginning (restart)")
+            known = self.scenario()
+            if fixed := why_fixed(
+                control.path, strict=known.strict, server=known.server, coupling=known.coupling
+            ):
+                return Answer(False, f"{control.path}: {fixed}")
+            async with self._changing:
+                wanted = controls.changed(self.scenario(), {path: value})
+                self._notices.changed(self.scenario(), wanted)
+                why = await self._change(control, wanted, value)
+        except PmwvcError as error:
+            return Answer(False, str(error))
+        return Answer(not why, why or f"{path} = {value}")
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that settings are added to."""
+        return self._scenario
+
+    def description(self) -> dict[str, Any]:
+        """Return the session message without what the server adds."""
+        return description.describe(
+            self._scenario,
+            mode="live" if self._live else "simulated",
+            duration_s=self._duration_s,
+            values=controls.values_of(self.scenario(), self._state().preset),
+            remote=self._remote(),
+        )
+
+    def news(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return verdict, values of controls, and whether time passes."""
+        state, scenario = self._state(), self._scenario
+        self._polls += 1
+        if self._polls % TEXT_EVERY == 1:
+            self._text = verdict(
+                self._feed,
+                self._names,
+                storage_j={
+                    user.name: declared_storage_j(scenario, user) for user in scenario.users
+                },
+                exact_hands=self._exact,
+                notices=state.notices + self._notices.texts(),
+            )
+        known, wanted = self._valued, self.scenario()
+        if known is None or known[0] is not wanted or known[1] != state.preset:
+            values = controls.values_of(wanted, state.preset)
+            self._valued = known = (wanted, state.preset, values)
+        return {
+            "text": self._text,
+            "values": {"values": known[2]},
+            "play": {"paused": state.paused, "time_s": None, "ratio": 1.0},
+        }
+
+
+def ramped(present: Scenario, wanted: Scenario, *, over_s: float) -> Scenario:
+    """Return the scenario wanted, with delays as far from the present ones as may be after so
+    long [s]. Other settings of a link change once its delay is there.
+
+    A delay that grows at once leaves a gap as long as its growth; beyond the watchdog's patience
+    both hands would be dropped.
+    """
+    users = tuple(
+        replace(
+            new,
+            link_up=towards(old.link_up, new.link_up, over_s=over_s),
+            link_down=towards(old.link_down, new.link_down, over_s=over_s),
+        )
+        for old, new in zip(present.users, wanted.users, strict=True)
+    )
+    return replace(wanted, users=users)
+
+
+def towards(present: LinkParams, wanted: LinkParams, *, over_s: float) -> LinkParams:
+    """Return the settings of one link after so long [s]."""
+    if present == wanted:
+        return present
+    most = RATE * over_s
+    step = wanted.delay_s - present.delay_s
+    if abs(step) <= most:
+        return wanted
+    return replace(present, delay_s=present.delay_s + (most if step > 0.0 else -most))

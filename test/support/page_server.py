@@ -16,7 +16,7 @@ from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import F_APPLIED, Block
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
-from pmwvc_view.simulated.session import SimulatedSession
+from pmwvc_view.simulated import SimulatedSession
 from pmwvc_view.web.server import PageServer
 from support.plain import load
 

@@ -5,6 +5,7 @@
 import functools
 import json
 import subprocess
+import sys
 
 import pytest
 import yaml
@@ -30,6 +31,15 @@ def test_every_command_explains_itself_with_examples(pmwvc, command):
     result = pmwvc(command, "--help")
     assert result.returncode == 0
     assert f"examples:\n  pmwvc {command}" in result.stdout
+
+
+def test_the_parser_is_there_before_what_is_slow_to_load():
+    program = (
+        "import sys; from pmwvc_bringup.parser import build_parser; build_parser(); "
+        "print([name for name in ('numpy', 'rich', 'yaml') if name in sys.modules])"
+    )
+    words = [sys.executable, "-c", program]
+    assert subprocess.run(words, check=True, capture_output=True, text=True).stdout == "[]\n"
 
 
 def test_version(pmwvc):

@@ -4,10 +4,10 @@
 
 import pytest
 
-from pmwvc_bringup.comparison.combinations import combinations
-from pmwvc_bringup.comparison.variants import (
+from pmwvc_bringup.comparison.combinations import (
     FEATURES,
     PLAIN,
+    combinations,
     fitting,
     names,
     settings_of,

@@ -17,7 +17,7 @@ from support import plain as scenarios
 from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_bringup.session import plan
-from pmwvc_bringup.session.disturber import Disturber
+from pmwvc_bringup.session.events import Disturber
 from pmwvc_bringup.session.processes import Children
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.in_flight import Cause, FateKind

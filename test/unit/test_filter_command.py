@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pmwvc_bringup.cli import main
-from pmwvc_bringup.commands.answers import filter as filter_command
+from pmwvc_bringup.commands.answers import filter_
 
 ROOT = Path(__file__).resolve().parents[2]
 PRINTED = [
@@ -28,7 +28,7 @@ def asked(capfd, *words):
 
 
 def test_json_is_one_document_with_the_documented_keys():
-    text = filter_command.EXAMPLES
+    text = filter_.examples
     keys = re.findall(r"\b([a-z]+(?:_[a-z]+)*)\b", text[text.index("Keys of") :])
     done = subprocess.run(
         [ROOT / "pmwvc", "filter", "wall_filtered", "--json"], capture_output=True, check=True

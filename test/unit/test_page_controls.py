@@ -17,9 +17,9 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_view import controls
-from pmwvc_view.feed.notices import Notices
-from pmwvc_view.running import RATE, towards
-from pmwvc_view.simulated.session import SimulatedSession
+from pmwvc_view.feed.verdict import Notices
+from pmwvc_view.session import RATE, towards
+from pmwvc_view.simulated import SimulatedSession
 
 LIVE = load("live")
 PERIOD_S = 0.016

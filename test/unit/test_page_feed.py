@@ -17,7 +17,7 @@ from pmwvc_view.feed.traces import F_APPLIED, SIGNALS, Block, Step
 from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.recorded.rows import packets_of, rows_of
-from pmwvc_view.simulated.stepping import Simulation
+from pmwvc_view.simulated import Simulation
 
 USERS = ("user1", "user2")
 MS = 1_000_000

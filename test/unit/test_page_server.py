@@ -22,7 +22,7 @@ from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ, SILENCE_S
 from pmwvc_view.protocol.requests import ProtocolError, Request, read
 from pmwvc_view.session import Answer
-from pmwvc_view.simulated.session import SimulatedSession
+from pmwvc_view.simulated import SimulatedSession
 from pmwvc_view.web.access import Access, why_refused
 from pmwvc_view.web.client import Allowance
 from pmwvc_view.web.handling import MOST_AT_ONCE, SETTLED

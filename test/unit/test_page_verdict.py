@@ -10,11 +10,11 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_view.controls import changed
 from pmwvc_view.description import lags
 from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.shaking import Waits
 from pmwvc_view.feed.verdict import verdict
-from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.running import ramped
-from pmwvc_view.simulated.stepping import Simulation
+from pmwvc_view.session import ramped
+from pmwvc_view.simulated import Simulation
 
 MS = 1_000_000
 PERIOD_S = 0.016
@@ -87,7 +87,7 @@ def test_person_who_taps_three_times_a_second_or_lets_go_does_not_shake_the_devi
         return -0.045 + (0.03 if time_s * 3.0 % 1.0 < 0.5 else 0.01)
 
     feed, found = told("wall", 7, ("operator.kind=remote",), targets)
-    assert len(feed.user("user1").shaking._contacts) > 4
+    assert len(feed.user("user1").shaking.contacts) > 4
     assert all("shakes" not in each["verdict"] and not each["notices"] for each in found)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pmwvc_bringup.session.processes import Children, Ending
+from pmwvc_bringup.session.processes import Children
 
 # A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM.
 OBEYS = "import signal; print('ready', flush=True); signal.pause()"
@@ -51,7 +51,8 @@ def is_alive(pid: int) -> bool:
 
 def test_a_child_that_obeys_ends_by_the_first_signal(children, tmp_path):
     started(children, "one", OBEYS, tmp_path)
-    assert children.stop(["one"]) == [Ending("one", -signal.SIGINT)]
+    (ended,) = children.stop(["one"])
+    assert (ended.name, ended.code) == ("one", -signal.SIGINT)
     assert children.running() == []
 
 
@@ -62,7 +63,8 @@ def test_a_child_obeys_where_the_runner_was_started_in_the_background(children, 
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         started(children, "one", OBEYS, tmp_path)
-        assert children.stop(["one"]) == [Ending("one", -signal.SIGINT)]
+        (ended,) = children.stop(["one"])
+        assert (ended.name, ended.code) == ("one", -signal.SIGINT)
     finally:
         signal.signal(signal.SIGINT, before)
 
@@ -84,7 +86,8 @@ def test_hurry_cuts_the_patience_short(children, tmp_path):
 def test_a_stopped_child_is_woken_to_obey(children, tmp_path):
     child = started(children, "asleep", OBEYS, tmp_path)
     child.process.send_signal(signal.SIGSTOP)
-    assert children.stop(["asleep"]) == [Ending("asleep", -signal.SIGINT)]
+    (ended,) = children.stop(["asleep"])
+    assert (ended.name, ended.code) == ("asleep", -signal.SIGINT)
 
 
 def test_an_ending_is_reported_once_with_its_signal(children, tmp_path):

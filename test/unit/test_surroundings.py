@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pmwvc_bringup.commands.session import node
+from pmwvc_bringup.commands.node import node
 from pmwvc_bringup.session.surroundings import (
     new_folder,
     node_environment,

@@ -11,7 +11,7 @@ import numpy as np
 from course.step import MM, Numbers, Run
 from pmwvc_view import SNAPSHOT_S, controls
 from pmwvc_view.controls import Setting
-from pmwvc_view.simulated.session import SimulatedSession
+from pmwvc_view.simulated import SimulatedSession
 
 POLL_S = 0.2
 

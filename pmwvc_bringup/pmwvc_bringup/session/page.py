@@ -25,18 +25,20 @@ DOMAIN = "ROS_DOMAIN_ID"
 PAGE = "page "  # begin of the line with the address
 
 
-def serve(session: Session, console: Console, *, host: str, port: int, browser: bool) -> None:
+def serve(session: Session, console: Console, *, page: Page, browser: bool) -> None:
     """Serve a session until interrupted; PmwvcError where the address cannot be listened on."""
-    require_address(host, port)
-    server = PageServer(session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S)
+    require_address(page)
+    server = PageServer(
+        session, host=page.host, port=page.port, token=new_token(), snapshot_s=SNAPSHOT_S
+    )
     with Interrupts().caught() as interrupts:
         server.run(interrupts, lambda: show(server.address, console, browser=browser))
 
 
-def require_address(host: str, port: int) -> None:
+def require_address(page: Page) -> None:
     """Raise a PmwvcError where no page can be served at an address."""
-    if why := why_refused(host, port):
-        raise PmwvcError(f"--host {host} --port {port}: {why}")
+    if why := why_refused(page.host, page.port):
+        raise PmwvcError(f"--host {page.host} --port {page.port}: {why}")
 
 
 def address_in(output: str) -> str | None:
@@ -59,12 +61,12 @@ def has_desktop(environment: Mapping[str, str]) -> bool:
     return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
 
 
-def view(console: Console, *, page: Page, namespace: str, browser: bool) -> int:
+def join(console: Console, *, page: Page, namespace: str, browser: bool) -> int:
     """Run the view node until it ends or the user interrupts; return its exit code. PmwvcError
     where several sessions run on this machine and none is chosen, and where the address cannot be
     listened on.
     """
-    require_address(page.host, page.port)
+    require_address(page)
     environment = own_environment({RANGE: LOCALHOST, **os.environ})
     if not environment.get(DOMAIN):
         domains = running_domains()

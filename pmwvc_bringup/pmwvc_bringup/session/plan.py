@@ -7,7 +7,7 @@ Session runner and launch file start the nodes listed here. Works without ROS.
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import yaml
@@ -26,7 +26,7 @@ from pmwvc_core.runtime.parameter_values import (
     to_ros_yaml,
 )
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 
 MODULES = {
     "recorder": "pmwvc_analysis.recorder_node",
@@ -115,80 +115,53 @@ def nodes(
                 "of the running nodes ('ros2 param set'), or use pmwvc simulate"
             ],
         )
-    gate, names = {"start.paused": paused}, [user.name for user in scenario.users]
-    return [
-        NodePlan("recorder", parameters={"folder": str(folder.resolve()), "users": names}),
-        NodePlan("netem", parameters=gate | _netem(scenario)),
-        NodePlan("server", parameters=gate | _server(scenario) | _token(tokens, SERVER)),
-        *(
-            NodePlan(
-                "master", user.name, gate | _master(scenario, user) | _token(tokens, user.name)
-            )
-            for user in scenario.users
-        ),
-        *([NodePlan("view", parameters=_view(scenario, page, folder))] if page else []),
-    ]
-
-
-def _token(tokens: Path | None, owner: str) -> dict[str, object]:
-    return {TOKEN_FILE: str(tokens / owner)} if tokens else {}
-
-
-def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
-    """Return groups of ROS names to start in turn: no node sends before its receivers run."""
-    kinds = ("netem", "server", "master")
-    return [[node.ros_name for node in planned if node.kind == kind] for kind in kinds]
-
-
-def _top(scenario: Scenario) -> dict[str, object]:
-    return {name: getattr(scenario, name) for name in TOP_AT_ENDS}
-
-
-def _master(scenario: Scenario, user: User) -> dict[str, object]:
-    return {
-        **_top(scenario),
-        "seed": scenario.seed,
-        "side": user.side,
-        **given(USER_AT_MASTER, user),
-        **given(SHARED_AT_MASTER, scenario),
-    }
-
-
-def _server(scenario: Scenario) -> dict[str, object]:
+    names = [user.name for user in scenario.users]
+    own = {"start.paused": paused}
+    top = own | {name: getattr(scenario, name) for name in TOP_AT_ENDS}
     times = server_times(user.safety for user in scenario.users)
-    found = {
-        **_top(scenario),
-        "users": [user.name for user in scenario.users],
+    server: dict[str, object] = {
+        **top,
+        "users": names,
         **given(SHARED_AT_SERVER, scenario),
         **{f"safety.{name}": value for name, value in times._asdict().items()},
     }
+    netem: dict[str, object] = {**own, "seed": scenario.seed, "users": names}
+    masters = {}
     for user in scenario.users:
-        found |= {f"{user.name}.side": user.side, **given(USER_AT_SERVER, user, user.name)}
-    return found
-
-
-def _netem(scenario: Scenario) -> dict[str, object]:
-    found: dict[str, object] = {
-        "seed": scenario.seed,
-        "users": [user.name for user in scenario.users],
-    }
-    for user in scenario.users:
-        found |= given(USER_AT_NETEM, user, user.name)
-    return found
-
-
-def _view(scenario: Scenario, page: Page, folder: Path) -> dict[str, object]:
-    return {
-        "users": [user.name for user in scenario.users],
-        "host": page.host,
-        "port": page.port,
-        "token": page.token,
+        server |= {f"{user.name}.side": user.side, **given(USER_AT_SERVER, user, user.name)}
+        netem |= given(USER_AT_NETEM, user, user.name)
+        masters[user.name] = {
+            **top,
+            "seed": scenario.seed,
+            "side": user.side,
+            **given(USER_AT_MASTER, user),
+            **given(SHARED_AT_MASTER, scenario),
+        }
+    if tokens:
+        server[TOKEN_FILE] = str(tokens / SERVER)
+        for name, master in masters.items():
+            master[TOKEN_FILE] = str(tokens / name)
+    view = {
+        "users": names,
         "session.emulated": True,
         "session.name": scenario.name,
         "session.description": scenario.description,
         "session.report": str(folder.resolve() / "report.html"),
         "session.duration_s": scenario.duration_s,
     }
+    return [
+        NodePlan("recorder", parameters={"folder": str(folder.resolve()), "users": names}),
+        NodePlan("netem", parameters=netem),
+        NodePlan("server", parameters=server),
+        *(NodePlan("master", name, master) for name, master in masters.items()),
+        *([NodePlan("view", parameters={**view, **asdict(page)})] if page else []),
+    ]
+
+
+def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
+    """Return groups of ROS names to start in turn: no node sends before its receivers run."""
+    kinds = ("netem", "server", "master")
+    return [[node.ros_name for node in planned if node.kind == kind] for kind in kinds]
 
 
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
@@ -202,9 +175,7 @@ def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[
     ends = dict.fromkeys(names, (1, recorders))
     for user in scenario.users:
         for direction in ("up", "down"):
-            for topic in (
-                f"/{user.name}/wave_{direction}",
-                f"/server/{user.name}/wave_{direction}",
-            ):
+            for end in (f"/{user.name}", f"/server/{user.name}"):
+                topic = f"{end}/wave_{direction}"
                 ends |= {topic: (1, 1), record_of(topic): (1, recorders)}
     return ends

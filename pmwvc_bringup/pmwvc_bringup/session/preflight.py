@@ -77,15 +77,13 @@ def notes(scenario: Scenario) -> list[str]:
     ]
 
 
-def _require_device(name: str) -> None:
-    """Refuse a device that is not installed; the nodes, and devices with them, come with ROS."""
-    if importlib.util.find_spec("pmwvc_master") is not None:
-        from pmwvc_master.devices import PLUGINS
-
-        PLUGINS.required(name)
-
-
 def _problems(user: User, scenario: Scenario) -> Iterator[str]:
+    def device() -> None:
+        if importlib.util.find_spec("pmwvc_master") is not None:  # nodes and devices need ROS
+            from pmwvc_master.devices import PLUGINS
+
+            PLUGINS.required(user.device.plugin)
+
     def operator() -> None:
         make_hand(user.operator, scenario.task, place_of(user, scenario))
 
@@ -97,7 +95,7 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
     links = [partial(effects.check, link) for link in (user.link_up, user.link_down)]
     attempts: list[Callable[[], object]] = [operator, master, *links]
     if not user.device.is_simulated:  # that one is part of this, installed or run from source
-        attempts.insert(0, partial(_require_device, user.device.plugin))
+        attempts.insert(0, device)
     for attempt in attempts:
         try:
             attempt()

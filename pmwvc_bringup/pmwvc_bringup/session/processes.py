@@ -25,7 +25,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 @dataclass
 class Child:
-    """One running or ended process and its log."""
+    """One running or ended process and its log; as a text, how it ended."""
 
     name: str
     process: subprocess.Popen[bytes]
@@ -36,6 +36,27 @@ class Child:
     def running(self) -> bool:
         """Tell whether the process is still there."""
         return self.process.poll() is None
+
+    @property
+    def code(self) -> int:
+        """Exit code of a process that has ended; of one ended by a signal, less than 0."""
+        return self.process.returncode
+
+    @property
+    def signal(self) -> str | None:
+        """Return the name of the signal that ended it, or None."""
+        if self.code >= 0:
+            return None
+        try:
+            return signal.Signals(-self.code).name
+        except ValueError:
+            return f"signal {-self.code}"
+
+    def __str__(self) -> str:
+        """Return its end as a clause for people."""
+        return f"{self.name} " + (
+            f"was ended by {self.signal}" if self.signal else f"exited with {self.code}"
+        )
 
     def has_logged(self, word: str) -> bool:
         """Tell whether a line of its log is this word, or begins or ends with it."""
@@ -49,29 +70,6 @@ class Child:
         except OSError:
             return ""
         return "\n".join(text.rstrip().splitlines()[-lines:])
-
-
-@dataclass(frozen=True)
-class Ending:
-    """The end of a process: by ``signal`` where that is a name, else with ``code``."""
-
-    name: str
-    code: int
-
-    @property
-    def signal(self) -> str | None:
-        """Return the name of the signal that ended it, or None."""
-        if self.code >= 0:
-            return None
-        try:
-            return signal.Signals(-self.code).name
-        except ValueError:
-            return f"signal {-self.code}"
-
-    def __str__(self) -> str:
-        """Return one clause for people."""
-        how = f"was ended by {self.signal}" if self.code < 0 else f"exited with {self.code}"
-        return f"{self.name} {how}"
 
 
 class Children:
@@ -104,13 +102,11 @@ class Children:
         self.children[name] = child
         return child
 
-    def endings(self) -> list[Ending]:
+    def endings(self) -> list[Child]:
         """Return the processes that ended since the last call."""
-        found = []
-        for child in self.children.values():
-            if not child.running and not child.reported:
-                child.reported = True
-                found.append(Ending(child.name, child.process.returncode))
+        found = [one for one in self.children.values() if not (one.running or one.reported)]
+        for child in found:
+            child.reported = True
         return found
 
     def running(self) -> list[str]:
@@ -119,11 +115,11 @@ class Children:
 
     def stop(
         self, names: Iterable[str], *, hurried: Callable[[], bool] = lambda: False
-    ) -> list[Ending]:
+    ) -> list[Child]:
         """End processes together: SIGINT, then SIGTERM, then SIGKILL, each with a time to end.
 
-        ``hurried`` cuts these times short (a second Ctrl-C). Returns the ends that were not a
-        clean exit.
+        ``hurried`` cuts these times short (a second Ctrl-C). Returns those that did not exit
+        cleanly.
         """
         chosen = [self.children[name] for name in names if name in self.children]
         for child in chosen:
@@ -133,13 +129,10 @@ class Children:
                 _send(child, number)
             if _await(chosen, timeout_s, hurried if number != signal.SIGKILL else lambda: False):
                 break
-        endings = []
+        found = [one for one in chosen if one.process.poll() and not one.reported]
         for child in chosen:
-            code = child.process.poll()
-            if code and not child.reported:
-                endings.append(Ending(child.name, code))
             child.reported = True
-        return endings
+        return found
 
     def kill(self) -> None:
         """End everything that is left, at once."""

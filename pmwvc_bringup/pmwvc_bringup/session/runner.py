@@ -23,8 +23,7 @@ from rich.live import Live
 from pmwvc_bringup.progress import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
-from pmwvc_bringup.session.disturber import Disturber
-from pmwvc_bringup.session.notes import Notes
+from pmwvc_bringup.session.events import Disturber, Notes
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.status import Status
@@ -112,7 +111,15 @@ class LiveSession:
                     with doing("connecting the nodes"):
                         begun = self._begin(monitor)
                     if begun:
-                        self._watch(monitor, self._disturber(logs, environment))
+                        disturber = Disturber(
+                            disturbances_of(self.scenario.disturbances),
+                            nodes=self.nodes,
+                            children=self.children,
+                            environment=environment,
+                            logs=logs,
+                            note=self.notes.note,
+                        )
+                        self._watch(monitor, disturber)
             finally:
                 try:
                     with doing("ending the nodes"):
@@ -131,16 +138,6 @@ class LiveSession:
             why = f"{error.strerror or error}; choose another folder with --out"
             raise StartError(f"cannot write into {self.folder}: {why}") from None
 
-    def _disturber(self, logs: Path, environment: dict[str, str]) -> Disturber:
-        return Disturber(
-            disturbances_of(self.scenario.disturbances),
-            nodes=self.nodes,
-            children=self.children,
-            environment=environment,
-            logs=logs,
-            note=self.notes.note,
-        )
-
     def _begin(self, monitor: "Monitor") -> bool:
         """Wait until every topic has its ends and each end has matched the others, then start."""
         from pmwvc_bringup.session.monitor import CONNECTION_TIMEOUT_S, not_connected
@@ -152,8 +149,7 @@ class LiveSession:
             if self.interrupts.count:
                 return False
             if ended := self.children.endings():
-                child = self.children.children[ended[0].name]
-                lines = [*child.log_tail().splitlines(), f"({child.log})"]
+                lines = [*ended[0].log_tail().splitlines(), f"({ended[0].log})"]
                 raise StartError("\n  ".join([f"{ended[0]} before the session began", *lines]))
             missing = monitor.unconnected(names, self.ends)
             if not missing and recorder.has_logged(READY):
@@ -177,9 +173,9 @@ class LiveSession:
         with Live(console=self.console, auto_refresh=False, transient=True) as live:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
                 disturber.act(now - begin)
-                for ending in self.children.endings():
-                    self.notes.ended(ending, self.children.children[ending.name])
-                    ended.append(str(ending))
+                for child in self.children.endings():
+                    self.notes.ended(child)
+                    ended.append(str(child))
                 if not self.children.running():
                     return
                 if self._shows:
@@ -222,6 +218,6 @@ class LiveSession:
         first = self.interrupts.count
         for kind in ("view", "master", "server", "netem", "recorder"):
             names = [node.name for node in self.nodes if node.kind == kind]
-            endings = self.children.stop(names, hurried=lambda: self.interrupts.count > first)
-            for ending in [*endings, *self.children.endings()]:
-                self.notes.ended(ending, self.children.children[ending.name])
+            failed = self.children.stop(names, hurried=lambda: self.interrupts.count > first)
+            for child in [*failed, *self.children.endings()]:
+                self.notes.ended(child)

@@ -60,21 +60,17 @@ def _cells(user: UserStatus) -> list[str]:
     state = "no data" if user.state is None else STATES[user.state]
     if user.contact:
         state += ", contact"
+    delays = _text(user.delay_s, "{:.1f} ms", 1e3)
+    if user.up_s is not None and user.down_s is not None:  # as the ends see them
+        delays = f"{user.up_s * 1e3:.1f}/{user.down_s * 1e3:.1f} ms"
     return [
         _text(user.tick_hz, "{:.0f} Hz"),
         _text(user.packet_hz, "{:.0f}/s"),
-        _delay(user),
+        delays,
         _text(user.force_n, "{:+.2f} N"),
         _text(user.balance_j, "{:+.1f} mJ", 1e3),
         state,
     ]
-
-
-def _delay(user: UserStatus) -> str:
-    """Return the delays up and down as the ends see them, else that of the emulated link."""
-    if user.up_s is None or user.down_s is None:
-        return _text(user.delay_s, "{:.1f} ms", 1e3)
-    return f"{user.up_s * 1e3:.1f}/{user.down_s * 1e3:.1f} ms"
 
 
 def _text(value: float | None, form: str, factor: float = 1.0) -> str:

@@ -25,7 +25,11 @@ def new_folder(scenario: str, out: str | None) -> Path:
     if out is None:
         stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
         plain = re.sub(r"[^A-Za-z0-9_.-]+", "_", scenario)
-        folder = _free(Path(SESSIONS, f"{stamp}-{plain}"))
+        base = folder = Path(SESSIONS, f"{stamp}-{plain}")
+        number = 1
+        while folder.exists():  # two sessions that start within one second
+            number += 1
+            folder = base.with_name(f"{base.name}-{number}")
     else:
         folder = Path(out).expanduser()
         if folder.is_dir() and any(folder.iterdir()):
@@ -36,15 +40,6 @@ def new_folder(scenario: str, out: str | None) -> Path:
         reason = error.strerror or error
         raise PmwvcError(f"{folder} cannot be made: {reason}; choose another with --out") from None
     return folder
-
-
-def _free(folder: Path) -> Path:
-    """Return the folder, numbered where two sessions start within one second."""
-    candidate, number = folder, 1
-    while candidate.exists():
-        number += 1
-        candidate = folder.with_name(f"{folder.name}-{number}")
-    return candidate
 
 
 @contextlib.contextmanager

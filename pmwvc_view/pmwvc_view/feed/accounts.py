@@ -154,7 +154,8 @@ class Accounts:
     def _balance(self, block: MasterSums, step: ServerSums) -> None:
         life = (block.epoch, step.epoch)
         if self._begin is None:
-            self._begin = _zero(block, step)
+            zero = block._replace(up=0.0, down=0.0, device=0.0), step._replace(u_s=0.0, v_s=0.0)
+            self._begin = zero
             # Of counters that began at different times one shows more than the other can have.
             hand = block.device - step.u_s + step.v_s
             both = [block.up - step.u_s, step.v_s - block.down]
@@ -171,7 +172,3 @@ class Accounts:
         if math.isfinite(work):
             self.hand.at(block.ran_ns, work, u_s - v_s, judged=self.judged)
         self.known_ns = block.ran_ns
-
-
-def _zero(block: MasterSums, step: ServerSums) -> tuple[MasterSums, ServerSums]:
-    return (block._replace(up=0.0, down=0.0, device=0.0), step._replace(u_s=0.0, v_s=0.0))

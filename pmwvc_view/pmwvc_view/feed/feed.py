@@ -17,10 +17,9 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.shaking import Shaking
+from pmwvc_view.feed.shaking import Waits
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
-from pmwvc_view.feed.user import FeedUser, brake_of, why_apart
-from pmwvc_view.feed.waits import Waits
+from pmwvc_view.feed.user import FeedUser
 from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout, Snapshot
 
 PATIENCE_NS = 60_000_000
@@ -44,16 +43,7 @@ class Feed:
     ) -> None:
         self._layout = layout
         self._waits = Waits(scenario, users)
-        self._users = {
-            name: FeedUser(
-                layout,
-                name,
-                Shaking(scenario, name, self._waits),
-                brake_of(scenario, name),
-                why_apart(scenario),
-            )
-            for name in users
-        }
+        self._users = {name: FeedUser(layout, name, scenario, self._waits) for name in users}
         self._every = list(self._users.values())
         self._period_ns = period_ns
         self._steps: deque[Step] = deque()
@@ -95,7 +85,7 @@ class Feed:
         for one, contact in zip(self._every, step.contact, strict=False):
             if contact != one.in_contact:
                 one.in_contact = contact
-                one.shaking.contact(step.start_ns)
+                one.shaking.contacts.append(step.start_ns)
 
     def on_packets(self, link: int, columns: Array) -> None:
         """Take in packets of a link, ``(n, 4)``: number, time in and out [ns] (0: never), fate."""
@@ -154,7 +144,7 @@ class Feed:
             one.follow_lag(*map(others.get, one.lag_columns))
             if one.aims(others.get(one.target_column)):
                 for other in self._every:
-                    other.shaking.on_purpose(due_ns)
+                    other.shaking.moved_ns = due_ns
             one.write(row, due_ns, self._step, index)
         self._layout.set(row, others)
         for one in self._every:

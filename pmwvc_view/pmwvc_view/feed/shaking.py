@@ -15,22 +15,66 @@ that is made or lost begins the judgement anew, unless it comes and goes faster 
 Where more than 1 % of the span went by in waiting for late packets, a motion counts only if the
 loop is seen to keep it up (:mod:`pmwvc_analysis.verdicts.kept_up`): the network moves devices as
 well.
+
+Waiting is judged as in the report (:mod:`pmwvc_analysis.traces.arrivals`), from when packets left
+their links: more than half a frame late counts.
 """
 
+import itertools
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.traces import bands
-from pmwvc_analysis.traces.arrivals import UNEVEN
+from pmwvc_analysis.traces.arrivals import LATE, UNEVEN
+from pmwvc_analysis.traces.intervals import without
 from pmwvc_analysis.verdicts import oscillation
 from pmwvc_analysis.verdicts.kept_up import kept_up, power_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.traces import NS
-from pmwvc_view.feed.waits import Waits
+
+KEPT = 500  # waits of a link
+
+
+class Waits:
+    """The waits of all links, up and down for each user; none where frames are not known."""
+
+    def __init__(self, scenario: Scenario | None, users: Sequence[str]) -> None:
+        known = {user.name: user for user in scenario.users} if scenario else {}
+        self._due_ns: list[float] = []
+        for name in users:
+            up_s = known[name].master.frame_s if name in known else np.inf
+            down_s = scenario.server.period_s if scenario else np.inf
+            self._due_ns += [up_s * NS, down_s * NS]
+        self._newest_ns = [-1] * len(self._due_ns)
+        self._waits = [deque[tuple[float, float]](maxlen=KEPT) for _ in self._due_ns]
+
+    def packets(self, link: int, out_ns: Array) -> None:
+        """Take in when packets left a link [ns] (0: never)."""
+        times = np.sort(out_ns[out_ns > 0]).astype(np.int64).tolist()
+        before = self._newest_ns[link]
+        for time_ns in times:
+            if before >= 0 and time_ns - before > (1.0 + LATE) * self._due_ns[link]:
+                self._waits[link].append((before / NS, time_ns / NS))
+            before = max(before, time_ns)
+        self._newest_ns[link] = before
+
+    def ratio(self, begin_s: float, end_s: float) -> float:
+        """Return the largest ratio, over the links, of a time that went by in waiting."""
+        waited = [
+            sum(max(min(end, end_s) - max(begin, begin_s), 0.0) for begin, end in waits)
+            for waits in self._waits
+        ]
+        return max(waited, default=0.0) / (end_s - begin_s)
+
+    def timely(self, begin_s: float, end_s: float) -> list[tuple[float, float]]:
+        """Return the stretches of a time, from and until [s], in which nothing waited."""
+        return without(itertools.chain.from_iterable(self._waits), begin_s, end_s)
+
 
 SPAN_S = 3.0
 JUDGED_NS = NS // 2  # between two judgements
@@ -52,33 +96,6 @@ class Shake(NamedTuple):
         return f"+-{self.force_n:.2g} N at {self.frequency_hz:.0f} Hz"
 
 
-class _Span:
-    """The newest ``SPAN_S`` of a device's ticks: times [s], velocities [m/s], forces applied [N].
-
-    Ticks are put together only where they are judged.
-    """
-
-    def __init__(self) -> None:
-        self._kept: list[tuple[Array, Array, Array]] = []
-        self._new: list[tuple[int, int, Array, Array]] = []
-
-    def add(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
-        """Append consecutive ticks, ``(ticks, dof)``."""
-        self._new.append((start_ns, period_ns, velocity, force))
-
-    def newest(self, begin_s: float) -> tuple[Array, Array, Array]:
-        """Return times, velocities and forces after a time; older ones are forgotten."""
-        parts = self._kept + [
-            ((start_ns + period_ns * np.arange(len(velocity))) / NS, velocity, force)
-            for start_ns, period_ns, velocity, force in self._new
-        ]
-        times, velocity, force = (np.concatenate(each) for each in zip(*parts, strict=True))
-        first = int(np.searchsorted(times, begin_s, side="right"))
-        found = times[first:], velocity[first:], force[first:]
-        self._kept, self._new = [found], []
-        return found
-
-
 class Shaking:
     """Whether a user's device shakes, judged twice a second.
 
@@ -87,6 +104,9 @@ class Shaking:
 
     Attributes
     ----------
+    contacts, moved_ns
+        When contact was made or lost, and when somebody took, moved or let go of a hand last
+        [ns]; whoever learns of it notes it here.
     shake
         Amount and frequency as of now; None where it does not shake.
     limit_n
@@ -101,7 +121,7 @@ class Shaking:
         user = users.get(name)
         self._band_hz, self._images = bands.DEFAULT_BAND_HZ, 0.0
         self._still = self._band_hz, self._images
-        self._moved_ns = 0  # when somebody moved on purpose last
+        self.moved_ns = 0
         if scenario is not None:
             closing = scenario.task.closes and any(
                 each.operator.is_hand for each in users.values()
@@ -110,33 +130,31 @@ class Shaking:
             self._still = still_bands(scenario, (self._band_hz, self._images))
         self._noise_m_s = bands.encoder_noise_m_s(user)
         self._most_n = user.safety.max_force if user is not None else np.inf
-        self._span = _Span()
-        self._contacts: deque[int] = deque()  # when contact was made or lost [ns]
+        # The newest SPAN_S: times [s], velocities [m/s] and forces applied [N] of ticks, put
+        # together only where they are judged.
+        self._ticks: list[tuple[Array, Array, Array]] = []
+        self.contacts: deque[int] = deque()
         self._due_ns = 0
         self._seen: tuple[Shake, int] | None = None  # strongest of the present one, and the latest
         self.shake: Shake | None = None
         self.limit_n: float | None = None
         self.shook: tuple[Shake, int] | None = None
 
-    def contact(self, at_ns: int) -> None:
-        """Note that contact was made or lost."""
-        self._contacts.append(at_ns)
-
-    def on_purpose(self, at_ns: int) -> None:
-        """Note that somebody took, moved or let go of a hand."""
-        self._moved_ns = at_ns
-
     def block(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
         """Take in consecutive ticks; judge where that is due."""
-        self._span.add(start_ns, period_ns, velocity, force)
+        times = (start_ns + period_ns * np.arange(len(velocity))) / NS
+        self._ticks.append((times, velocity, force))
         end_ns = start_ns + period_ns * (len(velocity) - 1)
         if end_ns < self._due_ns:
             return
         self._due_ns = end_ns + JUDGED_NS
         begin_s = end_ns / NS - SPAN_S
-        while self._contacts and self._contacts[0] <= begin_s * NS:
-            self._contacts.popleft()
-        self._judge(*self._span.newest(begin_s), end_ns, period_ns / NS)
+        while self.contacts and self.contacts[0] <= begin_s * NS:
+            self.contacts.popleft()
+        times, velocity, force = map(np.concatenate, zip(*self._ticks, strict=True))
+        first = int(np.searchsorted(times, begin_s, side="right"))
+        self._ticks = [(times[first:], velocity[first:], force[first:])]
+        self._judge(*self._ticks[0], end_ns, period_ns / NS)
 
     def _judge(
         self, times: Array, velocity: Array, force: Array, end_ns: int, period_s: float
@@ -147,9 +165,12 @@ class Shaking:
         self.limit_n = self._most_n if at_limit else None
         # The span is the second half of a time line that begins at zero, as the report judges it.
         zero_s = end_ns / NS - 2.0 * SPAN_S
-        moved_s = self._moved_ns / NS - zero_s
+        moved_s = self.moved_ns / NS - zero_s
         still = 2.0 * SPAN_S - moved_s >= STILL_S
         band_hz, images = self._still if still else (self._band_hz, self._images)
+        disturbed_s = 0.0  # when contact was made or lost last
+        if 0 < len(self.contacts) <= max(oscillation.CHATTER, band_hz * SPAN_S):
+            disturbed_s = self.contacts[-1] / NS - zero_s  # no more often than a motion within it
         motion = oscillation.Motion(
             "device",
             times - zero_s,
@@ -158,7 +179,7 @@ class Shaking:
             band_hz,
             self._noise_m_s,
             images,
-            max(self._disturbed_s(zero_s, band_hz), moved_s if still else 0.0),
+            max(disturbed_s, moved_s if still else 0.0),
         )
         found = oscillation.strength(motion, 2.0 * SPAN_S)
         shakes = oscillation.lasts(found, motion) and found.settled
@@ -176,14 +197,6 @@ class Shaking:
         else:
             self.shook, self._seen = self._seen or self.shook, None
             self.shake = None
-
-    def _disturbed_s(self, zero_s: float, band_hz: float) -> float:
-        """Return when contact was made or lost last; 0 where it comes and goes too often for a
-        motion within the band.
-        """
-        if not 0 < len(self._contacts) <= max(oscillation.CHATTER, band_hz * SPAN_S):
-            return 0.0
-        return self._contacts[-1] / NS - zero_s
 
     def _amount(self, velocity: Array, force: Array, period_s: float, band_hz: float) -> Shake:
         rows = len(velocity)

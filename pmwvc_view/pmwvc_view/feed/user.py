@@ -16,7 +16,7 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.accounts import Accounts
-from pmwvc_view.feed.shaking import Shaking
+from pmwvc_view.feed.shaking import Shaking, Waits
 from pmwvc_view.feed.traces import (
     AVATAR,
     F_APPLIED,
@@ -42,12 +42,7 @@ UNKNOWN = (math.nan,) * 3
 
 
 class FeedUser:
-    """See above.
-
-    Parameters
-    ----------
-    brake
-        Of its hand where it is open [N s/m]; None where its targets do not come from outside.
+    """See above; the scenario tells what motion is on purpose; ``waits`` are those of all links.
 
     Attributes
     ----------
@@ -64,12 +59,10 @@ class FeedUser:
         Mean delay of the newest packets, up and down [s].
     """
 
-    def __init__(
-        self, layout: Layout, name: str, shaking: Shaking, brake: float | None, why_apart: str = ""
-    ) -> None:
+    def __init__(self, layout: Layout, name: str, scenario: Scenario | None, waits: Waits) -> None:
         self.blocks: deque[Block] = deque()
         self._shown = 0  # ticks of the first of them
-        self.shaking = shaking
+        self.shaking = Shaking(scenario, name, waits)
         self.in_contact = False
         self.loaded_change = False
         self.accounts = Accounts()
@@ -82,8 +75,14 @@ class FeedUser:
         self.target_column = f"{name}.target"
         self.delays_s = [math.nan, math.nan]
         self._give = math.nan  # tau/(2b) by the model [m/N]
-        self._brake = brake
-        self._why_apart = why_apart
+        self._brake: float | None = None  # of its open hand, where targets come from outside
+        self._why_apart = "it stays while nothing brings the avatar to the device"
+        if scenario is not None:
+            (operator,) = (user.operator for user in scenario.users if user.name == name)
+            self._brake = operator.remote.brake if operator.from_outside else None
+            self._why_apart = why_kept(
+                waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box
+            )
         self._there = self.apart = False
         self._distance_m = math.nan
         self._anchor: list[float] | None = None  # where the target was when it moved last
@@ -128,9 +127,18 @@ class FeedUser:
             self._signals = np.full_like(self._signals, math.nan)
         row[self._signals_at] = self._signals.ravel()
         state = math.nan if self.state is None else self.state
-        row[self._numbers_at] = state, self._missed, *self.delays_s, *self._energies()
+        energies: list[float] = []
+        for each in (self.accounts.up, self.accounts.down, self.accounts.hand):
+            known = each.known and self.accounts.known_ns is not None
+            energies += [each.in_j, each.out_j, each.least_j] if known else UNKNOWN
+        row[self._numbers_at] = state, self._missed, *self.delays_s, *energies
         if step is not None and index < len(step.state):
-            self._follow_avatar(step, index)
+            there = step.state[index] > 0
+            self.apart = there and (not self._there or self.apart)  # it has just joined, or is yet
+            if self.apart:
+                self._distance_m = math.dist(step.avatars[X_S, index], self._signals[X_M])
+                self.apart = self._distance_m > APART_M
+            self._there = there
             row[self._avatar_at] = step.avatars[:, index].ravel()
             row[self._server_at] = step.state[index], step.contact[index]
 
@@ -143,16 +151,6 @@ class FeedUser:
     def kept_apart(self) -> str:
         """How far the avatar is from the device since the user joined, and why; else nothing."""
         return kept_words(self._distance_m, self._why_apart) if self.apart else ""
-
-    def _follow_avatar(self, step: Step, index: int) -> None:
-        """Note how far the avatar is from the device, and whether it has been since joining."""
-        there = step.state[index] > 0
-        joined = there and not self._there
-        self.apart = there and (joined or self.apart)
-        if self.apart:
-            self._distance_m = math.dist(step.avatars[X_S, index], self._signals[X_M])
-            self.apart = self._distance_m > APART_M
-        self._there = there
 
     def aims(self, target: Any) -> bool:
         """Tell whether the hand moves on purpose, given the target of a row [m]; None: no page
@@ -180,27 +178,3 @@ class FeedUser:
         elif abs(give - self._give) > 1e-9 and np.linalg.norm(self._signals[F_APPLIED]) > LOADED_N:
             self.loaded_change = True
         self._give = give
-
-    def _energies(self) -> list[float]:
-        """Return the accounts in the order of their columns, as far as they are known."""
-        accounts = self.accounts
-        found: list[float] = []
-        for each in (accounts.up, accounts.down, accounts.hand):
-            known = each.known and accounts.known_ns is not None
-            found += [each.in_j, each.out_j, each.least_j] if known else UNKNOWN
-        return found
-
-
-def brake_of(scenario: Scenario | None, name: str) -> float | None:
-    """Return what brakes a user's open hand; None where its targets do not come from outside."""
-    for user in scenario.users if scenario else ():
-        if user.name == name and user.operator.from_outside:
-            return user.operator.remote.brake
-    return None
-
-
-def why_apart(scenario: Scenario | None) -> str:
-    """Return why a distance between avatar and device stays after joining."""
-    if scenario is None:
-        return "it stays while nothing brings the avatar to the device"
-    return why_kept(waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box)

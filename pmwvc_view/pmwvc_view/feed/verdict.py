@@ -5,16 +5,68 @@
 It is as of now: what was recorded is judged by the report. Conditions stand in the sentence: since
 when, which accounts, what was not judged. "Good" says that all are coupled, that every account was
 judged and passive, and that no device shakes as far as :mod:`pmwvc_view.feed.shaking` can tell.
+
+Notices beside it tell what happened to a running session that explains what is seen.
 """
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.quantities import quantity
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
 from pmwvc_view.feed.user import FeedUser
+from pmwvc_view.protocol.snapshot import Layout, Snapshot
+
+STALL_S = 0.025  # of a loop: it then skips ticks, and a watchdog of 30 ms may let go
+MOST = 4
+
+
+class Notices:
+    """The newest notices of a session."""
+
+    def __init__(self) -> None:
+        self._texts: deque[str] = deque(maxlen=MOST)
+        self._time_s = 0.0
+
+    def texts(self) -> list[str]:
+        """Return the notices, oldest first."""
+        return list(self._texts)
+
+    def watch(self, snapshots: Sequence[Snapshot], layout: Layout, users: Sequence[str]) -> None:
+        """Note the stalls of force loops in new snapshots."""
+        for snapshot in snapshots:
+            row = snapshot.row
+            self._time_s = float(row[layout.slices["time_s"].start])
+            for user in users:
+                late_s = float(row[layout.slices[f"{user}.lateness"].start])
+                if late_s > STALL_S:  # not where it is not known
+                    self._note(
+                        f"the machine stalled: the force loop of {user} woke "
+                        f"{1e3 * late_s:.0f} ms late; beyond 30 ms its force and avatar begin anew"
+                    )
+
+    def changed(self, old: Scenario, new: Scenario) -> None:
+        """Note a delay that grows under waves; samples of waves are held meanwhile."""
+        pairs = [
+            (getattr(before, way).delay_s, getattr(after, way).delay_s)
+            for before, after in zip(old.users, new.users, strict=True)
+            for way in ("link_up", "link_down")
+        ]
+        if has_waves(new.controller) and any(after > before for before, after in pairs):
+            longest_s = max(after for _, after in pairs)
+            text = f"the delay grew, to {1e3 * longest_s:.0f} ms"
+            if new.channel == "plain":
+                text += "; meanwhile waves are held, which can generate energy"
+            self._note(text)
+
+    def _note(self, text: str) -> None:
+        self._texts.append(f"At {self._time_s:.1f} s {text}.")
+
 
 WORDS = ("starting", "coupled", "damping", "fault")
 GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
@@ -41,12 +93,16 @@ def verdict(
         What people should know beside the verdict.
     """
     level, sentence = _judged(feed, users, storage_j, exact_hands)
-    states = {}
+    states, earlier = {}, []
     for user in users:
         known = feed.user(user)
         word = "no data" if known.state is None else WORDS[known.state]
-        states[user] = {"state": word, "reason": known.reason, "note": _note(known)}
-    earlier = _shook(feed, users)
+        note = "; ".join(filter(None, (known.kept_apart, _left_out(known))))
+        states[user] = {"state": word, "reason": known.reason, "note": note}
+        if known.shaking.shook is not None:
+            shake, until_ns = known.shaking.shook
+            until_s = (until_ns - (feed.zero_ns or 0)) / NS
+            earlier.append(f"{user} shook until {until_s:.0f} s: up to {shake}.")
     return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
 
@@ -54,8 +110,9 @@ def _judged(
     feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
 ) -> tuple[str, str]:
     known = {user: feed.user(user) for user in users}
-    states = {user: (each.state, each.reason) for user, each in known.items()}
-    faults = [f"{u}: {why}" for u, (state, why) in states.items() if state == SafetyState.FAULT]
+    faults = [
+        f"{u}: {each.reason}" for u, each in known.items() if each.state == SafetyState.FAULT
+    ]
     if faults:
         return BAD, f"Force switched off: {'; '.join(faults)}."
     active = _active(feed, users, storage_j, exact)
@@ -69,9 +126,9 @@ def _judged(
     if shaking:
         return BAD, f"Not stable: {'; '.join(shaking)}."
     waiting = [
-        f"{user} {_silent(known[user]) if state is None else _state(state, why)}"
-        for user, (state, why) in states.items()
-        if state != SafetyState.COUPLED
+        f"{user} {_waits(each)}"
+        for user, each in known.items()
+        if each.state != SafetyState.COUPLED
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
@@ -102,24 +159,10 @@ def _judged(
     return GOOD, f"{sentence}."
 
 
-def _shook(feed: Feed, users: Sequence[str]) -> list[str]:
-    """Return who shook before and no longer does, in words."""
-    found = []
-    for user in users:
-        shook = feed.user(user).shaking.shook
-        if shook is not None:
-            shake, until_ns = shook
-            until_s = (until_ns - (feed.zero_ns or 0)) / NS
-            found.append(f"{user} shook until {until_s:.0f} s: up to {shake}.")
-    return found
-
-
-def _silent(user: FeedUser) -> str:
-    return "sends nothing any more" if user.gone else "has sent nothing yet"
-
-
-def _state(state: int, why: str) -> str:
-    return f"is {WORDS[state]}" + (f" ({why})" if why else "")
+def _waits(user: FeedUser) -> str:
+    if user.state is None:
+        return "sends nothing any more" if user.gone else "has sent nothing yet"
+    return f"is {WORDS[user.state]}" + (f" ({user.reason})" if user.reason else "")
 
 
 def _active(
@@ -142,11 +185,7 @@ def _active(
     return found
 
 
-def _note(user: FeedUser) -> str:
-    return "; ".join(text for text in (user.kept_apart, _account(user)) if text)
-
-
-def _account(user: FeedUser) -> str:
+def _left_out(user: FeedUser) -> str:
     """Return what the energy account, or the distance, of a user does not cover."""
     if user.accounts.known_ns is None:
         return "no energy account yet"

@@ -31,53 +31,47 @@ def target_bytes(position: Sequence[float], stamp_ns: int) -> bytes:
 
 
 class PublishedHand:
-    """The hand of one user, below the namespace ``topics``."""
+    """The hand of one user, below the namespace ``topics``; ``position`` is its target while it is
+    closed [m].
+    """
 
     def __init__(self, node: Node, topics: str) -> None:
         self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
         self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
-        self._position: Sequence[float] | None = None
+        self.position: Sequence[float] | None = None
         self._sent: Sequence[float] | None = None
         self._sent_s = self._held_s = 0.0
         self._later: asyncio.TimerHandle | None = None
 
-    @property
-    def position(self) -> Sequence[float] | None:
-        """The target while the hand is closed [m]."""
-        return self._position
-
     def give(self, position: Sequence[float] | None) -> None:
         """Publish a target, at once or as soon as the pace allows; None opens the hand."""
         if position is None:
-            self._open()
+            if self._later is not None:
+                self._later.cancel()
+                self._later = None
+            if self.position is not None:
+                self.position = None
+                self._flags.publish(Bool(data=False))
             return
         loop = asyncio.get_running_loop()
         now_s = loop.time()
-        if self._position is None:
+        if self.position is None:
             self._flags.publish(Bool(data=True))
             self._sent, self._held_s = None, now_s
-        self._position = position
+        self.position = position
         wait_s = self._sent_s - now_s + (AGAIN_S if position == self._sent else LEAST_S)
         if wait_s <= 0.0:
             self._publish()
         elif self._later is None and position != self._sent:
             self._later = loop.call_later(wait_s, self._publish)
 
-    def _open(self) -> None:
-        if self._later is not None:
-            self._later.cancel()
-            self._later = None
-        if self._position is not None:
-            self._position = None
-            self._flags.publish(Bool(data=False))
-
     def _publish(self) -> None:
         """Publish the newest target."""
         self._later = None
-        if self._position is None:
+        if self.position is None:
             return
-        self._sent, self._sent_s = self._position, asyncio.get_running_loop().time()
+        self._sent, self._sent_s = self.position, asyncio.get_running_loop().time()
         if self._sent_s - self._held_s > HELD_S:  # a master that was started meanwhile, missed it
             self._held_s = self._sent_s
             self._flags.publish(Bool(data=True))
-        self._targets.publish(target_bytes(self._position, time.time_ns()))
+        self._targets.publish(target_bytes(self.position, time.time_ns()))

@@ -95,7 +95,12 @@ class Inlets:
                 feed.on_packets(number, packets)
                 self._time_round_trip(number, packets)
         self._take_health()
-        self._take_events()
+        while (event := self._events.take()) is not None:
+            known = self._graph.values.get(event.node)
+            if known is not None:
+                for each in event.changed_parameters:
+                    known[each.name] = parameter_value_to_python(each.value)
+                self.changed = True
 
     def _time_round_trip(self, number: int, packets: Array) -> None:
         """Note the delay of a link's newest packets, and with it the round trip."""
@@ -120,14 +125,6 @@ class Inlets:
                     except (KeyError, ValueError):
                         trip_s = None  # it knows none
                     self.round_trips[f"{user}.round_trip"] = trip_s
-
-    def _take_events(self) -> None:
-        while (message := self._events.take()) is not None:
-            known = self._graph.values.get(message.node)
-            if known is not None:
-                for each in message.changed_parameters:
-                    known[each.name] = parameter_value_to_python(each.value)
-                self.changed = True
 
 
 def packets_of(message: Any) -> Array:

@@ -16,13 +16,11 @@ from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
-from pmwvc_view.live.graph import Graph
+from pmwvc_view.live.graph import Graph, Parameters
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
-from pmwvc_view.live.parameters import Parameters
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.running import RunningSession, State, ramped
-from pmwvc_view.session import Answer
+from pmwvc_view.session import Answer, RunningSession, State, ramped
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
@@ -72,7 +70,11 @@ class LiveSession(RunningSession):
         inlets.empty(self._feed)
         if inlets.changed:
             inlets.changed = False
-            self._follow()
+            try:
+                self._scenario = self._graph.scenario(self._about)
+                self._lags = description.lags(self._scenario, live=True)
+            except PmwvcError as error:  # parameters that make no scenario leave it as it was
+                self._node.get_logger().warning(str(error))
         targets: dict[str, Any] = {}
         for user, hand in self._hands.items():
             target = hand.position
@@ -85,14 +87,6 @@ class LiveSession(RunningSession):
         self._notices.watch(snapshots, self.layout, self._graph.users)
         return snapshots
 
-    def _follow(self) -> None:
-        """Take changed parameters over; what makes no scenario leaves it as it was."""
-        try:
-            self._scenario = self._graph.scenario(self._about)
-            self._lags = description.lags(self._scenario, live=True)
-        except PmwvcError as error:
-            self._node.get_logger().warning(str(error))
-
     def _state(self) -> State:
         values = self._graph.values
         paused = bool(values[self._graph.server].get("paused", False))
@@ -102,12 +96,10 @@ class LiveSession(RunningSession):
             notices.append("Paused: the server stands still; users join it anew when it goes on.")
         return State(paused, None if preset in (None, "none") else str(preset), notices)
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> Answer:
+    def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
-        hand = self._hands.get(user)
-        if hand is not None:
+        if hand := self._hands.get(user):
             hand.give(description.within_workspace(position, self._scenario, user))
-        return Answer(hand is not None)
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         """Change a parameter of the nodes."""
@@ -124,9 +116,8 @@ class LiveSession(RunningSession):
         present = self._scenario
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
-            why = await self._parameters.set(
-                self._graph.netem, _different(_links_of(present), _links_of(step))
-            )
+            changes = _different(_links_of(present), _links_of(step))
+            why = await self._parameters.set(self._graph.netem, changes)
             if why:
                 return why
             present = step

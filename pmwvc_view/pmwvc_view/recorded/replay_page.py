@@ -16,7 +16,7 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_view import SNAPSHOT_S, description
+from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.recorded.session import RecordedSession
 from pmwvc_view.web.access import PAGE
 
@@ -25,12 +25,6 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' data:; "
     "style-src 'unsafe-inline'; img-src data:"
 )
-
-
-class FileSession(RecordedSession):
-    """A recorded session that its own page plays."""
-
-    can = frozenset({"pause", "seek", "speed"})
 
 
 def replay_page(
@@ -42,14 +36,15 @@ def replay_page(
     """
     period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
     try:
-        session = FileSession(traces, scenario, summary, snapshot_s=period_s)
+        session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)
     except RecordingError:
         return None
+    session.can = frozenset({"pause", "seek", "speed"})  # what the page does itself
     rows, packets, texts = session.whole()
     arrived = np.isfinite(packets[:, 3])  # all that were lost are kept
     kept = ~arrived | (np.cumsum(arrived) % (len(packets) // PACKETS + 1) == 0)
     content = {
-        "declared": description.message(session, holders={}, snapshot_s=period_s),
+        "declared": session.message(holders={}, snapshot_s=period_s),
         "texts": texts,
         "rows": _packed(rows),
         "packets": _packed(packets[kept]),
@@ -65,7 +60,10 @@ def _page(content: str) -> str:
     """Return the page with style, scripts and session in it."""
     text = (PAGE / "index.html").read_text("utf-8")
     icon = _address((PAGE / "icon.svg").read_bytes(), "image/svg+xml")
-    modules = {f"page/{file.name}": _module(file.read_text("utf-8")) for file in PAGE.glob("*.js")}
+    modules = {}
+    for file in PAGE.glob("*.js"):
+        module = re.sub(r'from "\./', 'from "page/', file.read_text("utf-8"))
+        modules[f"page/{file.name}"] = _address(module.encode(), "text/javascript")
     style = (PAGE / "page.css").read_text("utf-8")
     text = re.sub(r'  <link rel="(modulepreload|stylesheet)".*\n', "", text)
     text = text.replace('href="icon.svg"', f'href="{icon}"')
@@ -76,10 +74,6 @@ def _page(content: str) -> str:
   <script type="module">import "page/main.js";</script>
 """
     return text.replace('  <script type="module" src="main.js"></script>\n', head)
-
-
-def _module(text: str) -> str:
-    return _address(re.sub(r'from "\./', 'from "page/', text).encode(), "text/javascript")
 
 
 def _address(content: bytes, kind: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.budget.energy import Balance, user_energies
+from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -37,7 +37,11 @@ def rows_of(
         ways = (("up", energy.up), ("down", energy.down), ("hand", energy.joint))
         for name, balance in ways:
             if balance is not None and f"{energy.name}.x_m" in layout.slices:
-                _balance(rows, layout, times, balance, f"{energy.name}.energy_{name}")
+                at, column = _newest(balance.time_s, times), f"{energy.name}.energy_{name}"
+                least = np.minimum(np.minimum.accumulate(balance.balance_j), 0.0)
+                _put(rows, layout, f"{column}_in", at, balance.energy_in_j)
+                _put(rows, layout, f"{column}_out", at, balance.energy_out_j)
+                _put(rows, layout, f"{column}_min", at, least)
     for name, targets in traces.targets.items():
         if f"{name}.target" in layout.slices:
             at = _newest(targets.time_s, times)
@@ -114,14 +118,6 @@ def _master(rows: Array, layout: Layout, times: Array, user: UserTraces) -> None
     ):
         extremes = least.reduceat(signal[: at[some[-1]] + 1], begins, axis=0)
         rows[some, layout.slices[f"{user.name}.{name}"]] = extremes
-
-
-def _balance(rows: Array, layout: Layout, times: Array, balance: Balance, name: str) -> None:
-    at = _newest(balance.time_s, times)
-    _put(rows, layout, f"{name}_in", at, balance.energy_in_j)
-    _put(rows, layout, f"{name}_out", at, balance.energy_out_j)
-    least = np.minimum(np.minimum.accumulate(balance.balance_j), 0.0)
-    _put(rows, layout, f"{name}_min", at, least)
 
 
 def _delays(

@@ -55,7 +55,12 @@ class RecordedSession(Session):
         self._write_lags(live=live)
         self._clock, self._period_s = clock, snapshot_s
         super().__init__(Predictor(live=live))
-        self._start_s = self._first_s()
+        there = [  # every user's handle has a place
+            np.isfinite(self._rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
+            for user in traces.users
+            if user.name in self._names
+        ]
+        self._start_s = float(self._rows[int(np.logical_and.reduce(there).argmax()), 1])
         self._time_s, self._at_s = self._start_s, clock()
         self._ratio, self._paused = 1.0, True
         self._shown = -1  # row shown last
@@ -78,15 +83,6 @@ class RecordedSession(Session):
                 at = np.searchsorted(away.time_s, self._rows[:, 1] + 1e-9) - 1
                 kept = np.linalg.norm(away.kept[at], axis=-1) > LEAST_M
                 self._rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
-
-    def _first_s(self) -> float:
-        """Return the time of the first row in which every user's handle has a place [s]."""
-        there = [
-            np.isfinite(self._rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
-            for user in self._traces.users
-            if f"{user.name}.x_m" in self.layout.slices
-        ]
-        return float(self._rows[int(np.logical_and.reduce(there).argmax()), 1])
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
@@ -152,23 +148,20 @@ class RecordedSession(Session):
         }
 
     def _state(self, user: str, index: int) -> dict[str, str]:
+        time_s = self._rows[index, 1]
         state = float(self._rows[index, self.layout.slices[f"{user}.state"]][0])
         word = SafetyState(int(state)).name.lower() if np.isfinite(state) else "no data"
         reason = ""
         for one in self._traces.users:
             if one.name == user and np.isfinite(state):
-                at = np.searchsorted(one.block_time_s, self._rows[index, 1], side="right")
+                at = np.searchsorted(one.block_time_s, time_s, side="right")
                 reason = one.reason[max(int(at) - 1, 0)]
-        return {"state": word, "reason": reason, "note": self._kept_apart(user, index)}
-
-    def _kept_apart(self, user: str, index: int) -> str:
-        """Return how far the avatar is kept from the device since the user joined, as of a row."""
-        away, time_s = self._apart.get(user), self._rows[index, 1]
-        if away is None:
-            return ""
-        at = int(np.searchsorted(away.time_s, time_s + 1e-9)) - 1
-        there = at >= 0 and time_s - away.time_s[at] < 2.0 * self._scenario.server.period_s
-        return kept_text(away.kept[at], self._scenario) if there else ""
+        note, away = "", self._apart.get(user)
+        if away is not None:  # from the device since the user joined
+            at = int(np.searchsorted(away.time_s, time_s + 1e-9)) - 1
+            if at >= 0 and time_s - away.time_s[at] < 2.0 * self._scenario.server.period_s:
+                note = kept_text(away.kept[at], self._scenario)
+        return {"state": word, "reason": reason, "note": note}
 
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""

@@ -7,13 +7,13 @@ lets its own name point here), the origin against pages of other sites, the toke
 only knows the address.
 """
 
+import contextlib
 import errno
 import ipaddress
 import secrets
 import socket
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 from urllib.parse import parse_qs, urlsplit
 
 PAGE = Path(__file__).parents[1] / "page"
@@ -24,8 +24,6 @@ TYPES = {
     ".css": "text/css; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
     ".svg": "image/svg+xml",
-    ".png": "image/png",
-    ".webmanifest": "application/manifest+json",
 }
 HEADERS = {
     "Content-Security-Policy": (
@@ -46,13 +44,6 @@ REFUSALS = {
     errno.EACCES: "this port needs rights of the system; port 0 takes any free one",
     errno.EADDRNOTAVAIL: "not an address of this machine",
 }
-
-
-class File(NamedTuple):
-    """A file of the page, as it is answered."""
-
-    content: bytes
-    kind: str
 
 
 def why_refused(host: str, port: int) -> str:
@@ -78,16 +69,17 @@ def new_token() -> str:
     return secrets.token_urlsafe(TOKEN_BYTES)
 
 
-def page_file(path: str, folder: Path = PAGE) -> File | None:
-    """Return the file that a path of the page's address names; None where there is none.
+def page_file(path: str) -> tuple[bytes, str] | None:
+    """Return content and type of the file that a path of the page's address names; None where
+    there is none.
 
     Only files directly in the folder are named by their own names: a path that leads anywhere
     else names none of them.
     """
     name = "index.html" if path == "/" else path.removeprefix("/")
-    for file in folder.iterdir() if folder.is_dir() else ():
-        if file.name == name and file.suffix in TYPES and file.is_file():
-            return File(file.read_bytes(), TYPES[file.suffix])
+    for file in PAGE.iterdir():
+        if file.name == name and file.suffix in TYPES:
+            return file.read_bytes(), TYPES[file.suffix]
     return None
 
 
@@ -109,7 +101,11 @@ class Access:
             name, given = parts.hostname, parts.port or 80
         except ValueError:
             return "the Host header is no address"
-        if name is None or parts.username is not None or given != port or not self._named(name):
+        if name is None or parts.username is not None or given != port:
+            return "this server has another address"
+        # A number is always its own: only names can be made to lead here by somebody else.
+        own = name in self._names or _number(name) is not None
+        if not (is_loopback(name) if self._loopback else own):
             return "this server has another address"
         return None
 
@@ -122,26 +118,14 @@ class Access:
             return "the address needs the right token"
         return None
 
-    def _named(self, name: str) -> bool:
-        """Tell whether a name is one that this server goes by.
-
-        A number is always its own: only names can be made to lead here by somebody else.
-        """
-        if self._loopback:
-            return is_loopback(name)
-        return name in self._names or _is_number(name)
-
 
 def is_loopback(host: str) -> bool:
     """Tell whether an address is reached from this machine only."""
-    if host == "localhost":
-        return True
-    return _is_number(host) and ipaddress.ip_address(host).is_loopback
+    number = _number(host)
+    return host == "localhost" or (number is not None and number.is_loopback)
 
 
-def _is_number(host: str) -> bool:
-    try:
-        ipaddress.ip_address(host)
-    except ValueError:
-        return False
-    return True
+def _number(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    with contextlib.suppress(ValueError):
+        return ipaddress.ip_address(host)
+    return None

@@ -11,28 +11,21 @@ import contextlib
 import http
 import socket
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from threading import Event
+from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from pmwvc_view import description, protocol
+from pmwvc_core.runtime.interrupts import Interrupts
+from pmwvc_view import protocol
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.web import access
 from pmwvc_view.web.client import Client
 from pmwvc_view.web.handling import Handling
-
-
-class Stop(Protocol):
-    """Asks the server to end."""
-
-    def is_set(self) -> bool:
-        """Tell whether it is asked to."""
-        ...
-
 
 MOST_PAGES = 32
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
@@ -76,14 +69,13 @@ class PageServer:
         """Number of connected pages."""
         return len(self._clients)
 
-    def run(self, stop: Stop, ready: Callable[[], None]) -> None:
+    def run(self, stop: Event | Interrupts, ready: Callable[[], None]) -> None:
         """Serve until asked to stop or the session is over, ``ready`` called once that begins;
         OSError where the address cannot be listened on.
         """
-        asyncio.run(self.serve(stop, ready))
+        asyncio.run(self._serve(stop, ready))
 
-    async def serve(self, stop: Stop, ready: Callable[[], None]) -> None:
-        """Serve as :meth:`run` does, in a running event loop."""
+    async def _serve(self, stop: Event | Interrupts, ready: Callable[[], None]) -> None:
         server = await serve(
             self._serve_page,
             self._host,
@@ -111,7 +103,7 @@ class PageServer:
             server.close()
             await server.wait_closed()
 
-    async def _pace(self, stop: Stop) -> None:
+    async def _pace(self, stop: Event | Interrupts) -> None:
         """Poll the session, once a snapshot."""
         loop, session = asyncio.get_running_loop(), self._session
         before_s = due_s = loop.time()
@@ -122,14 +114,22 @@ class PageServer:
             self._handling.listened(min(now_s - before_s, LISTENED_S))
             before_s = now_s
             snapshots = session.poll()
-            if session.generation != self._generation:
-                self._begin()
+            if session.generation != self._generation:  # described anew to every page
+                self._generation = session.generation
+                self._news, self._newest = {}, None
+                self._handling.begin()
+                for client in self._clients.values():
+                    client.begin(session.layout)
+                    client.send(self._description(client))
             if snapshots:
                 self._newest = snapshots[-1]
                 for client in self._clients.values():
                     client.show(snapshots)
             if polls % NEWS_EVERY == 0 or not self._clients:
-                self._tell_news()
+                for kind, content in session.news().items():
+                    if self._news.get(kind) != content:
+                        self._news[kind] = dict(content)
+                        self._tell({"kind": kind, **content})
             polls += 1
             due_s = max(due_s + self._snapshot_s, now_s - STARTED_LATE_S)
             if self._clients:
@@ -139,21 +139,6 @@ class PageServer:
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._watched.wait(), UNSEEN_S)
                 due_s = loop.time()
-
-    def _begin(self) -> None:
-        """Describe the session anew to every page; handles stay whose they are."""
-        self._generation = self._session.generation
-        self._news, self._newest = {}, None
-        self._handling.begin()
-        for client in self._clients.values():
-            client.begin(self._session.layout)
-            client.send(self._description(client))
-
-    def _tell_news(self) -> None:
-        for kind, content in self._session.news().items():
-            if self._news.get(kind) != content:
-                self._news[kind] = dict(content)
-                self._tell({"kind": kind, **content})
 
     def _tell(self, message: Mapping[str, Any]) -> None:
         for client in self._clients.values():
@@ -165,8 +150,7 @@ class PageServer:
 
     def _description(self, client: Client) -> dict[str, Any]:
         """Return the session message for a page."""
-        return description.message(
-            self._session,
+        return self._session.message(
             holders={each["name"]: each["holder"] for each in self._handling.holders(client)},
             snapshot_s=self._snapshot_s,
         )
@@ -198,10 +182,9 @@ def _answered(request: Request, rules: access.Access, *, port: int, pages: int) 
         return _answer(http.HTTPStatus.FORBIDDEN, why)
     path = urlsplit(request.path).path
     if path != access.SOCKET:
-        file = access.page_file(path)
-        if file is None:
+        if (file := access.page_file(path)) is None:
             return _answer(http.HTTPStatus.NOT_FOUND, "there is no such file")
-        return _answer(http.HTTPStatus.OK, file.content, file.kind)
+        return _answer(http.HTTPStatus.OK, *file)
     origins = request.headers.get_all("Origin")
     if why := rules.socket_refused(request.path, origins, hosts[0]):
         return _answer(http.HTTPStatus.FORBIDDEN, why)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_bringup.options import (
     MODEL,
     json_document,
@@ -20,13 +20,22 @@ from pmwvc_bringup.options import (
 from pmwvc_bringup.output import terminal
 from pmwvc_bringup.progress import doing
 from pmwvc_core.errors import PmwvcError, RecordingError
-from pmwvc_core.scenario.names import value_of, varied
-from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from pmwvc_analysis.maps.maps import Axis, Grid, Measured, Points
+    from pmwvc_core.scenario.scenario import Scenario
 
-EXAMPLES = """\
+
+COUNT = 60  # points of an axis without a range
+FRAMES = 6  # largest delay of an axis without a range
+MOST_POINTS = 1_000_000
+NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
+
+
+@command(
+    "map",
+    "draw a stability map over two parameters, with measured sessions as points",
+    """\
 examples:
   pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
       --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
@@ -35,15 +44,32 @@ examples:
 
 NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
 interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
-"""
-COUNT = 60  # points of an axis without a range
-FRAMES = 6  # largest delay of an axis without a range
-MOST_POINTS = 1_000_000
-# Parameters that the model of the loop does not have; "side": direction of a user's push.
-NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
-
-
-def run(arguments: argparse.Namespace) -> Result:
+""",
+    *MODEL,
+    *(
+        argument(
+            f"--{axis}",
+            required=True,
+            metavar="NAME[=A:B:N]",
+            help=f"parameter along {axis}",
+            completer=parameter_names,
+        )
+        for axis in ("x", "y")
+    ),
+    argument(
+        "--sessions",
+        nargs="+",
+        default=[],
+        metavar="FOLDER",
+        help="session folders to draw as points",
+        completer=session_folders,
+    ),
+    out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
+    argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
+    argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
+    json_document("print map.json on stdout only"),
+)
+def map_(arguments: argparse.Namespace) -> Result:
     """Compute the map and write it."""
     scenario = scenario_of(arguments)
     import numpy as np
@@ -86,16 +112,17 @@ def run(arguments: argparse.Namespace) -> Result:
     return Result(document=(folder / "map.json").read_text("utf-8"))
 
 
-def _axis_given(scenario: Scenario, arguments: argparse.Namespace, option: str) -> "Axis":
+def _axis_given(scenario: "Scenario", arguments: argparse.Namespace, option: str) -> "Axis":
     try:
         return axis_of(scenario, getattr(arguments, option))
     except PmwvcError as error:
         raise PmwvcError(f"--{option}: {error}") from None
 
 
-def axis_of(scenario: Scenario, text: str) -> "Axis":
+def axis_of(scenario: "Scenario", text: str) -> "Axis":
     """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError where it is neither."""
     from pmwvc_analysis.maps.maps import Axis
+    from pmwvc_core.scenario.names import value_of, varied
 
     name, equals, span = text.partition("=")
     value = value_of(scenario, name)
@@ -114,7 +141,7 @@ def axis_of(scenario: Scenario, text: str) -> "Axis":
     return Axis(name, values)
 
 
-def _usual(scenario: Scenario, name: str, value: float | None) -> tuple[float, ...]:
+def _usual(scenario: "Scenario", name: str, value: float | None) -> tuple[float, ...]:
     """Return a range that suits a parameter."""
     if name.endswith("delay_s"):
         return _spread(0.0, FRAMES * scenario.server.period_s, FRAMES + 1)
@@ -154,6 +181,7 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
     """Return a session as a point of a map; RecordingError where it has no scenario or verdict."""
     from pmwvc_analysis.maps.maps import Measured
     from pmwvc_analysis.recording.reader import read_scenario
+    from pmwvc_core.scenario.names import value_of
 
     scenario = read_scenario(folder)
     try:
@@ -172,8 +200,10 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
     return Measured(folder.name, x, y, bool(stable))
 
 
-def differences(scenario: Scenario, grid: "Grid") -> list[str]:
+def differences(scenario: "Scenario", grid: "Grid") -> list[str]:
     """Return which parameters of the model a session has other than a map, axes aside."""
+    from pmwvc_core.scenario.names import value_of, varied
+
     wanted = grid.scenario
     if len(scenario.users) != len(wanted.users):
         return [f"users = {len(scenario.users)}, the map has {len(wanted.users)}"]
@@ -186,36 +216,3 @@ def differences(scenario: Scenario, grid: "Grid") -> list[str]:
         if theirs.get(name) != ours.get(name)
         and not any(part in NOT_IN_MODEL for part in name.split("."))
     ]
-
-
-COMMAND = Command(
-    name="map",
-    help="draw a stability map over two parameters, with measured sessions as points",
-    examples=EXAMPLES,
-    arguments=(
-        *MODEL,
-        *(
-            argument(
-                f"--{axis}",
-                required=True,
-                metavar="NAME[=A:B:N]",
-                help=f"parameter along {axis}",
-                completer=parameter_names,
-            )
-            for axis in ("x", "y")
-        ),
-        argument(
-            "--sessions",
-            nargs="+",
-            default=[],
-            metavar="FOLDER",
-            help="session folders to draw as points",
-            completer=session_folders,
-        ),
-        out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
-        argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
-        argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
-        json_document("print map.json on stdout only"),
-    ),
-    run=run,
-)

@@ -11,20 +11,13 @@ import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Command, Result, argument
-from pmwvc_bringup.session import preflight
-from pmwvc_bringup.session.plan import MODULES
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_core.errors import ParameterError
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-EXAMPLES = """\
-examples:
-  pmwvc node server --ros-args -p users:="[user1, user2]"
-  pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
-  pmwvc node master --help                     every parameter of a node
-"""
+
 WIDTH = 99
 ROS_ARGUMENTS = {
     "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
@@ -37,17 +30,31 @@ ONE_USER = "user1."
 OF_ROS = ("start_type_description_service", "use_sim_time")  # declared by every ROS node
 
 
-def run(arguments: argparse.Namespace) -> Result:
+@command(
+    "node",
+    "run one node by itself",
+    """\
+examples:
+  pmwvc node server --ros-args -p users:="[user1, user2]"
+  pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
+  pmwvc node master --help                     every parameter of a node
+""",
+    argument("kind", choices=sorted(ROS_ARGUMENTS), help="which node"),
+    argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
+)
+def node(arguments: argparse.Namespace) -> Result:
     """Become one node: same process, so that signals and exit code are the node's own.
 
     With ``--help``, print its parameters instead.
     """
-    preflight.require_ros()
+    from pmwvc_bringup.session.plan import MODULES
+    from pmwvc_bringup.session.preflight import require_ros
+    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
+
+    require_ros()
     if {"-h", "--help"} & set(arguments.arguments):
         print(parameter_help(arguments.kind))
         return Result()
-    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
-
     words = [sys.executable, "-m", MODULES[arguments.kind], *arguments.arguments]
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the node can end by it
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))
@@ -64,7 +71,16 @@ def parameter_help(kind: str) -> str:
         node = Node(kind, context=context, start_parameter_services=False, enable_rosout=False)
         try:
             _declarations()[kind](node)
-            lines = _parameters(node)
+            lines, names = [], sorted(node.list_parameters([], 0).names)
+            for name in names:  # those of a single user are not repeated
+                descriptor = node.describe_parameter(name)
+                if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
+                    lines.append(f"  {name} = {node.get_parameter(name).value!r}")
+                    words = [descriptor.description, descriptor.additional_constraints]
+                    about = "; ".join(word for word in words if word)
+                    lines += textwrap.wrap(
+                        about, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6
+                    )
         finally:
             node.destroy_node()
     finally:
@@ -77,7 +93,11 @@ def parameter_help(kind: str) -> str:
         "",
         "parameters (default; unit and range; description):",
     ]
-    return "\n".join([*head, *lines])
+    several = (
+        f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
+    )
+    tail = [several] if any(name.startswith(ONE_USER) for name in names) else []
+    return "\n".join([*head, *lines, *tail])
 
 
 def _declarations() -> "dict[str, Callable[[Node], object]]":
@@ -103,35 +123,3 @@ def _declarations() -> "dict[str, Callable[[Node], object]]":
 
 def _ignore(*_: object) -> None:
     """Take a change of parameters and do nothing: none is made here."""
-
-
-def _parameters(node: "Node") -> list[str]:
-    """Return one paragraph per parameter; settings of a single user are not repeated."""
-    names = sorted(node.list_parameters([], 0).names)
-    several = any(name.startswith(ONE_USER) for name in names)
-    lines = []
-    for name in names:
-        descriptor = node.describe_parameter(name)
-        if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
-            value = node.get_parameter(name).value
-            lines.append(f"  {name} = {value!r}")
-            words = [descriptor.description, descriptor.additional_constraints]
-            about = "; ".join(word for word in words if word)
-            lines += textwrap.wrap(about, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
-    if several:
-        lines.append(
-            f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
-        )
-    return lines
-
-
-COMMAND = Command(
-    name="node",
-    help="run one node by itself",
-    examples=EXAMPLES,
-    arguments=(
-        argument("kind", choices=sorted(MODULES), help="which node"),
-        argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
-    ),
-    run=run,
-)

@@ -5,14 +5,17 @@
 import argparse
 from pathlib import Path
 
-from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
 from pmwvc_bringup.output import write_answer
 from pmwvc_bringup.progress import doing
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.scenario.scenario import Scenario
 
-EXAMPLES = """\
+
+@command(
+    "transparency",
+    "compute the stiffness, damping and mass rendered to a user, beside an ideal link",
+    """\
 examples:
   pmwvc transparency carry_16ms
   pmwvc transparency wall --set master.impedance=80 --json
@@ -28,10 +31,14 @@ b_felt (N s/m, pressing, device included), mass_felt (kg, nothing touched, devic
 first_peak_hz, ideal (the same five for direct coupling at every tick, no delay), measured (null,
 or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no
 such limit exists.
-"""
-
-
-def run(arguments: argparse.Namespace) -> Result:
+""",
+    *MODEL,
+    argument("--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"),
+    argument("--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"),
+    out("folder for figure, curves and numbers"),
+    json_document(),
+)
+def transparency_(arguments: argparse.Namespace) -> Result:
     """Print what the link renders to one user, and write curves."""
     folder = Path(arguments.scenario)
     recorded = folder.is_dir()
@@ -40,7 +47,10 @@ def run(arguments: argparse.Namespace) -> Result:
             raise PmwvcError(f"{folder}: there is no scenario.yaml; is it a session folder?")
         arguments.scenario = str(folder / "scenario.yaml")
     scenario = scenario_of(arguments)
-    index, axis = _index(scenario, arguments.whose), arguments.axis - 1
+    names, whose = [user.name for user in scenario.users], arguments.whose
+    if whose not in (None, *names):
+        raise PmwvcError(f"--user {whose}: there is no such user; there are {', '.join(names)}")
+    index, axis = names.index(whose) if whose else 0, arguments.axis - 1
     if not 0 <= axis < scenario.dof:
         raise PmwvcError(f"--axis {arguments.axis}: must be 1 to {scenario.dof} (dof)")
     if recorded and axis:
@@ -67,10 +77,9 @@ def run(arguments: argparse.Namespace) -> Result:
             traces = read_session(folder)
         live = live or traces.live
         by_name = {user.name: user for user in traces.users}
-        name = scenario.users[index].name
-        if name not in by_name:
-            raise PmwvcError(f"{folder}: no trace of {name} was recorded")
-        measured = measure(by_name[name], scenario.users[index])
+        if names[index] not in by_name:
+            raise PmwvcError(f"{folder}: no trace of {names[index]} was recorded")
+        measured = measure(by_name[names[index]], scenario.users[index])
         factors = pattern(traces.users, scenario, index)
     with doing("computing what is rendered"):
         found = transparency(scenario, user=index, axis=axis, live=live)
@@ -81,7 +90,7 @@ def run(arguments: argparse.Namespace) -> Result:
         if not np.array_equal(forces, steady):
             found.notes.append(
                 "Measured and modelled beside it: with the forces of the session, per N of "
-                f"{scenario.users[index].name}: {', '.join(f'{f:.3g}' for f in factors)}."
+                f"{names[index]}: {', '.join(f'{f:.3g}' for f in factors)}."
             )
         exact = build(scenario, live=live)
         model = response(exact, measured.frequency_hz, user=index, forces=forces)
@@ -97,32 +106,3 @@ def run(arguments: argparse.Namespace) -> Result:
         drawn = chart(found, measured, scenario, live=live)
         write_answer(out_folder, NAME, result, drawn, paths)
     return Result(document=result)
-
-
-def _index(scenario: Scenario, name: str | None) -> int:
-    """Return which user is meant; the first by default."""
-    names = [user.name for user in scenario.users]
-    if name is None:
-        return 0
-    if name not in names:
-        raise PmwvcError(f"--user {name}: there is no such user; there are {', '.join(names)}")
-    return names.index(name)
-
-
-COMMAND = Command(
-    name="transparency",
-    help="compute the stiffness, damping and mass rendered to a user, beside an ideal link",
-    examples=EXAMPLES,
-    arguments=(
-        *MODEL,
-        argument(
-            "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
-        ),
-        argument(
-            "--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"
-        ),
-        out("folder for figure, curves and numbers"),
-        json_document(),
-    ),
-    run=run,
-)

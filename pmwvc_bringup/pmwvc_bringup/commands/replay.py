@@ -8,8 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_bringup.options import FOLDER, NO_FIGURES, json_document, out, settings
 from pmwvc_bringup.output import terminal
 from pmwvc_bringup.progress import doing
@@ -17,9 +16,15 @@ from pmwvc_bringup.progress import doing
 if TYPE_CHECKING:
     from pmwvc_analysis.replay.run import Replay
 
+
 KNOWN_S = 0.02  # after the first difference: a block is noted at its end
 MOST = 3  # causes named
-EXAMPLES = """\
+
+
+@command(
+    "replay",
+    "replay a recorded session in virtual time with other parameters",
+    """\
 examples:
   pmwvc replay sessions/20260101T120000Z-carry_16ms --set master.impedance=40
   pmwvc replay sessions/20260101T120000Z-carry_16ms --set controller=direct --json
@@ -28,21 +33,32 @@ examples:
 Every packet meets the fate it met in the recording, and every loop runs when it ran. The hand is
 the one of the scenario, which reacts (--hand operator), or the recorded force (--hand force).
 A link whose parameters are set is simulated with them.
-"""
-
-
-def run(arguments: argparse.Namespace) -> Result:
+""",
+    FOLDER,
+    settings(),
+    argument(
+        "--hand",
+        choices=("operator", "force"),
+        help="the scenario's hand, which reacts, or the recorded force (default: operator "
+        "where the device was simulated)",
+    ),
+    out("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
+    NO_FIGURES,
+    json_document("print comparison.json on stdout and nothing else"),
+)
+def replay_(arguments: argparse.Namespace) -> Result:
     """Replay, record and report."""
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session
     from pmwvc_analysis.replay.run import replay, scenario_of
     from pmwvc_bringup.comparison.report import print_report
+    from pmwvc_bringup.scenarios import load
     from pmwvc_bringup.session.surroundings import new_folder
 
     source = Path(arguments.folder)
     scenario_of(source)  # refuses a folder without a scenario
     file = str(source / "scenario.yaml")
-    recorded, replayed = files.load(file), files.load(file, settings_texts=arguments.settings)
+    recorded, replayed = load(file), load(file, settings_texts=arguments.settings)
     console, figures = terminal(), not arguments.no_figures
     with doing("reading the recording") as work:
         traces = read_session(source)
@@ -148,24 +164,3 @@ def _since(result: "Replay") -> str:
     whys = "; ".join(f"{each.why} ({each.time_s:.3f} s)" for each in causes[:MOST])
     more = f"; and {len(causes) - MOST} more" if len(causes) > MOST else ""
     return f"{text}. {'Why: ' + whys + more if causes else 'The recording gives no reason'}"
-
-
-COMMAND = Command(
-    name="replay",
-    help="replay a recorded session in virtual time with other parameters",
-    examples=EXAMPLES,
-    arguments=(
-        FOLDER,
-        settings(),
-        argument(
-            "--hand",
-            choices=("operator", "force"),
-            help="the scenario's hand, which reacts, or the recorded force (default: operator "
-            "where the device was simulated)",
-        ),
-        out("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
-        NO_FIGURES,
-        json_document("print comparison.json on stdout and nothing else"),
-    ),
-    run=run,
-)

@@ -1,26 +1,31 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A session simulated in real time: virtual time as far as the clock says. Needs no ROS.
+"""The session of a page that is simulated in real time: virtual time as far as the clock says.
 
-Unlike a simulation this session has no end, and its parameters change while it runs.
+Unlike a simulation it has no end, and its parameters change while it runs. Needs no ROS.
 """
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.simulated_device import Target
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.rows import SIGNALS, Frame, ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.virtual_time import VirtualTime
+from pmwvc_view import controls, description
+from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.feed import traces
 from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import Block, Step
+from pmwvc_view.protocol.snapshot import Snapshot
+from pmwvc_view.session import Answer, RunningSession, State, ramped
 
 LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
@@ -71,7 +76,13 @@ class Simulation:
             self._time.run(self.tick * self.tick_ns)
             for index, user in enumerate(self._users):
                 for way, link in enumerate((user.up, user.down)):
-                    self._hand_packets(2 * index + way, link)
+                    # The newest fates; an arrival may lie ahead. No record of packets is kept.
+                    if fates := link.fates:
+                        rows = [
+                            (f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates
+                        ]
+                        self._feed.on_packets(2 * index + way, np.array(rows, dtype=np.float64))
+                    link.fates, link.sent, link.arrived = [], [], []
 
     def change(self, new: Scenario) -> None:
         """Change parameters of the running session: another scenario of the same structure."""
@@ -138,15 +149,97 @@ class Simulation:
         every = np.reshape(np.asarray(value, dtype=np.float64), -1)  # one number: of all axes
         return np.broadcast_to(every, self._dof)
 
-    def _hand_packets(self, number: int, link: SimulatedLink) -> None:
-        """Hand the newest fates over; an arrival may lie ahead. No record of packets is kept."""
-        fates = link.fates
-        if fates:
-            rows = [(f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates]
-            self._feed.on_packets(number, np.array(rows, dtype=np.float64))
-        link.fates, link.sent, link.arrived = [], [], []
-
 
 def _one(value: Value) -> float:
     """Return the number of the only run."""
     return float(np.ravel(value)[0])
+
+
+LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
+
+
+class SimulatedSession(RunningSession):
+    """See :class:`.session.Session`."""
+
+    def __init__(
+        self, scenario: Scenario, *, snapshot_s: float, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(live=False, snapshot_s=snapshot_s)
+        self._clock, self._paused = clock, False
+        self._preset: str | None = None
+        self._begin(scenario)
+
+    def _begin(self, scenario: Scenario) -> None:
+        self._show(scenario, [user.name for user in scenario.users])
+        self._wanted = scenario
+        self.generation += 1
+        self._simulation = Simulation(scenario, self._feed, epoch=self.generation)
+        self._at_s = self._clock()
+        self._left_s = 0.0  # of real time, not simulated yet
+        self._lost_s = 0.0  # never simulated
+
+    def _state(self) -> State:
+        lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
+        return State(self._paused, self._preset, [lost] if self._lost_s >= 0.5 else [])
+
+    def _remote(self) -> list[str]:
+        return list(self._simulation.targets)
+
+    def poll(self) -> Sequence[Snapshot]:
+        """Simulate up to now; return the snapshots since the last call."""
+        now_s = self._clock()
+        passed_s, self._at_s = now_s - self._at_s, now_s
+        if self._paused:
+            return []
+        if passed_s > LONGEST_STEP_S:
+            self._lost_s += passed_s - LONGEST_STEP_S
+            passed_s = LONGEST_STEP_S
+        self._left_s += passed_s
+        if self._scenario != self._wanted:  # a delay never jumps
+            self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
+            self._simulation.change(self._scenario)
+            if self._scenario == self._wanted:
+                self._lags = description.lags(self._scenario, live=False)
+        simulation, tick_s = self._simulation, self._simulation.tick_ns * 1e-9
+        before = simulation.tick
+        simulation.run(before + int(self._left_s / tick_s))
+        self._left_s -= (simulation.tick - before) * tick_s
+        places = simulation.places()
+        held = {name.replace(".target", ".held"): at is not None for name, at in places.items()}
+        self._feed.others = {**self._lags, **simulation.round_trips(), **places, **held}
+        snapshots = self._feed.rows(simulation.tick * simulation.tick_ns)
+        self._notices.watch(snapshots, self.layout, self._names)
+        return snapshots
+
+    def target(self, user: str, position: tuple[float, ...] | None) -> None:
+        """Give a hand its newest target [m]; None opens it."""
+        if source := self._simulation.targets.get(user):
+            target = description.within_workspace(position, self._scenario, user)
+            source.give(None if target is None else value(tuple(target)))
+
+    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
+        self._wanted = wanted
+        if control.node == "netem":
+            self._preset = str(value) if control.path == controls.PRESET else None
+        return ""
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that settings are added to."""
+        return self._wanted
+
+    async def pause(self, paused: bool) -> Answer:
+        """Let time stand still, or go on."""
+        self._paused = paused
+        return Answer(True, "paused" if paused else "running")
+
+    def restart(self, values: Settings) -> Answer:
+        """Begin again with these settings."""
+        try:
+            scenario = controls.changed(self._wanted, values)
+            self._begin(scenario)
+        except PmwvcError as error:
+            return Answer(False, str(error))
+        if controls.PRESET in values:
+            self._preset = str(values[controls.PRESET])
+        self._paused = False
+        return Answer(True, "begun again")

@@ -4,7 +4,7 @@
 
 import argparse
 
-from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.command import Result, argument, command
 from pmwvc_bringup.options import (
     NO_FIGURES,
     SCENARIO,
@@ -18,7 +18,11 @@ from pmwvc_bringup.output import terminal
 from pmwvc_bringup.progress import doing
 from pmwvc_core.plural import count
 
-EXAMPLES = """\
+
+@command(
+    "compare",
+    "run a scenario with several parameter values and compare the results",
+    """\
 examples:
   pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
                            --over link.delay_s=0,0.016,0.024
@@ -37,13 +41,27 @@ Every combination of the values runs with the same hands and the same fate of ev
 seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
 tdpa and pspm are tuned by search for each combination, unless baseline.NAME.* is set: 120 settings
 are simulated for up to 20 s, which takes about 5 s of computing with two users; the best are kept.
-"""
-
-
-def run(arguments: argparse.Namespace) -> Result:
+""",
+    SCENARIO,
+    USERS,
+    argument(
+        "--over",
+        action="append",
+        default=[],
+        metavar="NAME=A,B,...",
+        help="values of a parameter; may be repeated",
+    ),
+    argument("--controllers", metavar="A,B,...", help="controllers by name; see below"),
+    duration("each session"),
+    settings("a parameter of all"),
+    argument("--live", action="store_true", help="real nodes instead of virtual time"),
+    out("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
+    NO_FIGURES,
+    json_document("print comparison.json on stdout and nothing else"),
+)
+def compare(arguments: argparse.Namespace) -> Result:
     """Run every combination, record each, and report all of them together."""
-    from pmwvc_bringup.comparison.combinations import combinations
-    from pmwvc_bringup.comparison.variants import fitting, variants_of
+    from pmwvc_bringup.comparison.combinations import combinations, fitting, variants_of
     from pmwvc_bringup.session.surroundings import new_folder
 
     variants, left_out = fitting(
@@ -60,19 +78,19 @@ def run(arguments: argparse.Namespace) -> Result:
     )
     name = chosen[0].scenario.name
     folder = new_folder(f"{name}-compare", arguments.out)
-    from pmwvc_bringup.comparison import report, sessions
+    from pmwvc_bringup.comparison import report
 
     console = terminal()
     console.print(
         f"{name}: {count(len(chosen), 'session')}, {'live' if arguments.live else 'simulated'}"
     )
     with doing("searching the best parameters of controllers without waves") as work:
-        chosen = sessions.tuned(chosen, work)
+        chosen = report.tuned(chosen, work)
     if arguments.live:
-        entries = sessions.live(chosen, folder, console)
+        entries = report.live(chosen, folder, console)
     else:
         with doing("running") as work:
-            entries = sessions.simulated(chosen, folder, work)
+            entries = report.simulated(chosen, folder, work)
     return report.report(
         folder,
         f"Comparison of {name}",
@@ -81,29 +99,3 @@ def run(arguments: argparse.Namespace) -> Result:
         notes=notes,
         figures=not arguments.no_figures,
     )
-
-
-COMMAND = Command(
-    name="compare",
-    help="run a scenario with several parameter values and compare the results",
-    examples=EXAMPLES,
-    arguments=(
-        SCENARIO,
-        USERS,
-        argument(
-            "--over",
-            action="append",
-            default=[],
-            metavar="NAME=A,B,...",
-            help="values of a parameter; may be repeated",
-        ),
-        argument("--controllers", metavar="A,B,...", help="controllers by name; see below"),
-        duration("each session"),
-        settings("a parameter of all"),
-        argument("--live", action="store_true", help="real nodes instead of virtual time"),
-        out("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
-        NO_FIGURES,
-        json_document("print comparison.json on stdout and nothing else"),
-    ),
-    run=run,
-)

@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Commands that answer from the exact model, before any session."""
+
+import argparse
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pmwvc_bringup.command import Result, argument, command
+from pmwvc_bringup.options import MODEL, SCENARIO, USERS, json_document, out, scenario_of, settings
+from pmwvc_bringup.output import write_answer
+from pmwvc_bringup.progress import doing
+from pmwvc_core.errors import PmwvcError
+
+if TYPE_CHECKING:
+    from pmwvc_core.scenario.scenario import Scenario
+
+
+HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
+
+
+def _numbers(text: str) -> list[float]:
+    """Return the dampings of an option."""
+    try:
+        found = [float(each) for each in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text}: numbers joined by commas, as 0,5,10") from None
+    if any(not 0.0 <= each < math.inf for each in found):
+        raise argparse.ArgumentTypeError(f"{text}: contact damping is >= 0 N s/m")
+    return found
+
+
+@command(
+    "stability",
+    "compute stability and the largest stable contact stiffness from the exact model",
+    """\
+examples:
+  pmwvc stability carry_16ms
+  pmwvc stability carry_16ms --set server.coupling=one_frame_late --set link.delay_s=0.024
+  pmwvc stability my_scenario.yaml --users 3 --json
+  pmwvc stability wall_slow --set server.compensation=corrected --damping 0,5,10
+
+Exact with hands off and all contacts touching.
+
+--damping gives the Z-width: the largest stable contact stiffness for each contact damping. It is
+exact where the scenario is linear. Otherwise sessions are simulated, in which a small push has to
+die out, and the stiffness is bisected (some 10 s for each damping). Keys of its --json: scenario,
+simulated, z_width (damping, stable_up_to, unstable_from: null where nothing was unstable).
+
+Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
+k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
+hyperframe_ticks, slowest, notes.
+""",
+    *MODEL,
+    argument(
+        "--bound",
+        type=float,
+        metavar="K",
+        help="largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)",
+    ),
+    argument(
+        "--damping",
+        type=_numbers,
+        metavar="B,...",
+        help="contact dampings in N s/m: the largest stiffness for each (Z-width)",
+    ),
+    json_document(),
+)
+def stability(arguments: argparse.Namespace) -> Result:
+    """Print spectral radius, largest stable contact stiffness and notes."""
+    scenario = scenario_of(arguments)
+    from pmwvc_analysis.models.answer import answer, sentences
+    from pmwvc_analysis.models.stability import BOUND, LOWEST
+
+    bound = BOUND if arguments.bound is None else arguments.bound
+    if not LOWEST < bound <= HIGHEST:
+        raise PmwvcError(f"--bound {bound:g}: must be > {LOWEST:g} and <= 1e12 N/m")
+    if arguments.damping is not None:
+        return _z_width(scenario, arguments)
+    with doing("computing the stability"):
+        found = answer(scenario, live=arguments.live, bound=bound)
+    for line in sentences(found):
+        print(line)
+    return Result(document=found)
+
+
+def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> Result:
+    """Print the largest stable contact stiffness for each contact damping."""
+    from pmwvc_analysis.maps.z_width import HIGHEST_SIMULATED, of_each
+    from pmwvc_analysis.models.linear import nonlinear
+
+    elements = nonlinear(scenario)
+    how = "from the exact model"
+    if elements:
+        most = HIGHEST_SIMULATED if arguments.bound is None else arguments.bound
+        texts = ", ".join(dict.fromkeys(element.text for element in elements))
+        how = f"simulated up to {most:g} N/m, as it is not linear ({texts})"
+    print(f"{scenario.name}: largest stable contact stiffness, {how}")
+    found = []
+    with doing("computing the Z-width") as work:
+        for each in of_each(
+            scenario, arguments.damping, bound=arguments.bound, live=arguments.live
+        ):
+            found.append(each)
+            work(len(found) / len(arguments.damping))
+    for b, (low, high) in found:
+        words = f"{low:.0f} N/m" if high is not None else f"none up to {low:g} N/m is unstable"
+        print(f"  B = {b:g} N s/m: {words}")
+    rows = [{"damping": b, "stable_up_to": low, "unstable_from": high} for b, (low, high) in found]
+    document = {"scenario": scenario.name, "simulated": bool(elements), "z_width": rows}
+    return Result(document=document)
+
+
+@command(
+    "tune",
+    "propose impedance, filter and hold for a link and an environment",
+    """\
+examples:
+  pmwvc tune carry_16ms
+  pmwvc tune wall --set link.delay_s=0.03 --set server.contact_stiffness=500
+  pmwvc tune carry_24ms --live --json
+  pmwvc tune carry_24ms --out tuned.yaml && pmwvc simulate tuned.yaml
+
+Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain), rendered
+stiffness and mass beside the ideal, force noise by encoder steps (device.encoder_step_m, or
+10 um). Nonlinear elements are left out of the exact model and named. Keys of --json: scenario,
+not_linear, bounds, best, others, costs; see docs/tuning.md.
+""",
+    *MODEL,
+    out("YAML file for the scenario with the proposal", metavar="FILE"),
+    json_document(),
+)
+def tune(arguments: argparse.Namespace) -> Result:
+    """Print the proposal, and write the scenario with it."""
+    scenario = scenario_of(arguments)
+    from pmwvc_analysis.tune import words
+    from pmwvc_analysis.tune.search import propose
+    from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
+
+    path = Path(arguments.out) if arguments.out else None
+    if path is not None:  # refused before anything is computed
+        if path.suffix not in SUFFIXES:
+            raise PmwvcError(f"--out {arguments.out}: must end in {' or '.join(SUFFIXES)}")
+        if path.exists():
+            raise PmwvcError(f"--out {arguments.out}: is there already; give another name")
+        if not path.parent.is_dir():
+            raise PmwvcError(f"--out {arguments.out}: there is no folder {path.parent}")
+    with doing("searching for the best impedance, filter and hold"):
+        found = propose(scenario, live=arguments.live)
+    for line in words.sentences(scenario, found):
+        print(line)
+    if path is not None:
+        tuned = found.best.choice.applied(scenario)
+        text = f"{scenario.name} as tuned: {scenario.description}"
+        path.write_text(to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
+        print(f"written: {path}")
+    return Result(document=words.answer(scenario, found))
+
+
+@command(
+    "filter",
+    "design and check the velocity filter of a scenario",
+    """\
+examples:
+  pmwvc filter wall_filtered
+  pmwvc filter wall_filtered --set master.velocity_filter.order=3 --out /tmp/filter
+  pmwvc filter wall --set master.velocity_filter.kind=exact \\
+      --set master.velocity_filter.order=1 --set master.velocity_filter.alpha=0.929
+
+Without alpha and cutoff_hz the filter is designed for the anti-aliasing filter: order 1 by minimax
+(App. D), order 2 and more by the lowest cut-off for any environment. Refused where none exists.
+
+Keys of --json: scenario, user, kind, order, share, alpha, cutoff_hz, designed, in_phase_margin,
+in_phase_worst_hz, any_environment_margin, any_environment_worst_hz (Hz), switching_gain (at most 1
+is passive under any switching), port_margin (of b; null but for the equivalent form), noise_gain
+(rms), flags (conditions not met: in_phase, any_environment, switching, port). --out writes
+filter.png, .svg and .json.
+""",
+    SCENARIO,
+    USERS,
+    settings(),
+    out("folder for figure and numbers"),
+    json_document(),
+)
+def filter_(arguments: argparse.Namespace) -> Result:
+    """Judge the filter of the first user."""
+    scenario = scenario_of(arguments)
+    from pmwvc_analysis.filters import velocity_filter as design
+
+    found = design.judge(scenario)
+    result = design.answer(scenario, found)
+    for line in design.sentences(result):
+        print(line)
+    if arguments.out:
+        from pmwvc_analysis.figures.model_charts import velocity_filter
+
+        write_answer(Path(arguments.out), "filter", result, velocity_filter(found, scenario))
+    return Result(document=result)
