@@ -4,14 +4,10 @@
 
     hands = devices + safety + channels + server + residual
 
-at every step of the server. Each part is the account of a block (:mod:`pmwvc_core.account`),
-stated beside the block's law and summed over the session: those of a user's blocks in
-:mod:`.blocks`, those of the server here.
-
-The residual is what the parts, each computed for itself, do not explain: rounding, where the whole
-session is on record. Parts that are not computed for themselves are named with what they hide:
-:mod:`.parts`. Intervals that are not on record are left out, and the budget ends where a master or
-the server was started again: :mod:`..traces.stretches`.
+at every step of the server. Each part is the account of a block, stated beside the block's law
+and summed over the session: of a user's blocks in :mod:`.blocks`, of the server here. The residual
+is what the parts do not explain: rounding, where the whole session is on record. What is not on
+record is left out, and the budget ends where a master or the server was started again.
 
 Equations: docs/theory.md 13.6, 14.3.
 """

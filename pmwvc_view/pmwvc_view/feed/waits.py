@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmwvc_analysis.traces.arrivals import LATE
-from pmwvc_analysis.traces.intervals import without
+from pmwvc_analysis.traces.holes import without
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.traces import NS
