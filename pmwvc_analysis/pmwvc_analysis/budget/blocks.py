@@ -22,7 +22,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Series, Sums
-from pmwvc_analysis.traces.hand_work import TrueMotion, complete, hand_work, measured, true_motion
+from pmwvc_analysis.traces.hand_work import complete, hand_work, true_motion
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages
@@ -48,12 +48,7 @@ def device(sums: UserSums, params: DeviceParams) -> tuple[Account, set[str]]:
     """
     user = sums.user
     by_hand = bool(np.isfinite(user.f_h).all())
-    motion: TrueMotion | None = TrueMotion(
-        *(np.concatenate([each, each[-1:]]) for each in (user.x_m, user.xd_m))
-    )
-    if measured(params):
-        motion = true_motion(user, params)
-    if motion is None:
+    if (motion := true_motion(user, params)) is None:
         rendered = hand_work(user, params).at(user, sums.time_s)[0]
         kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
         stored = kinetic[sums.ticks] - kinetic[0]

@@ -168,10 +168,6 @@ def bounded(user: User, scenario: Scenario) -> CountBound | None:
 
 def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> float:
     """Return what a port behind counts may give out at most [J]; zero: no bound held."""
-    found = [
-        bounded(user, stage.scenario)
-        for stage in (stages(traces, scenario) if scenario else [])
-        for user in stage.scenario.users
-        if user.name == name
-    ]
-    return min((bound.given_j if bound else 0.0 for bound in found), default=0.0)
+    found = [stage.scenario for stage in (stages(traces, scenario) if scenario else [])]
+    bounds = [bounded(user, each) for each in found for user in each.users if user.name == name]
+    return min((bound.given_j if bound else 0.0 for bound in bounds), default=0.0)

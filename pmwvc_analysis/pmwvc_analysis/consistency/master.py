@@ -169,15 +169,11 @@ def _blocks(user: UserTraces, per_tick: Array, recorded: Array) -> tuple[Array, 
 
 def _work(user: UserTraces, known: User, *, simulated: bool) -> Iterator[str]:
     """Check the work of both forces against forces and motion, tick by tick."""
-    x = user.x_m
-    if measured(known.device):
-        motion = true_motion(user, known.device)
-        if motion is None:
-            if simulated and np.isfinite(user.f_h).all():
-                text = "the device is not where its model and the forces recorded lead"
-                yield f"{user.name}: {text}"
-            return
-        x = motion.x[:-1]
+    if (motion := true_motion(user, known.device)) is None:
+        if simulated and np.isfinite(user.f_h).all():
+            yield f"{user.name}: the device is not where its model and the forces recorded lead"
+        return
+    x = motion.x[:-1]
     for name, force in (("device", user.f_applied), ("hand", user.f_h)):
         if name in user.energy and np.isfinite(force).all():
             per_tick = np.append(np.sum(force[:-1] * np.diff(x, axis=0), axis=-1), 0.0)

@@ -97,18 +97,23 @@ def complete(user: UserTraces) -> bool:
 
 
 def true_motion(user: UserTraces, params: DeviceParams) -> TrueMotion | None:
-    """Return the motion of a device whose sensors show another; None where it cannot be told."""
+    """Return the motion of a device, also of one whose sensors show another; None where it cannot
+    be told. What the last tick led to is not on record.
+    """
+    if not measured(params):
+        x, xd = (np.concatenate([each, each[-1:]]) for each in (user.x_m, user.xd_m))
+        return TrueMotion(x, xd)
     if not complete(user) or not np.isfinite(user.f_h).all():
         return None
     first = tuple(user.x_m[0].tolist())
     rest, p = zero(first), simulated_params(params, user.tick_s)
     s, step = Device(first, rest, first, rest, 0.0, 0.0), unrolled(device_step, len(first))
-    x, xd = [s.x], [s.xd]
+    found_x, found_xd = [s.x], [s.xd]
     for f_h, f in zip(user.f_h.tolist(), user.f_applied.tolist(), strict=True):
         s, _, _ = step(s, f_h, f, p)
-        x.append(s.x)
-        xd.append(s.xd)
-    found = TrueMotion(np.array(x), np.array(xd))
+        found_x.append(s.x)
+        found_xd.append(s.xd)
+    found = TrueMotion(np.array(found_x), np.array(found_xd))
     off = found.x[:-1] - user.x_m
     if (np.ptp(off, axis=0) > float(params.encoder_step_m) + ROUNDING_M).any():
         return None
