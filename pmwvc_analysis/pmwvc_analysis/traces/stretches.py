@@ -169,4 +169,4 @@ def first_packets(traces: SessionTraces, name: str) -> list[float]:
     if packets is None:
         return []
     _, first = np.unique(packets.epoch, return_index=True)
-    return np.asarray(packets.time_s[first]).tolist()
+    return [float(time_s) for time_s in packets.time_s[first]]
