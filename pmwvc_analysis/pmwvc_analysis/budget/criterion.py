@@ -98,16 +98,9 @@ def judge(
     counts_j: float = 0.0,
     unjudged: Sequence[Unjudged] = (),
 ) -> Finding:
-    """Judge one balance from the instants at which it is known.
-
-    Parameters
-    ----------
-    time_s, balance_j, tolerance_j
-        ``(row,)``; only rows whose balance is known.
-    counts_j
-        Bound of what counts of an encoder make of it [J].
-    unjudged
-        Times in which the balance may have been below the limit without a record of it.
+    """Judge one balance from the instants at which it is known, ``(row,)``. ``counts_j`` is the
+    bound of what counts of an encoder make of it [J], ``unjudged`` are times in which it may have
+    been below the limit without a record of it.
     """
     shown = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged[:MOST_SHOWN]]
     if len(unjudged) > MOST_SHOWN:
