@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.budget.energy import declared_storage_j
+from pmwvc_analysis.budget.energy import declared
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.changes import why_fixed
@@ -206,9 +206,7 @@ class RunningSession(Session):
             self._text = verdict(
                 self._feed,
                 self._names,
-                storage_j={
-                    user.name: declared_storage_j(scenario, user) for user in scenario.users
-                },
+                storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
                 exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),
             )

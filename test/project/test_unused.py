@@ -26,7 +26,6 @@ ALLOWED = {
     "pmwvc_core.compiled:_chain": "Numba",
     "pmwvc_core.compiled:_columns": "Numba",
     "pmwvc_core.compiled:_each": "Numba",
-    "pmwvc_analysis.budget.parts:unchecked": "the list in docs/file_format.md",
 }
 
 

@@ -11,13 +11,8 @@ from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
 from pmwvc_analysis.budget.criterion import TOLERANCE_J
-from pmwvc_analysis.budget.energy import (
-    Balance,
-    UserEnergy,
-    anchored,
-    running,
-    user_energies,
-)
+from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
+from pmwvc_analysis.traces.sums import UserSums, running
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
 
@@ -91,12 +86,9 @@ def test_a_gap_in_the_record_is_not_judged_and_leaves_no_hole():
         assert same.sum() == len(after.time_s) == len(before.time_s) - 21
         np.testing.assert_allclose(after.balance_j, before.balance_j[same], atol=1e-12)
     # the control: inside the gap the server goes on while the record of the master stands still
-    early = anchored(holed.users[0], *u_m_of(holed.users[0]))[gone.start * TICKS - 1]
+    (user, *_), last = holed.users, gone.start * TICKS - 1
+    early = UserSums(user, user.time_s + 0.5 * user.tick_s).of_wave("u_m")[last]
     assert early - running(holed.server.energy_u_s[0])[gone.stop] < -100 * TOLERANCE_J
-
-
-def u_m_of(user):
-    return np.sum(user.u_m**2, axis=-1) / 2 * user.tick_s, user.energy["u_m"]
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -12,11 +12,14 @@ from support import plain as files
 from support.laws import as_written
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.parts import unchecked
+from pmwvc_analysis.budget.parts import HIDES, of_server
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.consistency.numbers import SMALLEST
+from pmwvc_analysis.consistency.master import SMALLEST
 from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_core.account import Role
+from pmwvc_core.controllers.library import has_waves, record_of
+from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.simulation.session import simulate_one
 
 ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")
@@ -41,6 +44,9 @@ MASTER = "x_m xd_m f_h f_m f_applied u_m u_m_lp v_m".split()
 SERVER = "x_o xd_o kinetic potential dissipated".split()
 PER_USER = "x_s xd_s f_s u_s v_s energy_u_s energy_v_s".split()
 SHARE = 1e-3
+OWN = "what a controller accounts for itself and no signal shows"
+LEVEL = "a level that the balance does not use"
+SHOWN = "what the environment shows, and no account uses"
 
 
 def places(traces):
@@ -63,6 +69,34 @@ def test_a_value_that_no_device_has_is_named_and_warns_of_nothing(value, words):
     traces = simulate_one(scenario)
     traces.users[0].xd_m[50:53] = value
     assert f"user1: xd_m has 3 values {words}" in inconsistencies(traces, scenario)
+
+
+def unchecked(scenario):
+    """Return the traces of a session that nothing else on record confirms, and why. Names as in
+    :mod:`pmwvc_core.traces`, the server's after ``server.``, an account's after ``accounts.``.
+    """
+    found, waves = {}, has_waves(scenario.controller)
+    masters = [user.master for user in scenario.users]
+    accounts = [*record_of(scenario.controller).accounts]
+    if scenario.coupling.black_box:
+        accounts += COMPENSATIONS.of(scenario.server.compensation).accounts
+    for entry in accounts:
+        if entry.role is not Role.SHOWN:
+            why = LEVEL if entry.role is Role.LEVEL else OWN
+            found[f"accounts.{entry.name}"] = found[f"server.accounts.{entry.name}"] = why
+    if not waves:
+        found["f_m"] = "nothing but the limits stands between it and the force applied"
+    elif any(m.velocity_filter.is_on or m.bank.is_on for m in masters):
+        found["f_m"] = "parts that answer a shortened wave change v_m with it"
+    if scenario.strict or (waves and any(m.position.is_on or m.filter.means for m in masters)):
+        found["u_m_lp"] = "packets are not its samples"
+    if scenario.strict:
+        found["energy.v_rx"] = "packets and playout are compared without it"
+    if "integration" in of_server(scenario):
+        found["server.potential"] = found["server.dissipated"] = HIDES["integration"]
+    if scenario.coupling.black_box:
+        found |= dict.fromkeys(("server.x_o", "server.xd_o", "server.kinetic"), SHOWN)
+    return found
 
 
 @pytest.mark.parametrize("case", CASES)

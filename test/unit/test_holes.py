@@ -14,8 +14,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import Balance, UserEnergy
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.traces.hand_work import Work
-from pmwvc_analysis.traces.holes import holes
-from pmwvc_analysis.traces.intervals import Unjudged
+from pmwvc_analysis.traces.holes import Unjudged, holes
 from pmwvc_analysis.verdicts.open_balances import bounded, hidden
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary

@@ -13,7 +13,7 @@ from support import handmade
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.criterion import TOLERANCE_J, judge, together
 from pmwvc_analysis.report.report import render
-from pmwvc_analysis.traces.intervals import Unjudged
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity import Passivity, passivity
 from pmwvc_analysis.verdicts.verdicts import summary

@@ -22,7 +22,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Series, Sums
-from pmwvc_analysis.traces.hand_work import TrueMotion, complete, hand_work, measured, true_motion
+from pmwvc_analysis.traces.hand_work import complete, hand_work, true_motion
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages
@@ -48,12 +48,7 @@ def device(sums: UserSums, params: DeviceParams) -> tuple[Account, set[str]]:
     """
     user = sums.user
     by_hand = bool(np.isfinite(user.f_h).all())
-    motion: TrueMotion | None = TrueMotion(
-        *(np.concatenate([each, each[-1:]]) for each in (user.x_m, user.xd_m))
-    )
-    if measured(params):
-        motion = true_motion(user, params)
-    if motion is None:
+    if (motion := true_motion(user, params)) is None:
         rendered = hand_work(user, params).at(user, sums.time_s)[0]
         kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
         stored = kinetic[sums.ticks] - kinetic[0]
@@ -121,23 +116,16 @@ def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
     if known.master.velocity_filter.in_force:
         kept = np.asarray(dot(f_m - port.force(xd, v_m), xd) * dt)
         beside["force_velocity_filter"] = sums.of_ticks(kept)
-    into, on = dot(f, xd) * dt, wave_energy(u_m, dt) - wave_energy(v_m, dt) + kept
+    into, on = np.asarray(dot(f, xd) * dt), wave_energy(u_m, dt) - wave_energy(v_m, dt) + kept
     changed = squared(f - f_m) > SAME_N**2
     changed = changed | (squared(u_m - port.u(xd, v_m)) > SAME_ROOT_W**2)
-    each = Account(into, on, dissipated=np.where(changed, into - on, 0.0))
-    to_waves = _kept_sum(sums, "u_m") - _kept_sum(sums, "v_m")
-    taken = sums.of_ticks(each.taken)
+    to_waves = sums.of_wave("u_m") - sums.of_wave("v_m")
+    taken = sums.of_ticks(into)
     if not complete(user):
-        taken = taken + to_waves - sums.of_ticks(each.given - kept)
+        taken = taken + to_waves - sums.of_ticks(on - kept)
+    limited = sums.of_ticks(np.where(changed, into - on, 0.0))
     given = to_waves + sum_of(beside.values())
-    limited = sums.of_ticks(each.dissipated)
     return Account(taken, given, dissipated=limited), {**beside, "safety": limited}
-
-
-def _kept_sum(sums: UserSums, wave: str) -> Array:
-    """Return the energy of a wave of the ticks, which the master summed up as well."""
-    user = sums.user
-    return sums.anchored(wave_energy(getattr(user, wave), user.tick_s), user.energy.get(wave))
 
 
 def _plain(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -> Channel:
@@ -149,7 +137,7 @@ def _plain(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -
     """
     user, (u_s, v_s) = sums.user, at_server
     port, parts = _port(sums, known)
-    energies = {name: _kept_sum(sums, name) for name in ("u_m", "v_m")} | {"u_s": u_s, "v_s": v_s}
+    energies = {name: sums.of_wave(name) for name in ("u_m", "v_m")} | {"u_s": u_s, "v_s": v_s}
     energies["u_tx"] = energies["u_m_lp"] = sums.of_blocks(user.energy["u_tx"])
     answer_s = (LIVE if live else AT_ONCE).answer_s
     energies["v_rx"] = sums.of_blocks(user.energy["v_rx"], after_s=answer_s)
@@ -176,7 +164,7 @@ def _strict(sums: UserSums, known: User, at_server: list[Array], *, live: bool) 
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
-    energies = {"work": work, "v_m": _kept_sum(sums, "v_m"), "u_s": u_s, "v_s": v_s}
+    energies = {"work": work, "v_m": sums.of_wave("v_m"), "u_s": u_s, "v_s": v_s}
     energies |= {"u_tx": paid(sums, live=live), "released": released(sums)}
     port = Account(work, work, dissipated=0.0 * work)
     return Channel(

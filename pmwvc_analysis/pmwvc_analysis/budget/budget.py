@@ -4,14 +4,10 @@
 
     hands = devices + safety + channels + server + residual
 
-at every step of the server. Each part is the account of a block (:mod:`pmwvc_core.account`),
-stated beside the block's law and summed over the session: those of a user's blocks in
-:mod:`.blocks`, those of the server here.
-
-The residual is what the parts, each computed for itself, do not explain: rounding, where the whole
-session is on record. Parts that are not computed for themselves are named with what they hide:
-:mod:`.parts`. Intervals that are not on record are left out, and the budget ends where a master or
-the server was started again: :mod:`..traces.stretches`.
+at every step of the server. Each part is the account of a block, stated beside the block's law
+and summed over the session: of a user's blocks in :mod:`.blocks`, of the server here. The residual
+is what the parts do not explain: rounding, where the whole session is on record. What is not on
+record is left out, and the budget ends where a master or the server was started again.
 
 Equations: docs/theory.md 13.6, 14.3.
 """
@@ -37,7 +33,7 @@ from pmwvc_core.numeric import Array, Value, dot, squared
 from pmwvc_core.plant.energies import damper_heat
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import ServerTraces, SessionTraces
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
@@ -54,7 +50,14 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
-    time_s, rows = _instants(traces, users)
+    times = ran_s(server, traces)
+    end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
+    judged = times <= end + 1e-9  # steps that every user's record contains
+    for user in users:
+        stays = stretches(user, server, traces)
+        judged &= stays.known(times) & (times < stays.first_s)
+    rows = np.flatnonzero(judged) if judged.any() else np.zeros(1, dtype=np.intp)
+    time_s = times[rows]
     waves = zip(map(running, server.energy_u_s), map(running, server.energy_v_s), strict=True)
     at_server = dict(zip(server.users, waves, strict=True))  # energies of u_s and v_s
     into = sum_of(u_s - v_s for u_s, v_s in at_server.values())
@@ -103,19 +106,6 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )
-
-
-def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, NDArray[np.intp]]:
-    """Return times and rows of the server's steps that every user's record contains."""
-    assert traces.server is not None
-    times = ran_s(traces.server, traces)
-    end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
-    known = times <= end + 1e-9
-    for user in users:
-        stays = stretches(user, traces.server, traces)
-        known &= stays.known(times) & (times < stays.first_s)
-    rows = np.flatnonzero(known) if known.any() else np.zeros(1, dtype=np.intp)
-    return times[rows], rows
 
 
 def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:

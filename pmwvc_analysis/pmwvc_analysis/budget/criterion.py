@@ -18,12 +18,12 @@ Equations: docs/theory.md 13.4.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.intervals import Unjudged, without
+from pmwvc_analysis.traces.holes import Unjudged, without
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
@@ -98,44 +98,34 @@ def judge(
     counts_j: float = 0.0,
     unjudged: Sequence[Unjudged] = (),
 ) -> Finding:
-    """Judge one balance from the instants at which it is known.
-
-    Parameters
-    ----------
-    time_s, balance_j, tolerance_j
-        ``(row,)``; only rows whose balance is known.
-    counts_j
-        Bound of what counts of an encoder make of it [J].
-    unjudged
-        Times in which the balance may have been below the limit without a record of it.
+    """Judge one balance from the instants at which it is known, ``(row,)``. ``counts_j`` is the
+    bound of what counts of an encoder make of it [J], ``unjudged`` are times in which it may have
+    been below the limit without a record of it.
     """
+    shown = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged[:MOST_SHOWN]]
+    if len(unjudged) > MOST_SHOWN:
+        shown.append(f"{len(unjudged) - MOST_SHOWN} more intervals not judged")
+    found = Finding(
+        owner, part, None, 0.0, None, None, TOLERANCE_J, declared_j, moved_j, decides, (),
+        tuple(unjudged), "; ".join(shown) or "nothing of it was recorded", counts_j,
+    )  # fmt: skip
+    if not len(balance_j):
+        return found
     margin = balance_j + tolerance_j + (declared_j + counts_j)
-    seen = bool(len(margin))
-    worst = int(np.argmin(margin)) if seen else 0
-    least = min(0.0, float(balance_j[worst])) if seen else 0.0
+    worst = int(np.argmin(margin))
+    least = min(0.0, float(balance_j[worst]))
     violated = np.flatnonzero(~(margin >= 0.0))  # what is not a number is no proof either
     gaps = ((gap.start_s, gap.end_s) for gap in unjudged)
-    passive: bool | None = not len(violated)
-    why = ""
-    if passive and unjudged:
-        passive, why = None, unjudged_text(unjudged)
-    if not seen:
-        passive, why = None, why or "nothing of it was recorded"
-    return Finding(
-        owner=owner,
-        part=part,
-        passive=passive,
+    hidden = bool(unjudged) and not len(violated)
+    return replace(
+        found,
+        passive=None if hidden else not len(violated),
         least_j=least,
         least_s=float(time_s[worst]) if least < 0.0 or len(violated) else None,
         since_s=float(time_s[violated[0]]) if len(violated) else None,
-        tolerance_j=float(tolerance_j[worst]) if seen else TOLERANCE_J,
-        declared_j=declared_j,
-        moved_j=moved_j,
-        decides=decides,
-        judged_s=tuple(without(gaps, float(time_s[0]), float(time_s[-1]))) if seen else (),
-        unjudged=tuple(unjudged),
-        why=why,
-        counts_j=counts_j,
+        tolerance_j=float(tolerance_j[worst]),
+        judged_s=tuple(without(gaps, float(time_s[0]), float(time_s[-1]))),
+        why=found.why if hidden else "",
     )
 
 
@@ -148,14 +138,6 @@ def together(verdicts: Iterable[bool | None]) -> bool | None:
     """Return the verdict of several: one violation decides; then what is not judged."""
     found = set(verdicts)
     return False if False in found else True if found == {True} else None
-
-
-def unjudged_text(unjudged: Sequence[Unjudged]) -> str:
-    """Return the times that are not judged and why, in words."""
-    shown = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged[:MOST_SHOWN]]
-    if len(unjudged) > MOST_SHOWN:
-        shown.append(f"{len(unjudged) - MOST_SHOWN} more intervals not judged")
-    return "; ".join(shown)
 
 
 def behind_counts(user: User, scenario: Scenario) -> bool:
@@ -179,10 +161,6 @@ def bounded(user: User, scenario: Scenario) -> CountBound | None:
 
 def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> float:
     """Return what a port behind counts may give out at most [J]; zero: no bound held."""
-    found = [
-        bounded(user, stage.scenario)
-        for stage in (stages(traces, scenario) if scenario else [])
-        for user in stage.scenario.users
-        if user.name == name
-    ]
-    return min((bound.given_j if bound else 0.0 for bound in found), default=0.0)
+    found = [stage.scenario for stage in (stages(traces, scenario) if scenario else [])]
+    bounds = [bounded(user, each) for each in found for user in each.users if user.name == name]
+    return min((bound.given_j if bound else 0.0 for bound in bounds), default=0.0)

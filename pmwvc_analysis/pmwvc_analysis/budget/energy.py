@@ -13,8 +13,7 @@ beside it. Without waves, and where something at the device answers the outgoing
 (velocity filter, filter bank), only E_hand exists.
 
 A tick counts once it has run, a server step with its whole period at its start, when it really
-ran: cause is never behind effect. Gaps in the recording and nodes that were started again:
-:mod:`..traces.stretches`, :mod:`..traces.server_starts`.
+ran: cause is never behind effect.
 
 Equations: docs/theory.md 13.1, 13.2, 13.3.
 """
@@ -28,8 +27,7 @@ from pmwvc_analysis.budget.criterion import Declared, counts_j, tolerance
 from pmwvc_analysis.traces.hand_work import Work, hand_work
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
 from pmwvc_analysis.traces.stretches import Stretches, stretches
-from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
-from pmwvc_core.account import wave_energy
+from pmwvc_analysis.traces.sums import UserSums, running
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Array, Flags
@@ -39,9 +37,7 @@ from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 @dataclass(frozen=True)
 class Balance:
-    """One balance over time, how far below zero rounding may take it, and how far what was
-    declared to be stored at the start.
-    """
+    """One balance over time, and the energy declared to be stored at the start."""
 
     time_s: Array  # (step,)
     energy_in_j: Array
@@ -55,7 +51,7 @@ class Balance:
 
     @property
     def tolerance_j(self) -> Array:
-        """Largest deficit that counts as zero (passivity.py) [J]."""
+        """Largest deficit that counts as zero [J]."""
         return tolerance(self.energy_in_j)
 
     @property
@@ -65,7 +61,7 @@ class Balance:
 
     @property
     def passive(self) -> bool:
-        """Tell whether every balance is; None where the encoder cannot resolve E_hand."""
+        """Tell whether it never was violated."""
         return not bool(self.violated.any())
 
     @property
@@ -117,21 +113,14 @@ def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> li
     """
     if traces.server is None:
         return []
-    known = {user.name: user for user in scenario.users} if scenario else {}
-    return [
-        _of_user(user, traces.server, traces, scenario, known.get(user.name))
-        for user in traces.users
-        if user.name in traces.server.users
-    ]
+    there = [user for user in traces.users if user.name in traces.server.users]
+    return [_of_user(user, traces.server, traces, scenario) for user in there]
 
 
 def _of_user(
-    user: UserTraces,
-    server: ServerTraces,
-    traces: SessionTraces,
-    scenario: Scenario | None,
-    known: User | None,
+    user: UserTraces, server: ServerTraces, traces: SessionTraces, scenario: Scenario | None
 ) -> UserEnergy:
+    known = next((u for u in scenario.users if u.name == user.name), None) if scenario else None
     index = server.users.index(user.name)
     times, steps = instants(server, traces)
     stays = stretches(user, server, traces)
@@ -153,26 +142,25 @@ def _of_user(
     taken = begun(taken[steps], "joined_s")
     work = hand_work(user, known.device if known else None)
     (worked, resolution), gone = work.at(user, times), np.zeros(len(times))
-    up = down = None
+    sums, up, down = UserSums(user, times, to_end=True), None, None
     if scenario is not None and scenario.strict and known is not None:
-        sums = UserSums(user, times)
         paid_j = begun(paid(sums, live=traces.live) - died)
         up = Balance(times[rows], paid_j, taken, float(scenario.server.store_j))
         given_up = discarded(times, server, traces, sums)
         gone = died + given_up
         if not alters_wave(known.master):
-            given = _of_wave(user, "v_m", times) + released(sums, after_s=np.inf)
+            given = sums.of_wave("v_m") + released(sums, after_s=np.inf)
             lent_j = float(known.master.store_j)
             down = Balance(times[rows], begun(v_s - given_up), begun(given), lent_j)
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
-        up = Balance(times[rows], begun(_of_wave(user, "u_m", times) - died), taken)
-        down = Balance(times[rows], begun(v_s), begun(_of_wave(user, "v_m", times)))
+        up = Balance(times[rows], begun(sums.of_wave("u_m") - died), taken)
+        down = Balance(times[rows], begun(v_s), begun(sums.of_wave("v_m")))
         gone = died
     given_j = begun(v_s)
     joint = Balance(times[rows], begun(worked - gone), taken - given_j)
     return UserEnergy(
         user.name, up, down, joint, resolution[rows],
-        storage_j=declared_storage_j(scenario, known) if scenario and known else 0.0,
+        storage_j=sum(declared(scenario, known)) if scenario and known else 0.0,
         stretches=stays, counts_j=counts_j(traces, scenario, user.name), given_j=given_j,
         hand=work if len(work.sums) == len(user.time_s) else None,
     )  # fmt: skip
@@ -182,15 +170,3 @@ def declared(scenario: Scenario, user: User) -> Declared:
     """Return the energy that a user's ends hold at the start."""
     own = record_of(scenario.controller).storage_j(user.master, user.baseline)
     return Declared(own, scenario.strict * float(user.master.store_j + scenario.server.store_j))
-
-
-def declared_storage_j(scenario: Scenario, user: User) -> float:
-    """Return all of it [J]."""
-    return sum(declared(scenario, user))
-
-
-def _of_wave(user: UserTraces, wave: str, times: Array) -> Array:
-    """Return the energy of a wave in all ticks that ran before some times, which are rounded."""
-    per_tick = wave_energy(getattr(user, wave), user.tick_s)
-    sums = anchored(user, per_tick, user.energy.get(wave))
-    return up_to(sums, np.searchsorted(ran_s(user), times - 0.001 * user.tick_s))

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """An energy budget as numbers over time, whether it closes, and which part was active.
 
-A part whose sum was below zero beyond the tolerance (criterion.py) generated energy: it was
-*active*. What belongs together is judged together: the anti-aliasing filter pays for the rate
-drop and for a velocity filter, and a position feedback with an energy tank spends what filter,
-hold and link have kept. Behind counts of an encoder the node's work is that of the positions
-counted, and sampling has the rest of the true one: together they are judged with the bound of
-the criterion, and not at all where the true motion is not known.
+A part that is not passive (:mod:`.criterion`) was *active*. What belongs together is judged
+together: the anti-aliasing filter pays for the rate drop and for a velocity filter, and a position
+feedback with an energy tank spends what filter, hold and link have kept. Behind counts of an
+encoder the node's work is that of the positions counted, and sampling has the rest of the true
+one: together they are judged with the bound of the criterion, and not at all where the true motion
+is not known.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted, words_of
-from pmwvc_analysis.traces.intervals import Unjudged
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.numeric import Array
 
@@ -94,21 +94,17 @@ class Budget:
             if owner in self.counts:
                 counted = {part: known.pop(part) for part in AT_COUNTS if part in known}
                 if not any(each.owner == owner for each in self.remainders):
-                    sums = sum_of(each.sums for each in counted.values())
-                    known["_and_".join(counted)] = Series(self.time_s, sums)
+                    known |= _joined(counted)
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
             for group in (AROUND, linked, ENVIRONMENT):
                 members = [part for part in group if part in known]
                 if len(members) > 1:
-                    series = [known.pop(part) for part in members]
-                    sums = sum_of(each.sums for each in series)
-                    known["_and_".join(members)] = Series(series[0].time_s, sums)
+                    known |= _joined({part: known.pop(part) for part in members})
             if owner in self.tanks:
-                members = [part for part in (*PAID, *PAID_PORT) if part in parts]
                 for part in ("position_spent", "late_decoding", "withheld"):
                     known.pop(part, None)
-                sums = sum_of(parts[part] for part in members)
-                known["_and_".join(members)] = Series(self.time_s, sums)
+                paid = [part for part in (*PAID, *PAID_PORT) if part in parts]
+                known |= _joined({part: Series(self.time_s, parts[part]) for part in paid})
             for part, found in known.items():
                 yield owner, part, found
 
@@ -122,24 +118,18 @@ class Budget:
             unjudged = self.server_holes if owner == SERVER else ()
             known = time_s < min((hole.start_s for hole in unjudged), default=np.inf)
             judged = judge(
-                owner,
-                part,
-                time_s[known],
-                sums[known],
-                tolerance_j=tolerance(np.full(int(known.sum()), moved)),
-                moved_j=moved,
-                decides=False,
-                unjudged=unjudged,
+                owner, part, time_s[known], sums[known], moved_j=moved, decides=False,
+                tolerance_j=tolerance(np.full(int(known.sum()), moved)), unjudged=unjudged,
                 declared_j=tank * declared.controller_j + links * declared.playouts_j,
                 counts_j=self.counts.get(owner, 0.0) if AT_COUNTS[0] in part else 0.0,
-            )
+            )  # fmt: skip
             found.append(judged)
         return found
 
     @property
     def active(self) -> list[Finding]:
         """Return the active parts, the one that gave out most first."""
-        found = [each for each in self.findings if each.passive is False]
+        found = (each for each in self.findings if each.passive is False)
         return sorted(found, key=lambda each: -each.given_j)
 
     @property
@@ -158,26 +148,16 @@ class Budget:
             "tolerance_j": self.tolerance_j,
             "closes": self.closes,
             "users": [
-                {
-                    "name": name,
-                    "hand_j": _last(hand),
-                    **self._energies(name),
-                    "declared_storage_j": sum(self.declared.get(name, ())),
-                }
+                {"name": name, "hand_j": _last(hand)}
+                | self._energies(name)
+                | {"declared_storage_j": sum(self.declared.get(name, ()))}
                 for name, hand in self.hands.items()
             ],
             "server": self._energies(SERVER),
             "active": [
-                {
-                    "owner": entry.owner,
-                    "part": entry.part,
-                    "given_j": entry.given_j,
-                    "since_s": entry.since_s,
-                    "time_s": entry.least_s,
-                    "tolerance_j": entry.tolerance_j,
-                    "ratio": entry.ratio,
-                }
-                for entry in self.active
+                {"owner": e.owner, "part": e.part, "given_j": e.given_j, "since_s": e.since_s}
+                | {"time_s": e.least_s, "tolerance_j": e.tolerance_j, "ratio": e.ratio}
+                for e in self.active
             ],
             "notes": self.notes,
             "remainders": [each._asdict() | {"hides": each.hides} for each in self.remainders],
@@ -191,14 +171,20 @@ class Budget:
         """Return the final energies [J]: label, a column per user and the server; None: none."""
         owners = [*self.hands, SERVER]
         left_over = {each.part for each in self.remainders}
-        table: list[tuple[str, list[float | None]]] = [
-            ("given by the hand", [*map(_last, self.hands.values()), None])
+        lines: list[tuple[str, list[Array | None]]] = [
+            ("given by the hand", [*self.hands.values(), None])
         ]
         for part in dict.fromkeys(part for owner in owners for part in self.parts[owner]):
-            sums = [self.parts[owner].get(part) for owner in owners]
             label = words_of(part) + (" (remainder)" if part in left_over else "")
-            table.append((label, [None if s is None else _last(s) for s in sums]))
-        return [*table, ("residual", [_last(self.residuals[owner]) for owner in owners])]
+            lines.append((label, [self.parts[owner].get(part) for owner in owners]))
+        lines.append(("residual", [self.residuals[owner] for owner in owners]))
+        return [(t, [None if s is None else _last(s) for s in row]) for t, row in lines]
+
+
+def _joined(members: dict[str, Series]) -> dict[str, Series]:
+    """Return series of the same times as the one of their sum, named after all of them."""
+    time_s = next(iter(members.values())).time_s
+    return {"_and_".join(members): Series(time_s, sum_of(each.sums for each in members.values()))}
 
 
 def _last(sums: Array) -> float:

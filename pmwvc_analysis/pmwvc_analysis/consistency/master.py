@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The contradictions within a master's record."""
+"""The contradictions within a master's record: differences that rounding does not explain."""
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.consistency.numbers import RELATIVE, SMALLEST, differs, off, power
 from pmwvc_analysis.traces.hand_work import complete, measured, true_motion
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_core.law.port.strict_master import ASKED
@@ -16,9 +16,31 @@ from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.wave.impedance import WavePort
 
+RELATIVE = 1e-6
+SMALLEST = 1e-9
 # Accounts of what answers the outgoing wave within the tick: v_m then depends on how far it was
 # shortened.
 ANSWERS = {"velocity_filter", "local_stored", "bank_low_in"}
+
+
+def power(waves: Array) -> Array:
+    """Return the squared length of each row."""
+    return np.asarray(np.sum(waves**2, axis=-1))
+
+
+def differs(left: Array, right: Array) -> float | None:
+    """Return the largest difference where it is more than rounding can explain, else None."""
+    if not left.size:
+        return None
+    gap = float(np.abs(left - right).max())
+    size = float(max(np.abs(left).max(), np.abs(right).max()))
+    return gap if gap > SMALLEST + RELATIVE * size else None
+
+
+def off(text: str, unit: str, left: Array, right: Array, rows: Any = ...) -> Iterator[str]:
+    """Yield in words by how much two sides of an invariant are off in some rows, if they are."""
+    if (gap := differs(left[rows], right[rows])) is not None:
+        yield f"{text}, {gap:.3g} {unit} off"
 
 
 def master(
@@ -147,15 +169,11 @@ def _blocks(user: UserTraces, per_tick: Array, recorded: Array) -> tuple[Array, 
 
 def _work(user: UserTraces, known: User, *, simulated: bool) -> Iterator[str]:
     """Check the work of both forces against forces and motion, tick by tick."""
-    x = user.x_m
-    if measured(known.device):
-        motion = true_motion(user, known.device)
-        if motion is None:
-            if simulated and np.isfinite(user.f_h).all():
-                text = "the device is not where its model and the forces recorded lead"
-                yield f"{user.name}: {text}"
-            return
-        x = motion.x[:-1]
+    if (motion := true_motion(user, known.device)) is None:
+        if simulated and np.isfinite(user.f_h).all():
+            yield f"{user.name}: the device is not where its model and the forces recorded lead"
+        return
+    x = motion.x[:-1]
     for name, force in (("device", user.f_applied), ("hand", user.f_h)):
         if name in user.energy and np.isfinite(force).all():
             per_tick = np.append(np.sum(force[:-1] * np.diff(x, axis=0), axis=-1), 0.0)

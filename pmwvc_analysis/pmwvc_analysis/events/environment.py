@@ -21,13 +21,12 @@ Equations: docs/theory.md 5.10.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.reductions import begins
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.quantities import quantity
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.impedance import WavePort
 
@@ -52,13 +51,26 @@ def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limit
     server = traces.server
     if scenario is None or server is None or not has_waves(scenario.controller):
         return {}
-    known = {user.name: user for user in scenario.users if user.name in server.users}
-    found = {
-        user.name: _of_user(user, server, server.users.index(user.name), known[user.name])
-        for user in traces.users
-        if user.name in known and "withheld" in server.accounts
-    }
-    return {name: entry for name, entry in found.items() if entry is not None}
+    known, found = {user.name: user for user in scenario.users}, dict[str, Limited]()
+    for user in traces.users if "withheld" in server.accounts else []:
+        if user.name not in known or user.name not in server.users:
+            continue
+        index = server.users.index(user.name)
+        port, there = WavePort(known[user.name].server_impedance), server.state[index] > 0
+        u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
+        whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
+        half = 0.5 * server.periods_s
+        withheld = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
+        energy = float(withheld.sum())
+        if not energy > LEAST_J:
+            continue
+        off = u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)
+        off = np.where(there[:, np.newaxis], off / root(2.0 * known[user.name].impedance), 0.0)
+        moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
+        first_s = float(server.time_s[np.argmax(withheld > 0.01 * LEAST_J)])
+        lost_s = _lost_s(user, server, index, moved)
+        found[user.name] = Limited(energy, float(_length(moved).max()), first_s, lost_s)
+    return found
 
 
 def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
@@ -93,23 +105,6 @@ def _amount(energy_j: float, position_m: float) -> str:
     return f"{quantity(energy_j, 'J')}, {position_m * 1e3:.3g} mm"
 
 
-def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) -> Limited | None:
-    port, there = WavePort(known.server_impedance), server.state[index] > 0
-    u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
-    whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
-    half = 0.5 * server.periods_s
-    withheld = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
-    energy = float(withheld.sum())
-    if not energy > LEAST_J:
-        return None
-    apart = (u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)) / root(2.0 * known.impedance)
-    taken = np.where(there[:, np.newaxis], apart, 0.0)
-    moved = np.cumsum(server.periods_s[:, np.newaxis] * taken, axis=0)
-    first_s = float(server.time_s[np.argmax(withheld > 0.01 * LEAST_J)])
-    lost_s = _lost_s(user, server, index, moved)
-    return Limited(energy, float(_length(moved).max()), first_s, lost_s)
-
-
 def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) -> float | None:
     """Return when the environment is lost first; an avatar of a later stay begins anew."""
     there = server.state[index] > 0
@@ -119,7 +114,12 @@ def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) ->
             continue
         apart = user.x_m[user.rows_at(server.time_s[rows])] - server.x_s[index][rows]
         apart, own = apart - apart[0], moved[rows] - moved[rows[0]]
-        natural = _length(_mean(_travel(server, index, rows), server.period_s))
+        way = (server.x_s[index] - server.x_o)[rows]  # relative to the object
+        touching = np.asarray(server.contact[index])[rows]
+        before = np.maximum(np.arange(len(rows)) - 1, 0)
+        since = np.maximum.accumulate(np.where(begins(touching), before, 0))
+        travel = np.where(touching[:, np.newaxis], way - way[since], 0.0)  # in this contact
+        natural = _length(_mean(travel, server.period_s))
         natural = natural + _length(_mean(apart - own, server.period_s))
         gone = _length(_mean(own, server.period_s)) > LOST_M + LOST_RATIO * natural
         count = max(1, round(LASTING_S / server.period_s))
@@ -128,15 +128,6 @@ def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) ->
         if len(lasting):
             return float(server.time_s[rows[lasting[0]]])
     return None
-
-
-def _travel(server: ServerTraces, index: int, rows: NDArray[np.intp]) -> Array:
-    """Return the avatar's way relative to the object since its present contact began [m]."""
-    way = (server.x_s[index] - server.x_o)[rows]
-    touching = np.asarray(server.contact[index])[rows]
-    before = np.maximum(np.arange(len(rows)) - 1, 0)
-    since = np.maximum.accumulate(np.where(begins(touching), before, 0))
-    return np.where(touching[:, np.newaxis], way - way[since], 0.0)
 
 
 def _mean(values: Array, period_s: float) -> Array:

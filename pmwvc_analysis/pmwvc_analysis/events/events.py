@@ -33,14 +33,10 @@ def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
     def key(each: Event) -> tuple[Any, ...]:
         return each["time_s"], each.get("who"), each["kind"], each.get("what")
 
-    def is_recorder(each: Event) -> bool:
-        return each.get("who") == "recorder" and "code" not in each
-
-    # what was noted without a kind is the end of a node, or the recorder's
-    noted = [
-        each | {"kind": each.get("kind", "recording" if is_recorder(each) else "ended")}
-        for each in traces.events
-    ]
+    noted = []
+    for each in traces.events:  # without a kind: the end of a node, or the recorder's
+        recorder = each.get("who") == "recorder" and "code" not in each
+        noted.append(each | {"kind": each.get("kind", "recording" if recorder else "ended")})
     seen = {key(each) for each in noted}
     found = noted + [each for each in _derived(traces, scenario) if key(each) not in seen]
     return sorted(found, key=lambda each: (each["time_s"] is not None, each["time_s"] or 0.0))

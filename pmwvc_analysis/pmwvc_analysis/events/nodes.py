@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.felt import touching
@@ -43,11 +42,6 @@ def event(time_s: float | None, who: str, kind: str, what: str) -> Event:
         "kind": kind,
         "what": what,
     }
-
-
-def changes(values: NDArray[Any]) -> list[int]:
-    """Return the rows at which a value differs from the one before."""
-    return [int(row) + 1 for row in np.flatnonzero(values[1:] != values[:-1])]
 
 
 def of_master(user: UserTraces) -> Iterator[Event]:
@@ -89,8 +83,8 @@ def of_master(user: UserTraces) -> Iterator[Event]:
             what = f"force limited {times} {until}, {flags.sum() * user.tick_s:.2f} s in all"
         yield event(float(user.time_s[first]), who, "limit", what)
     gaps = [(hole.start_s, hole.end_s) for hole in holes.of_user(user)]
-    for row in changes(user.epoch):
-        end_s, again_s = user.block_time_s[row - 1 : row + 1].tolist()
+    for row in np.flatnonzero(np.diff(user.epoch)).tolist():
+        end_s, again_s = user.block_time_s[row : row + 2].tolist()
         yield event(end_s, who, "restart", "started again")
         gaps.append((end_s, again_s))
     yield from _stalls(who, "ticks", user.time_s, user.tick_s, gaps)
@@ -124,12 +118,10 @@ def _stalls(
 ) -> Iterator[Event]:
     """Yield pauses of a loop that no hole of the recording explains."""
     pauses = np.diff(time_s)
-    rows = np.flatnonzero(pauses > max(STALL_S, STEPS * period_s))
-    found = [
-        row
-        for row in rows.tolist()
-        if not any(start < time_s[row + 1] and time_s[row] < end for start, end in known)
-    ]
+    paused = pauses > max(STALL_S, STEPS * period_s)
+    for start_s, end_s in known:
+        paused &= (start_s >= time_s[1:]) | (time_s[:-1] >= end_s)
+    found = np.flatnonzero(paused).tolist()
     for place, row in enumerate(found[: MOST + 1]):
         text = f"no {what} for {pauses[row] - period_s:.3f} s: the loop did not run"
         if place == MOST:
@@ -160,7 +152,8 @@ def _presence(
     name, state = server.users[index], server.state[index]
     before: int = Presence.ABSENT
     again = [start.row for start in starts(server)]
-    for row in sorted({0, *changes(state), *again}) if len(state) else []:
+    changed = (np.flatnonzero(np.diff(state)) + 1).tolist()
+    for row in sorted({0, *changed, *again}) if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])
         before = Presence.ABSENT if row in again else before
         if now == before or time_s > duration_s - END_S:

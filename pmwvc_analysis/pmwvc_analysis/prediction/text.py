@@ -8,7 +8,7 @@ Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes
 import math
 from collections.abc import Sequence
 
-from pmwvc_analysis.budget.energy import declared_storage_j
+from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder import encoder_lines, encoder_noise_w
@@ -174,7 +174,7 @@ def _device_lines(scenario: Scenario) -> list[str]:
     found = []
     samples = has_waves(scenario.controller) and not scenario.strict
     for user in scenario.users:
-        if (stored := declared_storage_j(scenario, user)) > 0.0:
+        if (stored := sum(declared(scenario, user))) > 0.0:
             found.append(f"{user.name}: declared storage {1e3 * stored:.3g} mJ.")
         if samples and (noise_w := encoder_noise_w(user)) > 0.0:
             found.append(

@@ -51,15 +51,22 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
     joins = np.searchsorted(times, joins_s - 0.5 * user.tick_s).tolist()
     again = [start.row for start in starts(server)]
     first_rows = sorted({*np.flatnonzero(begins(there)).tolist(), *joins, *again})
+    packets = traces.packets.get(f"/server/{user.name}/wave_down")
     distance = user.x_m[user.rows_at(times)] - server.x_s[index]
     kept = np.zeros_like(distance)
     rows = np.zeros(len(times), dtype=bool)
     for stay in np.split(np.arange(len(times)), first_rows):
         coupled = np.flatnonzero(there[stay] & (state[stay] == Presence.COUPLED))
         if len(coupled):
-            since = stay[coupled[0] :]
-            sent = _sent(traces, user.name, since[0])
-            first = distance[since[0]] if sent is None else sent - server.x_s[index][since[0]]
+            since, joined = stay[coupled[0] :], stay[coupled[0]]
+            first = distance[joined]
+            if packets is not None:
+                sent = int(np.searchsorted(packets.time_s, times[joined] - ROUNDED_S))
+                before_s = times[joined] + server.periods_s[joined]
+                if sent < len(packets.position) and packets.time_s[sent] < before_s:
+                    position = packets.position[sent]
+                    if np.isfinite(position).all():
+                        first = position - server.x_s[index][joined]
             kept[since] = first - _slid(server, index, since, first)
             rows[since] = there[since]
     return Apart(times[rows], (distance - kept)[rows], kept[rows]) if rows.any() else None
@@ -71,19 +78,6 @@ def kept_text(kept_m: Any, scenario: Scenario) -> str:
         return ""
     why = why_kept(waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box)
     return kept_words(float(np.linalg.norm(kept_m)), why)
-
-
-def _sent(traces: SessionTraces, name: str, row: int) -> Array | None:
-    """Return the position that a step of the server sent to a user [m]; None: not recorded."""
-    packets, server = traces.packets.get(f"/server/{name}/wave_down"), traces.server
-    if packets is None or server is None:
-        return None
-    sent = int(np.searchsorted(packets.time_s, server.time_s[row] - ROUNDED_S))
-    if sent >= len(packets.position) or not np.isfinite(packets.position[sent]).all():
-        return None
-    if packets.time_s[sent] >= server.time_s[row] + server.periods_s[row]:
-        return None
-    return np.asarray(packets.position[sent])
 
 
 def _slid(server: ServerTraces, index: int, rows: NDArray[np.intp], most: Array) -> Array | float:

@@ -11,9 +11,8 @@ has not come by the end is late as well, unless the link was silent for so long 
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.intervals import without
+from pmwvc_analysis.traces.holes import without
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -42,8 +41,16 @@ def timely(
 
 
 def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
-    """Return the intervals before late packets, from and until [s], ``(waits, 2)``."""
-    newest = _newest(packets)
+    """Return the intervals before late packets, from and until [s], ``(waits, 2)``. Packets that
+    were not the newest when they came do not count.
+    """
+    order = np.argsort(packets.time_s, kind="stable")
+    seq, epoch = packets.seq[order], packets.epoch[order]
+    found = np.ones(len(order), dtype=bool)
+    for each in np.unique(epoch):
+        own = epoch == each
+        found[own] = seq[own] > np.maximum.accumulate(np.concatenate([[-1], seq[own]]))[:-1]
+    newest = order[found]
     times_s, due_s = packets.time_s[newest], packets.period_s[newest]
     if len(newest) and 0.0 < end_s - times_s[-1] < GONE_S:
         times_s, due_s = np.append(times_s, end_s), np.append(due_s, due_s[-1])
@@ -51,18 +58,6 @@ def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
     late = (gaps_s > (1.0 + LATE) * due_s) & (times_s[1:] > start_s)
     begun_s = np.maximum(times_s[:-1], start_s)
     return np.stack([begun_s[late], times_s[1:][late]], axis=1)
-
-
-def _newest(packets: PacketTraces) -> NDArray[np.intp]:
-    """Return the rows of packets that were the newest when they came, in that order."""
-    order = np.argsort(packets.time_s, kind="stable")
-    seq, epoch = packets.seq[order], packets.epoch[order]
-    found = np.ones(len(order), dtype=bool)
-    for each in np.unique(epoch):
-        own = epoch == each
-        before = np.maximum.accumulate(np.concatenate([[-1], seq[own]]))[:-1]
-        found[own] = seq[own] > before
-    return np.asarray(order[found])
 
 
 def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, float]:
@@ -85,10 +80,11 @@ def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, floa
 
 def with_deadband(traces: SessionTraces, scenario: Scenario | None) -> list[str]:
     """Return the links whose sender had a deadband at some time, by name."""
-    ends = [
-        (f"{user.name}/{way}", end.deadband.is_on)
+    links = (
+        f"{user.name}/{way}"
         for stage in (stages(traces, scenario) if scenario else [])
         for user in stage.scenario.users
         for way, end in (("up", user.master), ("down", user.contact))
-    ]
-    return list(dict.fromkeys(link for link, is_on in ends if is_on))
+        if end.deadband.is_on
+    )
+    return list(dict.fromkeys(links))

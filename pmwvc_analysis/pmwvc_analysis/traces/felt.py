@@ -21,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.intervals import merged
 from pmwvc_analysis.traces.reductions import begins
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_core.frame.rows import Presence
@@ -50,7 +49,7 @@ class Felt(NamedTuple):
     force_least_n: float | None  # since the undisturbed force was first felt
     dropout_s: float | None  # time since then below half of the undisturbed force
     coupled_ratio: float  # of its time
-    disturbed_s: float | None  # None without a scenario
+    disturbed_s: float | None = None  # None without a scenario
 
 
 def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> Felt:
@@ -61,16 +60,24 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         server = None
     steps, together = _steps(user), np.zeros(len(user.time_s), dtype=bool)
     if server is not None:
-        touches = touching(server, server.users.index(user.name))
-        steps[_follow(server.time_s[begins(touches)], user.time_s)] = 0.0
-        together = _coupled(server, user)
-    worst, lasted_s = int(np.argmax(steps)), _lasted_s(user)
-    found = Felt(
-        force_step_max_n=float(steps[worst]), force_step_max_s=float(user.time_s[worst]),
-        blows=int(begins(steps > BLOW_N).sum()), force_undisturbed_n=None, force_least_n=None,
-        dropout_s=None, coupled_ratio=float(lasted_s[together].sum() / lasted_s.sum()),
-        disturbed_s=None,
-    )  # fmt: skip
+        index = server.users.index(user.name)
+        touches = touching(server, index)
+        made_s = server.time_s[begins(touches)]
+        latest = np.searchsorted(made_s, user.time_s, side="right") - 1
+        impact = (latest >= 0) & (user.time_s < np.append(made_s, 0.0)[latest] + IMPACT_S)
+        steps[impact] = 0.0
+        block = np.searchsorted(user.block_ends, np.arange(len(user.time_s)), side="right")
+        master = user.state[np.minimum(block, len(user.state) - 1)] == SafetyState.COUPLED
+        row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
+        avatar = server.state[index][row] == Presence.COUPLED
+        together = np.asarray(master & avatar & (row >= 0))
+    lasted_s = np.append(np.diff(user.time_s), user.tick_s)  # as far as that is on record
+    lasted_s[gaps(user)] = user.tick_s
+    lasted_s[:-1][np.diff(user.tick) < 0] = user.tick_s
+    worst = int(np.argmax(steps))
+    largest_n, largest_s = float(steps[worst]), float(user.time_s[worst])
+    blows, ratio = int(begins(steps > BLOW_N).sum()), lasted_s[together].sum() / lasted_s.sum()
+    found = Felt(largest_n, largest_s, blows, None, None, None, float(ratio))
     if scenario is None or known is None:
         return found
     away = _taken_away(traces, user, scenario, known)
@@ -79,8 +86,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     if server is None or not holds:
         return found
     size = np.linalg.norm(user.f_applied, axis=-1)
-    row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
-    held = together & touches[np.maximum(row, 0)] & (row >= 0) & np.isfinite(size)
+    held = together & touches[np.maximum(row, 0)] & np.isfinite(size)
     undisturbed_n = float(np.median(size[held])) if held.any() else 0.0
     felt_at = held & (user.time_s >= closed_s(user, scenario)) & (size >= undisturbed_n)
     if undisturbed_n < BLOW_N or not felt_at.any():
@@ -113,15 +119,6 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
     return float(coupled[0]) + scenario.task.grip_s + scenario.task.grip_rise_s
 
 
-def _coupled(server: ServerTraces, user: UserTraces) -> Flags:
-    """Tell at which ticks a user is coupled: its master, and its avatar at the server."""
-    block = np.searchsorted(user.block_ends, np.arange(len(user.time_s)), side="right")
-    master = user.state[np.minimum(block, len(user.state) - 1)] == SafetyState.COUPLED
-    step = np.searchsorted(server.time_s, user.time_s, side="right") - 1
-    avatar = server.state[server.users.index(user.name)][step] == Presence.COUPLED
-    return np.asarray(master & avatar & (step >= 0))
-
-
 def _taken_away(traces: SessionTraces, user: UserTraces, scenario: Scenario, known: User) -> Flags:
     """Tell at which ticks the scenario takes the coupling of a user away."""
     back_s = BACK_S + known.safety.soft_start_s + mean_s(known.link_up) + mean_s(known.link_down)
@@ -133,8 +130,8 @@ def _taken_away(traces: SessionTraces, user: UserTraces, scenario: Scenario, kno
         found += [(time_s, time_s) for time_s in (lost_ns * 1e-9).tolist()]
     found += _stood_still(traces, scenario)
     away = np.zeros(len(user.time_s), dtype=bool)
-    for interval in merged((start_s, end_s + back_s) for start_s, end_s in found):
-        away[slice(*np.searchsorted(user.time_s, interval))] = True
+    for start_s, end_s in found:
+        away[slice(*np.searchsorted(user.time_s, (start_s, end_s + back_s)))] = True
     return away
 
 
@@ -148,21 +145,18 @@ def _stood_still(traces: SessionTraces, scenario: Scenario) -> list[tuple[float,
         if wanted.action in ("kill", "stop"):
             since_s.setdefault(wanted.node, time_s)
         elif wanted.node in since_s:
-            runs_s = _ran_s(traces, wanted.node)
-            again_s = runs_s[runs_s >= time_s].min(initial=traces.duration_s)
+            runs_s = [user.time_s for user in traces.users if user.name == wanted.node]
+            if wanted.node == "server" and traces.server is not None:
+                runs_s = [traces.server.time_s]
+            elif wanted.node == "netem":
+                topics = {f"/server/{user.name}/wave_up" for user in traces.users}
+                runs_s = [traces.packets[topic].time_s for topic in topics & set(traces.packets)]
+            again_s = min(
+                (each[each >= time_s].min(initial=traces.duration_s) for each in runs_s),
+                default=traces.duration_s,
+            )
             found.append((since_s.pop(wanted.node), float(again_s)))
     return found + [(time_s, traces.duration_s) for time_s in since_s.values()]
-
-
-def _ran_s(traces: SessionTraces, node: str) -> Array:
-    """Return the times at which a node is seen to run [s]."""
-    if node == "server" and traces.server is not None:
-        return traces.server.time_s
-    rows = [user.time_s for user in traces.users if user.name == node]
-    if node == "netem":
-        topics = {f"/server/{user.name}/wave_up" for user in traces.users}
-        rows = [traces.packets[topic].time_s for topic in topics & set(traces.packets)]
-    return np.concatenate([*rows, [traces.duration_s]])
 
 
 def _steps(user: UserTraces) -> Array:
@@ -178,17 +172,3 @@ def _steps(user: UserTraces) -> Array:
         size = np.where((piece[lag:] == piece[:-lag]) & np.isfinite(size), size, 0.0)
         steps[lag:] = np.maximum(steps[lag:], size)
     return steps
-
-
-def _follow(made_s: Array, time_s: Array) -> Flags:
-    """Tell which instants closely follow a contact that was made [s]."""
-    latest = np.searchsorted(made_s, time_s, side="right") - 1
-    return np.asarray((latest >= 0) & (time_s < np.append(made_s, 0.0)[latest] + IMPACT_S))
-
-
-def _lasted_s(user: UserTraces) -> Array:
-    """Return how long the force of each tick stayed on, as far as that is on record [s]."""
-    lasted = np.append(np.diff(user.time_s), user.tick_s)
-    lasted[gaps(user)] = user.tick_s
-    lasted[:-1][np.diff(user.tick) < 0] = user.tick_s
-    return lasted

@@ -37,7 +37,7 @@ class Work(NamedTuple):
 
     ran_s: Array
     sums: Array
-    resolution: Array
+    resolution: Array  # how far they may be off, as an encoder has steps
 
     def at(self, user: UserTraces, times: Array) -> tuple[Array, Array]:
         """Return the work of all ticks that ran by then, and how far it may be off [J]."""
@@ -49,12 +49,16 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     """Return the work of one user's hand: tick by tick where the recorded positions are what the
     master counted, else at the ends of blocks. Without a ``device`` positions are exact.
     """
-    ran = ran_s(user)
+    ran, resolution = ran_s(user), np.zeros(len(user.time_s))
+    if device is not None and device.encoder_step_m > 0.0:
+        size = np.sum(np.abs(user.f_applied), axis=-1)
+        change = np.sum(np.abs(np.diff(user.f_applied, axis=0, prepend=0.0)), axis=-1)
+        resolution = 0.5 * float(device.encoder_step_m) * (size + np.cumsum(change))
     per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)
     counted = np.concatenate([[0.0], np.cumsum(per_tick)])
     recorded = user.energy.get("device")
     if recorded is None or not len(recorded):
-        return Work(ran, counted[1:], _resolution(user, device))
+        return Work(ran, counted[1:], resolution)
     after = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
     there = np.diff(after, prepend=0) > 0
     recorded, after = recorded[there], after[there]
@@ -72,17 +76,7 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     block = np.minimum(block, len(after) - 1)
     sums = start[block] + counted[1:] - counted[before[block]]
     sums[after - 1] = recorded
-    return Work(ran, sums, _resolution(user, device))
-
-
-def _resolution(user: UserTraces, device: DeviceParams | None) -> Array:
-    """Return how far the work may be off after each tick, as the encoder has steps [J]."""
-    step_m = float(device.encoder_step_m) if device is not None else 0.0
-    if step_m <= 0.0:
-        return np.zeros(len(user.time_s))
-    size = np.sum(np.abs(user.f_applied), axis=-1)
-    change = np.sum(np.abs(np.diff(user.f_applied, axis=0, prepend=0.0)), axis=-1)
-    return np.asarray(0.5 * step_m * (size + np.cumsum(change)), dtype=float)
+    return Work(ran, sums, resolution)
 
 
 class TrueMotion(NamedTuple):
@@ -103,18 +97,23 @@ def complete(user: UserTraces) -> bool:
 
 
 def true_motion(user: UserTraces, params: DeviceParams) -> TrueMotion | None:
-    """Return the motion of a device whose sensors show another; None where it cannot be told."""
+    """Return the motion of a device, also of one whose sensors show another; None where it cannot
+    be told. What the last tick led to is not on record.
+    """
+    if not measured(params):
+        x, xd = (np.concatenate([each, each[-1:]]) for each in (user.x_m, user.xd_m))
+        return TrueMotion(x, xd)
     if not complete(user) or not np.isfinite(user.f_h).all():
         return None
     first = tuple(user.x_m[0].tolist())
     rest, p = zero(first), simulated_params(params, user.tick_s)
     s, step = Device(first, rest, first, rest, 0.0, 0.0), unrolled(device_step, len(first))
-    x, xd = [s.x], [s.xd]
+    found_x, found_xd = [s.x], [s.xd]
     for f_h, f in zip(user.f_h.tolist(), user.f_applied.tolist(), strict=True):
         s, _, _ = step(s, f_h, f, p)
-        x.append(s.x)
-        xd.append(s.xd)
-    found = TrueMotion(np.array(x), np.array(xd))
+        found_x.append(s.x)
+        found_xd.append(s.xd)
+    found = TrueMotion(np.array(found_x), np.array(found_xd))
     off = found.x[:-1] - user.x_m
     if (np.ptp(off, axis=0) > float(params.encoder_step_m) + ROUNDING_M).any():
         return None

@@ -1,22 +1,30 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Holes in the recording: intervals of which the messages of a publisher are missing.
+"""Intervals of time [s], and holes in the recording: those of which messages are missing.
 
 A publisher numbers what it sends: a master its blocks, the server its steps. Where a number is
 missing, the recording has a hole, and nothing is judged there. Where the numbers go on and only
 time has passed, the loop did not run (:mod:`.events` calls that a stall).
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.intervals import Unjudged
 from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-WHY = "not recorded"
+GAP = "not recorded"
 SERVER = "server"
+
+
+class Unjudged(NamedTuple):
+    """A time in which a balance is unknown, and why."""
+
+    start_s: float
+    end_s: float
+    why: str
 
 
 class Hole(NamedTuple):
@@ -30,14 +38,22 @@ class Hole(NamedTuple):
     @property
     def unjudged(self) -> Unjudged:
         """Return the interval as one that is not judged."""
-        return Unjudged(self.start_s, self.end_s, f"{WHY} ({self.owner})")
+        return Unjudged(self.start_s, self.end_s, f"{GAP} ({self.owner})")
 
 
 def holes(traces: SessionTraces) -> list[Hole]:
     """Return every hole of a recording, in the order of time."""
     found = [hole for user in traces.users for hole in of_user(user)]
-    if traces.server is not None:
-        found += [*of_server(traces.server), *_of_killed(traces.server, traces)]
+    if (server := traces.server) is not None:
+        found += of_server(server)
+        # at the ends of servers that were killed: steps that their packets show
+        for start, end in zip(starts(server), ends(server, traces), strict=True):
+            period_s = float(server.periods_s[start.last])
+            ran = float(ran_s(server, traces)[start.last])
+            longer_s = end.died_s - ran
+            if longer_s > 0.5 * period_s:
+                missing = max(round(longer_s / period_s), 1)
+                found.append(Hole(SERVER, ran + 0.5 * period_s, ran + longer_s, missing))
     return sorted(found, key=lambda hole: (hole.start_s, hole.owner))
 
 
@@ -78,14 +94,24 @@ def of_server(server: ServerTraces) -> list[Hole]:
     return found
 
 
-def _of_killed(server: ServerTraces, traces: SessionTraces) -> list[Hole]:
-    """Return the holes at the ends of servers that were killed: steps that their packets show."""
-    found = []
-    for start, end in zip(starts(server), ends(server, traces), strict=True):
-        period_s = float(server.periods_s[start.last])
-        ran = float(ran_s(server, traces)[start.last])
-        longer_s = end.died_s - ran
-        if longer_s > 0.5 * period_s:
-            missing = max(round(longer_s / period_s), 1)
-            found.append(Hole(SERVER, ran + 0.5 * period_s, ran + longer_s, missing))
+def without(
+    intervals: Iterable[tuple[float, float]], start_s: float, end_s: float
+) -> list[tuple[float, float]]:
+    """Return what is left of a time without some intervals."""
+    found, at_s = [], start_s
+    for from_s, until_s in [*sorted(intervals), (end_s, end_s)]:
+        if from_s > at_s:
+            found.append((at_s, min(from_s, end_s)))
+        at_s = max(at_s, until_s)
+    return found
+
+
+def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return intervals in the order of time, overlapping ones as one."""
+    found: list[tuple[float, float]] = []
+    for start_s, end_s in sorted(intervals):
+        if found and start_s <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], end_s))
+        else:
+            found.append((start_s, end_s))
     return found

@@ -3,11 +3,10 @@
 """Servers that were started again in a session, and the energy sums across such a start.
 
 While no server runs its sums stand still, and the balances of the links are judged all the time.
-The last steps of a server that was killed may be missing in the record: they are a hole
-(:mod:`.holes`). What it sent in them is read from its packets (:func:`ends`), or is no less than
-its users received. What it had received and not used, and what came while none ran
-(:func:`died_up`), and what the playout at a device discards (:func:`discarded`), is left in no
-balance, where it would hide what is generated later.
+The last steps of a server that was killed may be missing in the record: they are a hole. What it
+sent in them is read from its packets, or is no less than its users received. What it had received
+and not used, what came while none ran (:func:`died_up`), and what the playout at a device
+discards, is left in no balance, where it would hide what is generated later.
 
 Equations: docs/theory.md 13.12.
 """
@@ -74,11 +73,18 @@ def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
         for index, user in enumerate(server.users):
             sums = running(server.energy_v_s[index])
             recorded_j = sums[start.last] - (sums[before] if before >= 0 else 0.0)
-            topics = [f"{end}/{user}/wave_down" for end in ("/server", "")]
-            packets = [traces.packets.get(topic) for topic in topics]
-            shown_j = max(_largest(each, since_s, until_s) for each in packets)
-            sent_j[user] += max(float(recorded_j), shown_j)
-            died_s = max(died_s, _last_sent_s(packets[0], until_s))
+            shown_j = float(recorded_j)
+            for end in ("/server", ""):
+                packets = traces.packets.get(f"{end}/{user}/wave_down")
+                if packets is None or not len(packets.time_s):
+                    continue
+                there = (packets.time_s > since_s) & (packets.time_s < until_s)
+                shown_j = max(shown_j, float(packets.energy[there].max(initial=0.0)))
+                if end == "/server":  # when they were sent: the recorder may get them later
+                    sent_s = packets.sent_ns * 1e-9
+                    sent_s = sent_s + float(np.min(packets.time_s - sent_s))
+                    died_s = max(died_s, float(sent_s[sent_s < until_s].max(initial=-np.inf)))
+            sent_j[user] += max(shown_j, 0.0)
             received_j, received_s = _received(traces, user, until_s)
             if received_j > sent_j[user] + ROUNDING_J:
                 sent_j[user], died_s = received_j, max(died_s, received_s)
@@ -148,23 +154,6 @@ def _of_one_start(traces: SessionTraces, user: str) -> PacketTraces | None:
     """Return the packets of a user at the server; None where it was started again as well."""
     packets = traces.packets.get(f"/server/{user}/wave_up")
     return packets if packets is not None and len(np.unique(packets.epoch)) <= 1 else None
-
-
-def _largest(packets: PacketTraces | None, since_s: float, until_s: float) -> float:
-    """Return the largest energy that packets of an interval carried [J]."""
-    if packets is None:
-        return 0.0
-    rows = (packets.time_s > since_s) & (packets.time_s < until_s)
-    return float(packets.energy[rows].max(initial=0.0))
-
-
-def _last_sent_s(packets: PacketTraces | None, until_s: float) -> float:
-    """Return when the last packet before a time was sent [s]; the recorder may get it later."""
-    if packets is None or not len(packets.time_s):
-        return -np.inf
-    sent_s = packets.sent_ns * 1e-9
-    sent_s = sent_s + float(np.min(packets.time_s - sent_s))
-    return float(sent_s[sent_s < until_s].max(initial=-np.inf))
 
 
 def _received(traces: SessionTraces, name: str, until_s: float) -> tuple[float, float]:

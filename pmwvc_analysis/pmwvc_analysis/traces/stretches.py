@@ -17,14 +17,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.intervals import Unjudged
+from pmwvc_analysis.traces.holes import GAP, Unjudged
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import UserSums
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-GAP = "not recorded"
 AGAIN = "started again"
 
 
@@ -68,12 +67,25 @@ def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> 
     ends = [*(row - 1 for row in begins[1:]), len(user.tick) - 1]
     lives: list[Interval] = []
     unjudged = []
+    packets_s = first_packets(traces, user.name)
     for first, last in zip(begins, ends, strict=True):
-        before_s = lives[-1].end_s if lives else -math.inf
         end_s = float(ran[last] + 1.5 * user.tick_s)
         if last + 1 < len(user.tick):
             end_s = min(end_s, float(user.time_s[last + 1] - 0.5 * user.tick_s))
-        lives.append(_life(user, first, traces, before_s)._replace(end_s=end_s))
+        late = user.tick[first] > 0  # the recorder found it only when it was running
+        begun_s = float(user.time_s[first])
+        start_s = _block_end_s(user, begun_s)
+        if not lives:
+            start_s = start_s if late else -math.inf
+            lives.append(Interval(start_s, end_s, -math.inf, -math.inf))
+            continue
+        before_s = lives[-1].end_s
+        received = [time_s for time_s in packets_s if time_s > before_s]
+        if late and not received:
+            lives.append(Interval(start_s, end_s, start_s, start_s))
+            continue
+        joined_s = min(received, default=begun_s)
+        lives.append(Interval(max(start_s, joined_s), end_s, before_s, joined_s))
     for before, after in itertools.pairwise(lives):
         unjudged.append(Unjudged(before.end_s, after.start_s, AGAIN))
     for row in gaps(user):
@@ -145,20 +157,6 @@ def given_until(found: list[StoodStill], time_s: float) -> tuple[float, str]:
     return sum(each.given_j for each in own), words
 
 
-def _life(user: UserTraces, first: int, traces: SessionTraces, before_s: float) -> Interval:
-    """Return the life of a master from a row on, its end open, behind one up to ``before_s``."""
-    late = user.tick[first] > 0  # the recorder found it only when it was running
-    begun_s = float(user.time_s[first])
-    start_s = _block_end_s(user, begun_s)
-    if first == 0:
-        return Interval(start_s if late else -math.inf, math.inf, -math.inf, -math.inf)
-    received = [time_s for time_s in first_packets(traces, user.name) if time_s > before_s]
-    if late and not received:
-        return Interval(start_s, math.inf, start_s, start_s)
-    joined_s = min(received, default=begun_s)
-    return Interval(max(start_s, joined_s), math.inf, before_s, joined_s)
-
-
 def _block_end_s(user: UserTraces, time_s: float) -> float:
     """Return the end of the block with the tick at a time [s]."""
     later = user.block_time_s[user.block_time_s > time_s + 0.5 * user.tick_s]
@@ -171,4 +169,4 @@ def first_packets(traces: SessionTraces, name: str) -> list[float]:
     if packets is None:
         return []
     _, first = np.unique(packets.epoch, return_index=True)
-    return [float(packets.time_s[row]) for row in first]
+    return [float(time_s) for time_s in packets.time_s[first]]

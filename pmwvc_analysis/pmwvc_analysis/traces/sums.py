@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.account import continued
+from pmwvc_core.account import continued, wave_energy
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.traces import UserTraces
 
@@ -22,25 +22,6 @@ def running(sums: Array) -> Array:
 def sum_of(sums: Iterable[Array]) -> Array:
     """Return the sum of several energies over time; a plain zero of none."""
     return np.asarray(np.sum(list(sums), axis=0), dtype=float)
-
-
-def anchored(
-    user: UserTraces, per_tick: Value, at_block_ends: Array | None, *, unknown: int = 0
-) -> Array:
-    """Return the running sum after each tick [J].
-
-    The sums that the master itself kept, at the ends of its blocks, hold; in between the ticks'
-    own values are added. So a block that was not recorded leaves no hole in the energy. Of so many
-    ticks at the end the values are unknown: a block with any goes on from the one before.
-    """
-    sums: Array = np.cumsum(per_tick)
-    last = user.block_ends - 1
-    whole = np.flatnonzero(last < len(sums) - unknown)
-    if at_block_ends is None or not len(whole):
-        return sums
-    last = last[whole]
-    blocks = np.minimum(np.searchsorted(last, np.arange(len(sums))), len(last) - 1)
-    return sums + (at_block_ends[whole] - sums[np.maximum(last, 0)])[blocks]
 
 
 def ran_s(user: UserTraces) -> Array:
@@ -59,21 +40,40 @@ class UserSums:
 
     user: UserTraces
     time_s: Array
+    to_end: bool = False  # with the last tick, though what it led to is not on record
 
     @cached_property
     def ticks(self) -> NDArray[np.intp]:
-        """Recorded ticks that had run; never all, so that the next one's start is known."""
+        """Recorded ticks that had run."""
         user = self.user
         count = np.searchsorted(ran_s(user), self.time_s - 0.001 * user.tick_s)
-        return np.minimum(count, len(user.time_s) - 1)
+        return count if self.to_end else np.minimum(count, len(user.time_s) - 1)
 
     def of_ticks(self, per_tick: Value) -> Array:
         """Return the sum of an energy per tick."""
         return up_to(np.cumsum(per_tick), self.ticks)
 
     def anchored(self, per_tick: Value, at_block_ends: Array | None, *, unknown: int = 0) -> Array:
-        """Return the sum of an energy per tick that the master summed up as well."""
-        return up_to(anchored(self.user, per_tick, at_block_ends, unknown=unknown), self.ticks)
+        """Return the sum of an energy per tick that the master summed up as well.
+
+        The sums that it kept, at the ends of its blocks, hold; in between the ticks' own values
+        are added. So a block that was not recorded leaves no hole in the energy. Of so many ticks
+        at the end the values are unknown: a block with any goes on from the one before.
+        """
+        sums: Array = np.cumsum(per_tick)
+        last = self.user.block_ends - 1
+        whole = np.flatnonzero(last < len(sums) - unknown)
+        if at_block_ends is None or not len(whole):
+            return up_to(sums, self.ticks)
+        last = last[whole]
+        blocks = np.minimum(np.searchsorted(last, np.arange(len(sums))), len(last) - 1)
+        sums = sums + (at_block_ends[whole] - sums[np.maximum(last, 0)])[blocks]
+        return up_to(sums, self.ticks)
+
+    def of_wave(self, wave: str) -> Array:
+        """Return the energy of a wave of the ticks."""
+        user = self.user
+        return self.anchored(wave_energy(getattr(user, wave), user.tick_s), user.energy.get(wave))
 
     def of_blocks(self, sums: Array, *, after_s: float = 0.0) -> Array:
         """Return a sum the master kept, which grows ``after_s`` into each of its blocks, that is,

@@ -23,7 +23,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.energy import Balance, UserEnergy
-from pmwvc_analysis.traces.intervals import Unjudged
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.stretches import AGAIN
 from pmwvc_core.quantities import quantity
 

@@ -17,7 +17,7 @@ from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
-from pmwvc_analysis.traces.intervals import merged
+from pmwvc_analysis.traces.holes import merged
 from pmwvc_analysis.traces.reductions import final, number, rms, swing
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability

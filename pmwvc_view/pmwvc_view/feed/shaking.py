@@ -30,7 +30,7 @@ import numpy as np
 
 from pmwvc_analysis.traces import bands
 from pmwvc_analysis.traces.arrivals import LATE, UNEVEN
-from pmwvc_analysis.traces.intervals import without
+from pmwvc_analysis.traces.holes import without
 from pmwvc_analysis.verdicts import oscillation
 from pmwvc_analysis.verdicts.kept_up import kept_up, power_of
 from pmwvc_core.numeric import Array
