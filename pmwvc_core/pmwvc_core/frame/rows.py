@@ -14,22 +14,12 @@ SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 
 
 class Frame(NamedTuple):
-    """Ticks of a frame that ran, all or a part.
+    """Ticks of a frame that ran, all or a part."""
 
-    Attributes
-    ----------
-    ticks, times_ns
-        Of the session, and when they ran [ns].
-    values
-        Signals tick by tick, in the order of ``SIGNALS``.
-    ends
-        Tick with which the next frame starts; None while more of this one is to run.
-    """
-
-    ticks: Sequence[int]
-    times_ns: Sequence[int]
-    values: list[Value]
-    ends: int | None
+    ticks: Sequence[int]  # of the session
+    times_ns: Sequence[int]  # when they ran
+    values: list[Value]  # signals tick by tick, in the order of ``SIGNALS``
+    ends: int | None  # tick that starts the next frame; None while more of this one is to run
 
 
 class FrameReport(NamedTuple):
