@@ -19,8 +19,7 @@ from typing import Any
 from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import End, Inbox
-from pmwvc_core.frame.device_sample import DeviceSample
-from pmwvc_core.frame.rows import FrameReport, Row
+from pmwvc_core.frame.rows import DeviceSample, FrameReport, Row
 from pmwvc_core.frame.schedule import FrameSchedule
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.master import port_energies, port_opened, port_signals

@@ -58,8 +58,8 @@ class UserNotes:
         late_ns = np.array(self.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
         signals = np.array(self._signals).reshape(-1, len(SIGNALS), self._dof)
         reports = [report for _, report, _, _ in self.frames]
-        sums = [columns((*report[2:6], *work), 1) for _, report, work, _ in self.frames]
-        energies = np.array(sums).reshape(-1, len(ENERGIES)).T.copy()
+        sums = [each for _, report, work, _ in self.frames for each in (*report[2:6], *work)]
+        energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
         ends, changes = [each[0] for each in self.frames], [each[3] for each in self.frames]
         named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
         return UserTraces(
@@ -99,14 +99,14 @@ def stepped_server(
 ) -> ServerTraces:
     """Return the traces of the server's steps, given when they began [s]."""
     rows, of_each = [step.row for step in steps], len(OF_AVATARS)
-    signals, sums, ports = [], [], []
+    signals: list[Value] = []
     for row in rows:
         avatars: list[Any] = [value for port in row.ports for value in port[:of_each]]
-        signals.append(columns([row.x_o, row.xd_o, *avatars, row.target], dof))
-        sums.append((row.kinetic, row.potential, row.dissipated))
-        ports.append([port[of_each:] for port in row.ports])
+        signals += (row.x_o, row.xd_o, *avatars, row.target)
+    sums = [(row.kinetic, row.potential, row.dissipated) for row in rows]
+    ports = [port[of_each:] for row in rows for port in row.ports]
     late_ns = [step.ran_ns - step.tick * tick_ns for step in steps]
-    every = np.array(signals, dtype=float).reshape(-1, 3 + of_each * len(users), dof)
+    every = columns(signals, dof).reshape(-1, 3 + of_each * len(users), dof)
     return server_traces(
         users,
         time_s=time_s,
