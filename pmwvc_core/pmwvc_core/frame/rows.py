@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sample that a master acts on, and the rows that both ends report: of a tick, a frame, a step."""
+"""Samples that masters act on, and rows that both ends report: of a tick, a frame, a step."""
 
 import enum
 from collections.abc import Mapping, Sequence
