@@ -2,103 +2,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """One user in virtual time: device, hand, force loop, and the links both ways."""
 
-from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from pmwvc_core.ends.assembly import user_end_of
 from pmwvc_core.ends.simulated_device import CATCH_UP_S, SimulatedDevice
 from pmwvc_core.frame.rows import Frame
-from pmwvc_core.network.link import stream_of
-from pmwvc_core.numeric import Integers, Value
+from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import Conditions, place_of
-from pmwvc_core.simulation.links import SimulatedLink
+from pmwvc_core.simulation.conditions import Conditions, Ticks, place_of
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
-
-
-class Ticks:
-    """The ticks of a user's loop, counted by the session, of which there are so many.
-
-    Attributes
-    ----------
-    first
-        Tick of the session at which the loop counts 0.
-    at_ns
-        Time of every tick of the session up to the last that runs.
-    next
-        The next tick that runs or passes.
-    """
-
-    def __init__(self, first: int, ran_ns: Integers | None, ticks: int, tick_ns: int) -> None:
-        self.first = self.next = first
-        self.at_ns: Sequence[int] = range(0, ticks * tick_ns, tick_ns)
-        self._missed: frozenset[int] = frozenset()  # in between; they pass when it runs again
-        if ran_ns is not None:
-            ran = np.flatnonzero(ran_ns[:ticks] >= 0)
-            ran = ran[ran >= first]
-            every = np.arange(ran[-1] + 1 if len(ran) else 0)
-            self.next = int(ran[0]) if len(ran) else 0
-            self.at_ns = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
-            self._missed = frozenset(np.setdiff1d(every[self.next :], ran).tolist())
-        self._ran = self.next - 1  # the last tick that ran
-
-    def are_due(self, until_ns: int) -> bool:
-        """Tell whether a tick is due by an instant [ns]."""
-        return self.next < len(self.at_ns) and self.at_ns[self.next] <= until_ns
-
-    def passing(self, most: int) -> Iterator[int]:
-        """Pass what was missed; yield the ticks before ``most`` after the last one that ran."""
-        while self.next in self._missed:
-            if self.next < self._ran + most:
-                yield self.next
-            self.next += 1
-
-    def take(self, before_ns: int, ends: int) -> tuple[range, bool]:
-        """Take the ticks before an instant [ns] of a frame that ends with tick ``ends``; return
-        them, and whether they are the last of it.
-        """
-        begin, ends = self.next, min(ends, len(self.at_ns))
-        after = bisect_left(self.at_ns, before_ns, begin, ends)
-        if self._missed:
-            after = next((k for k in range(begin, after) if k in self._missed), after)
-        self._ran, following = after - 1, after
-        while following in self._missed:
-            following += 1
-        self.next = after
-        return range(begin, after), following >= ends
 
 
 class SimulatedUser:
     """The user with a number (from 0), in a session of so many ticks, with its server's inbox."""
 
     def __init__(
-        self,
-        scenario: Scenario,
-        index: int,
-        *,
-        ticks: int,
-        inbox: Receiver,
-        conditions: Conditions,
+        self, scenario: Scenario, index: int, ticks: int, inbox: Receiver, conditions: Conditions
     ) -> None:
         self.settings = user = scenario.users[index]
         self.loop: Any = user_end_of(scenario, index, schedule=conditions.schedule)
-        inboxes, links = (inbox, self.loop.inbox), (user.link_up, user.link_down)
-        self.up, self.down = (
-            SimulatedLink(
-                made() if (made := conditions.links.get(f"{user.name}/{way}")) else links[k],
-                seed=stream_of(scenario.seed, index, k),
-                inbox=inboxes[k],
-                dof=scenario.dof,
-                direction=k,
-            )
-            for k, way in enumerate(("up", "down"))
-        )
+        self.up = conditions.link_of(scenario, index, 0, inbox)
+        self.down = conditions.link_of(scenario, index, 1, self.loop.inbox)
         at, name = place_of(user, scenario), user.name
         hand = conditions.hands.get(name) or make_hand(user.operator, scenario.task, at)
         self.device = SimulatedDevice(user.device, hand, at.start, tick_s=at.tick_s)

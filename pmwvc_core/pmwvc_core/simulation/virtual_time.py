@@ -48,12 +48,9 @@ class VirtualTime:
         self._on_frame, self._on_step = on_frame, on_step
         self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
         recorded = conditions.steps
-        self._steps: Iterator[Step] = self._on_grid(ticks)
-        if recorded is not None:
-            self._steps = zip(*(column.tolist() for column in recorded), strict=True)
+        self._steps: Iterator[Step] = recorded.in_order() if recorded else self._on_grid(ticks)
         self._recorded, self._due = recorded is not None, -1  # tick of the next step
-        first: Step = next(self._steps, NO_STEP)
-        self._tick, self._at_ns, self._lasts_s = first
+        self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
     def run(self, before_ns: int) -> None:
         """Step everything that is due before an instant [ns]."""
