@@ -90,13 +90,13 @@ class SimulatedLink:
             [(f.number, f.size, f.time_in_ns, f.time_due_ns, f.kind, f.cause) for f in fates], 6
         )
         epochs = np.full(len(fates), self.sent[0].epoch if self.sent else 0, dtype=np.uint64)
-        times_ns = time_in_ns, due_ns, due_ns
+        numbers, times_ns = (number, epochs, number.copy()), (time_in_ns, due_ns, due_ns.copy())
         seq, epoch, at_ns = _columns([(each.seq, each.epoch, ns) for each, ns in arrived], 3)
         counted = counts(self.receiver, other_controller=other_controller)
         passed = passage(self.receiver.path.estimate())
         sent = [(packet, packet.sent_ns) for packet in self.sent]
         return (
-            FateTraces(nameless, number, epochs, number, size_bytes, *times_ns, kind, cause),
+            FateTraces(nameless, *numbers, size_bytes, *times_ns, kind, cause),
             ReceptionTraces(nameless, receivers=1, counts=counted, passage=passed),
             TakenTraces(np.searchsorted(np.array(looks_ns), at_ns), seq, epoch & 0xFFFFFFFF),
             [_packets(seen, self._dof) for seen in (sent, self.arrived)],
