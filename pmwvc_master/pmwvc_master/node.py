@@ -20,7 +20,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.frame.device_sample import LATE_NS
+from pmwvc_core.frame.rows import LATE_NS
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory

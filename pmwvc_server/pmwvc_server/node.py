@@ -153,7 +153,7 @@ class Server:
         if protocol.presence[user] is Presence.ABSENT:
             return ""
         black_box = COUPLINGS.of(protocol.params.coupling).black_box
-        why = why_kept(waves=not protocol.flags & FLAG_DIRECT, black_box=black_box)
+        why = why_kept(waves=not protocol.inboxes[user].flags & FLAG_DIRECT, black_box=black_box)
         return kept_words(float(np.linalg.norm(protocol.offset(user))), why)
 
     def _contain(self, values: dict[str, object]) -> str:

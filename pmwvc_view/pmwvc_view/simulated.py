@@ -66,7 +66,7 @@ class Simulation:
         for user in self._users:
             if user.settings.operator.from_outside:
                 self.targets[user.settings.name] = source = PageTargets()
-                user.device.listen(source)
+                user.device.listen(source.take)
         self.tick = 0
 
     def run(self, until_tick: int) -> None:

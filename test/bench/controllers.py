@@ -20,7 +20,7 @@ from rich.table import Table
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.ends.forms import value
-from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.scenario.scenario import Scenario
 
 FRAMES, REPEATS = 125, 5  # a second each

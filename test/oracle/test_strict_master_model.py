@@ -11,7 +11,7 @@ from oracle.strict_master_model import MasterModel
 from oracle.strict_sender import NETWORKS, Sender
 
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.scenario.scenario import User

@@ -118,7 +118,7 @@ def test_frames_and_steps_lie_on_the_grid_of_their_rate(found):
         )
         for user in traces.users
     }
-    starts["server.period_s"] = np.array(batch.server_notes.ticks)
+    starts["server.period_s"] = np.array([step.tick for step in batch.steps])
     for name, ticks in starts.items():
         since = np.searchsorted(
             ticks, 1e3 * max([0.0, *(t for t, n, _ in found if n == name)]) - 0.5

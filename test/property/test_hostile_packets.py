@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes

@@ -54,7 +54,7 @@ def restarted(dead_step, away_steps, *, channel="strict", unrecorded=0):
     batch.run(lambda _: None)
     traces = batch.traces()
     server = traces.server
-    server.time_s = np.array(batch.server_notes.ticks) * batch.tick_s
+    server.time_s = np.array([step.tick for step in batch.steps]) * batch.tick_s
     server.step = np.concatenate(
         [1 + np.arange(dead_step), 1 + np.arange(len(server.time_s) - dead_step)]
     )

@@ -6,7 +6,7 @@ import pytest
 
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.ends.assembly import server_end_of, user_end_of
-from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.wave.impedance import DIRECT, largest_wave

@@ -7,7 +7,7 @@ import pytest
 from support import plain as scenarios
 
 from pmwvc_core.ends.assembly import server_end_of, user_end_of
-from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import SteppedSession, simulate_one

@@ -1,8 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The receiver of an end: it judges packets, and hands those accepted to the laws."""
+"""What both ends take in: packets, which a receiver judges before the laws have them, and changes
+from other threads.
+"""
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Callable, Iterable
 
 from pmwvc_core.controllers.library import has_waves, is_strict, record_of
 from pmwvc_core.ends.forms import known
@@ -70,3 +73,27 @@ class Inbox(Receiver):
         if self._any_period:
             return 0.0 < period_s <= LONGEST_PERIOD_S
         return super()._lasts(period_s)
+
+
+class End:
+    """What both ends have: a receiver per user, and changes of parameters while they run."""
+
+    def __init__(self, inboxes: list[Inbox]) -> None:
+        self.inboxes, self.changes = inboxes, 0  # frames or steps that took changes over
+        self._waiting: deque[Callable[[], None]] = deque()
+
+    @property
+    def other_controller(self) -> int:
+        """Packets of another kind of controller, which are ignored."""
+        return sum(inbox.other_controller for inbox in self.inboxes)
+
+    def hand_over(self, change: Callable[[], None]) -> None:
+        """Have a change made at the next occasion; from any thread."""
+        self._waiting.append(change)
+
+    def _take_changes(self) -> None:
+        """Make the changes that were handed over."""
+        if self._waiting:
+            self.changes += 1
+        while self._waiting:
+            self._waiting.popleft()()

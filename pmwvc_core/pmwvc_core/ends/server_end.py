@@ -15,15 +15,15 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_server
-from pmwvc_core.ends.changes import Changing
 from pmwvc_core.ends.forms import message
-from pmwvc_core.ends.guests import all_left, challenge, counted
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame.rows import ServerRow
-from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.server.server_port import changed_port
+from pmwvc_core.law.channel.arrivals import arrivals_of, arrive, waits
+from pmwvc_core.law.channel.packet import About, Sent, pack
+from pmwvc_core.law.server.server_port import changed_port, left
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
+from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
@@ -37,36 +37,22 @@ from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
 
 
-class ServerEnd(ServerView, Changing):
+class ServerEnd(ServerView):
     """All users' ports around one environment.
 
-    Parameters
-    ----------
-    users
-        Of each the side, contact, baseline, and the impedance and frame of the master.
-    controller, channel, dof, server, task
-        Of the session.
-    own
-        Parameters of environments from other packages, by their names.
-    times
-        Silence, release and start.
-    epochs
-        Of the packets to each user.
-    call
-        How an environment of another package is asked; directly by default.
-    idle_until_joined
-        Whether steps begin with the first user rather than with the first tick.
+    Of ``users`` it takes side, contact, baseline, and the impedance and frame of the master;
+    ``controller``, ``channel``, ``dof``, ``server`` and ``task`` are those of the session, ``own``
+    the parameters of environments from other packages by their names, ``times`` silence, release
+    and start, ``epochs`` those of the packets to each user. ``call`` says how an environment of
+    another package is asked. Steps may be ``idle_until_joined``: they begin with the first user
+    rather than with the first tick.
 
     Attributes
     ----------
-    params, period_s
-        Parameters of the server, and time of the present step [s].
-    inboxes
-        One receiver per user.
-    steps
-        Steps made so far.
-    paused
-        Whether it stands still.
+    params
+        Parameters of the server.
+    steps, paused
+        Steps made so far, and whether it stands still.
     faults
         Steps whose equation was not solved.
     """
@@ -86,7 +72,6 @@ class ServerEnd(ServerView, Changing):
         call: Call = directly,
         idle_until_joined: bool = False,
     ) -> None:
-        super().__init__()
         self._users, self.params, self._epochs = list(users), server, list(epochs)
         self._session: dict[str, Any] = {"controller": controller, "channel": channel}
         self._session |= {"times": times, "axes": dof}
@@ -99,18 +84,30 @@ class ServerEnd(ServerView, Changing):
         self.s = s._replace(guests=tuple(guests))
         self.faults = self._found_faults()
         of = controller, channel, dof
-        self.inboxes = [
-            Inbox(*of, u.server_impedance, u.master.frame_s, times.timeout_s, from_server=False)
-            for u in users
-        ]
+        super().__init__(
+            [
+                Inbox(
+                    *of, u.server_impedance, u.master.frame_s, times.timeout_s, from_server=False
+                )
+                for u in users
+            ]
+        )
         self._step = unrolled(server_step, dof)
         self._task = task_of(task, dof)
         self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
         self.steps, self.paused, self._idle = 0, False, idle_until_joined
 
-    def _made(self, period_s: float) -> Any:
+    def _made(self, period_s: float, before: Any = None) -> Any:
+        """Return the parameters for steps of that length [s]; a coupling of another package goes
+        on counting the faults that it had before.
+        """
         server = dataclasses.replace(self.params, period_s=period_s)
-        return server_params(self._users, server=server, **self._session)
+        p = server_params(self._users, server=server, **self._session)
+        coupling, was = _contained(p), _contained(before)
+        if coupling is None or was is None:
+            return p
+        coupling = coupling._replace(faults=was.faults)
+        return p._replace(environment=p.environment._replace(coupling=coupling))
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
@@ -118,7 +115,11 @@ class ServerEnd(ServerView, Changing):
         """
         self.paused = paused
         if paused:
-            self.s = all_left(self.s)
+            e = self.s.environment
+            ports, dropped_j = zip(*map(left, e.ports), strict=True)  # what springs hold is lost
+            e = e._replace(ports=ports, dissipated_j=e.dissipated_j + sum(dropped_j))
+            guests = tuple(guest._replace(presence=ABSENT) for guest in self.s.guests)
+            self.s = self.s._replace(guests=guests, environment=e)
 
     def configure(self, params: ServerParams, *, first_s: float) -> None:
         """Take other parameters over before a step.
@@ -145,17 +146,9 @@ class ServerEnd(ServerView, Changing):
         coupling = _contained(self.p)
         return coupling.faults if coupling else Faults("server.coupling", self.params.coupling)
 
-    def _counting(self, p: Any) -> Any:
-        """Let a coupling of another package go on counting its faults."""
-        coupling, was = _contained(p), _contained(self.p)
-        if coupling is None or was is None:
-            return p
-        coupling = coupling._replace(faults=was.faults)
-        return p._replace(environment=p.environment._replace(coupling=coupling))
-
     def _last(self, period_s: float) -> None:
         """Let the steps from here on last so long [s]."""
-        p = self._counting(self._made(period_s))
+        p = self._made(period_s, self.p)
         self.s = self.s._replace(environment=changed_server(self.s.environment, self.p, p))
         self.p = p
 
@@ -168,7 +161,7 @@ class ServerEnd(ServerView, Changing):
         ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
-        p = self._counting(self._made(self.period_s))
+        p = self._made(self.period_s, self.p)
         pairs = zip(p.guests, self.p.guests, strict=True)
         # What a receiver was made for stays; the longest wave is the receiver's to know.
         self.p = p._replace(
@@ -201,8 +194,14 @@ class ServerEnd(ServerView, Changing):
         pairs = zip(self.inboxes, packets, strict=True)
         taken = tuple(inbox.take(arrived, now_ns) for inbox, arrived in pairs)
         nothing: list[WavePacket | None] = [None for _ in self.inboxes]
-        if self.paused:
-            self.s = counted(self.s, self.p, now_ns, taken)
+        if self.paused:  # packets are counted
+            guests = list(self.s.guests)
+            for user, arrived in enumerate(taken):
+                for packet in arrived:
+                    rules, arrivals = self.p.guests[user].arrivals, guests[user].arrivals
+                    arrivals = arrive(arrivals, packet, now_ns, rules)
+                    guests[user] = guests[user]._replace(arrivals=arrivals)
+            self.s = self.s._replace(guests=tuple(guests))
             self._expect()
             return nothing, None
         if self._idle and not any(taken):
@@ -220,13 +219,21 @@ class ServerEnd(ServerView, Changing):
 
     def _answered(self, user: int, answer: Answer, now_ns: int) -> WavePacket | None:
         """Return what goes back to a user; one that is to prove itself is asked to."""
-        inbox, packet, flags = self.inboxes[user], answer.packet, self.flags
+        inbox, packet = self.inboxes[user], answer.packet
+        flags = inbox.flags
         if not answer.sends:
-            absent = self.s.guests[user].presence == ABSENT
-            if not (absent and inbox.challenges(now_ns)):
+            guest, port, p = self.s.guests[user], self.s.environment.ports[user], self.p
+            if not (guest.presence == ABSENT and inbox.challenges(now_ns)):
                 return None
-            self.s, packet = challenge(self.s, self.p, user, now_ns)
-            flags |= FLAG_CHALLENGE
+            # A packet of nothing, which an answer has to echo.
+            about = About(now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1)
+            rest = zero(port.x_s)
+            sent = Sent(rest, rest, port.account_j, port.extra)
+            packing = p.guests[user].packing
+            packed, packet, _ = pack(guest.packing, sent, p.period_s, about, packing)
+            guests = list(self.s.guests)
+            guests[user] = guest._replace(packing=packed)
+            self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE
         return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
 
     def _expect(self) -> None:
@@ -237,5 +244,5 @@ class ServerEnd(ServerView, Changing):
 
 def _contained(p: Any) -> Contained | None:
     """Return the coupling of another package, if that is what the parameters have."""
-    coupling = getattr(p.environment, "coupling", None)
+    coupling = getattr(getattr(p, "environment", None), "coupling", None)
     return coupling if isinstance(coupling, Contained) else None

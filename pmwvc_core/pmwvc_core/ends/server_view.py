@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.ends.forms import value
-from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.ends.inbox import End
 from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
-from pmwvc_core.law.server.server_port import PortShown, UserPort, environment_energies, port_shown
+from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.task import Task, offset
@@ -17,12 +17,11 @@ from pmwvc_core.plant.task import Task, offset
 PRESENCES = tuple(Presence)  # by the numbers of the law
 
 
-class ServerView:
+class ServerView(End):
     """What is read of a server: its state ``s``, parameters ``p`` and ``inboxes``."""
 
     s: Server
     p: Any
-    inboxes: Sequence[Inbox]
     _task: Task
     _accounts: Sequence[str]
 
@@ -35,16 +34,6 @@ class ServerView:
     def presence(self) -> list[Presence]:
         """State of every user."""
         return [PRESENCES[guest.presence] for guest in self.s.guests]
-
-    @property
-    def other_controller(self) -> int:
-        """Packets of another kind of controller, which are ignored."""
-        return sum(inbox.other_controller for inbox in self.inboxes)
-
-    @property
-    def flags(self) -> int:
-        """Flags of all packets."""
-        return self.inboxes[0].flags
 
     @property
     def x_o(self) -> Value:
@@ -75,7 +64,11 @@ class ServerView:
         """Return all of it, with the energies that the environment counts by name."""
         p, e = self.p.environment, self.s.environment
         kinetic, potential, *energies = environment_energies(p, e)
-        shown = [port_shown(p, e, user) for user in range(len(e.ports))]
+        ports = []
+        for user, port in enumerate(e.ports):
+            a, shown = port.avatar, port_shown(p, e, user)
+            signals = value(port.x_s), value(a.xd), value(a.f), value(a.u), value(shown.v_s)
+            ports.append(PortRow(*signals, port.u_j, port.v_j, shown.touches))
         return ServerRow(
             value(e.body.x),
             value(e.body.xd),
@@ -83,21 +76,7 @@ class ServerView:
             kinetic,
             potential,
             e.dissipated_j,
-            [_port(port, seen) for port, seen in zip(e.ports, shown, strict=True)],
+            ports,
             tuple(self.presence),
             dict(zip(self._accounts, energies, strict=False)),
         )
-
-
-def _port(port: UserPort, shown: PortShown) -> PortRow:
-    a = port.avatar
-    return PortRow(
-        value(port.x_s),
-        value(a.xd),
-        value(a.f),
-        value(a.u),
-        value(shown.v_s),
-        port.u_j,
-        port.v_j,
-        shown.touches,
-    )

@@ -6,11 +6,11 @@ held for the tick.
 """
 
 import math
-from collections.abc import Sequence
-from typing import Any, Protocol, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 from pmwvc_core.ends.forms import value, vector
-from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams
@@ -25,13 +25,6 @@ CATCH_UP_S = 0.1
 Target: TypeAlias = Value | None  # of a remote hand [m]; None lets go
 
 
-class TargetSource(Protocol):
-    """Where the targets of a remote hand come from."""
-
-    def take(self) -> Sequence[Target]:
-        """Return what came since the last tick."""
-
-
 class SimulatedDevice:
     """A simulated device and the hand on it: state and parameters of its law. ParameterError where
     the device starts outside its workspace.
@@ -43,7 +36,7 @@ class SimulatedDevice:
         self._p = simulated_params(device, tick_s)
         self.s = resting_device(start, self._p)
         self.hand, self._of_hand = hand
-        self._source: TargetSource | None = None
+        self._take: Callable[[], Sequence[Target]] | None = None
         self._axes, self._f_h = len(start), zero(start)
         self._device_step = unrolled(device_step, self._axes)
         self._hand_step = unrolled(hand_step, self._axes)
@@ -55,16 +48,18 @@ class SimulatedDevice:
         hand = getattr(self.hand, "hand", self.hand)
         return hand if isinstance(hand, RemoteHand) else None
 
-    def listen(self, source: TargetSource) -> None:
-        """Take targets from a source in place of the task's; of a hand ``from_outside``."""
-        self.hand, self._of_hand, self._source = self.hand.hand, self._of_hand.hand, source
+    def listen(self, take: Callable[[], Sequence[Target]]) -> None:
+        """Have a hand ``from_outside`` follow, in place of the task, the targets that a call
+        returns: what came since the last tick.
+        """
+        self.hand, self._of_hand, self._take = self.hand.hand, self._of_hand.hand, take
 
     def sense(self, acts: bool) -> DeviceSample:
         """Return the sample at the start of a tick; the hand acts over the tick, or waits. It is
         in touch with the device itself, not with its encoder.
         """
         hand = self.hand
-        for target in self._source.take() if self._source else ():
+        for target in self._take() if self._take else ():
             wanted = math.nan if target is None else target
             hand = remote_target(hand, vector(wanted, self._axes))
         self.hand, self._f_h = self._hand_step(hand, self.s.x, self.s.xd, acts, self._of_hand)

@@ -17,18 +17,16 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_user
-from pmwvc_core.ends.changes import Changing
 from pmwvc_core.ends.forms import message, value, vector
-from pmwvc_core.ends.inbox import Inbox
-from pmwvc_core.ends.user_view import UserView
-from pmwvc_core.frame.device_sample import DeviceSample
-from pmwvc_core.frame.rows import FrameReport, Row
+from pmwvc_core.ends.inbox import End, Inbox
+from pmwvc_core.frame.rows import DeviceSample, FrameReport, Row
 from pmwvc_core.frame.schedule import FrameSchedule
 from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.port.master import port_opened, port_signals
+from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
 from pmwvc_core.law.port.sensing import NEVER_NS, Sample
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.made.user import changed_master, changed_safety, resting_user, user_params
+from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.scenario.scenario import User
@@ -36,21 +34,12 @@ from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
 
 
-class UserEnd(UserView, Changing):
+class UserEnd(End):
     """One user's force loop.
 
-    Parameters
-    ----------
-    user
-        Of it master, baseline and safety.
-    controller, channel, dof, server_period_s
-        Of the session: controller and channel by name, axes, time step of the server [s].
-    epoch
-        Of this life of the sender.
-    schedule
-        Phases of a frame.
-    workspace_m
-        Half extent that the device declares [m].
+    ``controller``, ``channel``, ``dof`` and ``server_period_s`` [s] are those of the session,
+    ``epoch`` the number of this life of the sender, ``schedule`` the phases of a frame, and
+    ``workspace_m`` the half extent that the device declares [m].
 
     Attributes
     ----------
@@ -72,41 +61,36 @@ class UserEnd(UserView, Changing):
         schedule: FrameSchedule,
         workspace_m: float | None = None,
     ) -> None:
-        super().__init__()
         self._user, self._epoch, self._schedule, self._dof = user, epoch, schedule, dof
         self._session: dict[str, Any] = {"controller": controller, "channel": channel}
         self._session |= {"packet_s": server_period_s, "workspace_m": workspace_m}
+        self._accounts: list[str] = []
         self.p = self._made()
         rest = (0.0,) * dof
         s = resting_user(user, self.p, controller=controller, axes=dof, packet_s=server_period_s)
         self.s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
         of, timeout_s = (controller, channel, dof), user.safety.timeout_s
         self.inbox = Inbox(*of, user.impedance, server_period_s, timeout_s, from_server=True)
-        self._accounts: list[str] = []
-        self._name_accounts()
+        super().__init__([self.inbox])
         self._tick, self._send = unrolled(user_tick, dof), unrolled(send, dof)
         self._begin = unrolled(begin, dof)
         self.ended: FrameReport | None = None
         self._measured_ns = NEVER_NS
 
     def _made(self) -> Any:
-        master = self._user.master
-        answer_tick = self._schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
-        return user_params(self._user, answer_tick=answer_tick, **self._session)
-
-    def _name_accounts(self) -> None:
-        """Name the energies of the port; one that was ever kept goes on."""
-        of = self._session["controller"], self._session["channel"]
-        kept = accounts_of_user(*of, self._user.master)
+        """Return the parameters; name the energies of the port: one ever kept goes on."""
+        master, of = self._user.master, self._session
+        kept = accounts_of_user(of["controller"], of["channel"], master)
         if len(kept) >= len(self._accounts):
             self._accounts = [entry.name for entry in kept]
+        answer_tick = self._schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
+        return user_params(self._user, answer_tick=answer_tick, **of)
 
     def configure(self, master: MasterParams) -> None:
         """Take other parameters of the master over, at a frame start."""
         old = self._user.master
         self._user = dataclasses.replace(self._user, master=master)
         self.s, self.p = changed_master(self.s, self.p, self._made(), old, master)
-        self._name_accounts()
 
     def configure_safety(self, safety: SafetyParams) -> None:
         """Take other limits over, at a frame start."""
@@ -197,3 +181,63 @@ class UserEnd(UserView, Changing):
             return None
         limited = self.safety_events != before and not leaves
         return message(packet, self._epoch, self.inbox.flags | limited * FLAG_LIMITED, echo)
+
+    @property
+    def rate_drop(self) -> int:
+        """Ticks of a frame."""
+        return self.p.rate_drop  # type: ignore[no-any-return]
+
+    @property
+    def next_frame(self) -> int:
+        """Tick with which the next frame starts."""
+        return self.s.next_frame
+
+    @property
+    def ready(self) -> bool:
+        """Whether the server has answered and the soft start is over: a simulated hand that acted
+        before would push the device away from its avatar against a force held back.
+        """
+        return self.s.limits.ready
+
+    @property
+    def coupled(self) -> bool:
+        """Whether the server had answered and the soft start was over when an answer was taken."""
+        return self.s.coupled
+
+    @property
+    def x(self) -> Value:
+        """Last valid position [m]."""
+        return value(self.s.x)
+
+    @property
+    def late_samples(self) -> int:
+        """Ticks so far with an old sample, or none."""
+        return self.s.late
+
+    @property
+    def max_force(self) -> float:
+        """Longest force that the device is given [N]."""
+        return self.p.limits.max_force  # type: ignore[no-any-return]
+
+    @property
+    def state(self) -> int:
+        """State of the limits."""
+        return int(state_of(self.s.limits.cause))
+
+    @property
+    def reason(self) -> str:
+        """Why they are in that state."""
+        return str(text_of(self.s.limits.cause, self._user.safety))
+
+    @property
+    def safety_events(self) -> int:
+        """How often the limits intervened."""
+        return self.s.limits.events
+
+    def report(self) -> FrameReport:
+        """Return safety state and energies as they are now."""
+        s = self.s
+        energies = port_energies(s.port, s.arrivals, self.p.port)
+        accounts = dict(zip(self._accounts, energies[4:], strict=False))
+        u_m, u_tx, v_rx, v_m = energies[:4]
+        return FrameReport(self.state, self.reason, u_m, u_tx, v_rx, v_m, accounts)

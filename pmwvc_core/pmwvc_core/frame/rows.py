@@ -1,35 +1,51 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rows that both ends report: signals of a tick, sums of a frame, state after a step."""
+"""Samples that masters act on, and rows that both ends report: of a tick, a frame, a step."""
 
 import enum
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from pmwvc_core.numeric import Flag, Value
+
+LATE_NS = 5_000_000  # a sample older than this is named in the diagnostics
+STALE_NS = 20_000_000  # one older than this is none: the device is silent
 
 # Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].
 Row = tuple[Value, Value, Value, Value, Value, Value, Value, Value]
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 
 
-class Frame(NamedTuple):
-    """Ticks of a frame that ran, all or a part.
+@dataclass(slots=True)
+class DeviceSample:
+    """Motion and forces that a device senses at one tick.
 
-    Attributes
-    ----------
-    ticks, times_ns
-        Of the session, and when they ran [ns].
-    values
-        Signals tick by tick, in the order of ``SIGNALS``.
-    ends
-        Tick with which the next frame starts; None while more of this one is to run.
+    ``valid`` is False where position or velocity cannot be trusted: the loop then asks for no
+    force. ``fresh`` is False where nothing new came since the last read, whatever the pacing, and
+    ``measured_ns`` the time of the measurement on the monotonic clock, None for that of the read.
+    ``f_h`` is the hand's force on the device, zero where
+    ``hand_force_known`` is False. ``work`` is for devices that know their true motion, as a
+    simulated one does: the work of the controller's force against the hand and of the hand's
+    force on the device since the start [J]. Where it is None the loop counts the motion measured.
     """
 
-    ticks: Sequence[int]
-    times_ns: Sequence[int]
-    values: list[Value]
-    ends: int | None
+    x: Value = 0.0  # [m]
+    xd: Value = 0.0  # [m/s]
+    f_h: Value = 0.0  # [N]
+    valid: bool = True
+    work: tuple[Value, Value] | None = None
+    fresh: bool = True
+    measured_ns: int | None = None
+
+
+class Frame(NamedTuple):
+    """Ticks of a frame that ran, all or a part."""
+
+    ticks: Sequence[int]  # of the session
+    times_ns: Sequence[int]  # when they ran
+    values: list[Value]  # signals tick by tick, in the order of ``SIGNALS``
+    ends: int | None  # tick that starts the next frame; None while more of this one is to run
 
 
 class FrameReport(NamedTuple):

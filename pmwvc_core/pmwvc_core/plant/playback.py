@@ -18,7 +18,7 @@ Monotone cubic interpolation (PCHIP: no overshoot, continuous slope) at the tick
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -62,36 +62,30 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
         raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
-    table = _table_of(file)
+    names, rows = _table_of(file)
     wanted = [name.strip() for name in params.columns.split(",") if name.strip()]
     if not wanted:
-        wanted = [name for name in table.names if name != params.time_column]
+        wanted = [name for name in names if name != params.time_column]
         if len(wanted) != 1:
             raise RecordingError(
                 f"{file}: operator.columns is empty, and there is more than one column: "
-                f"choose from {', '.join(table.names)}"
+                f"choose from {', '.join(names)}"
             )
-    values = np.stack([_column(table, name) for name in wanted], axis=-1)
+    values = np.stack([_column(file, names, rows, name) for name in wanted], axis=-1)
     if len(wanted) not in (1, dof):
         raise RecordingError(
             f"{params.file}: operator.columns = {params.columns!r} are {len(wanted)} columns for "
             f"{dof} axes; give one column (it acts along the first axis) or one per axis"
         )
     if params.time_column:
-        return values, _column(table, params.time_column)
+        return values, _column(file, names, rows, params.time_column)
     return values, np.arange(len(values)) / params.rate_hz
 
 
-class Table(NamedTuple):
-    """The columns of a file: names and rows, of numbers or of texts."""
-
-    file: Path
-    names: list[str]
-    rows: Sequence[Sequence[Any]]
-
-
-def _table_of(file: Path) -> Table:
-    """Return the columns of a file; its suffix decides the kind."""
+def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
+    """Return the names of the columns of a file, and its rows, of numbers or of texts; its suffix
+    decides the kind.
+    """
     suffix = file.suffix.lower()
     if suffix == ".npy":
         try:
@@ -104,7 +98,7 @@ def _table_of(file: Path) -> Table:
                 "(rows, columns)"
             )
         array = array.reshape(len(array), -1)
-        return Table(file, [str(number) for number in range(array.shape[1])], array)
+        return [str(number) for number in range(array.shape[1])], array
     if suffix not in (".csv", ".txt", ".tsv", ".dat"):
         raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
     try:
@@ -117,8 +111,8 @@ def _table_of(file: Path) -> Table:
     separator = next((mark for mark in (";", "\t", ",") if mark in lines[0]), None)
     rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
     if any(_is_number(cell) for cell in rows[0]):
-        return Table(file, [str(number) for number in range(len(rows[0]))], rows)
-    return Table(file, [cell.strip('"') for cell in rows[0]], rows[1:])
+        return [str(number) for number in range(len(rows[0]))], rows
+    return [cell.strip('"') for cell in rows[0]], rows[1:]
 
 
 def _is_number(cell: str) -> bool:
@@ -129,9 +123,8 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _column(table: Table, name: str) -> Array:
+def _column(file: Path, names: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> Array:
     """Return one column ``(rows,)``, by its name or its number."""
-    file, names, rows = table
     if name not in names and not (name.isdecimal() and int(name) < len(names)):
         raise RecordingError(
             f"{file}: no column {name!r}; there are {', '.join(names)}, "

@@ -179,19 +179,15 @@ class _Reader:
 
     def _groups(self, owner: type, values: Mapping[str, Any], who: str) -> dict[str, Any]:
         """Return the groups of a scenario or a user by attribute; None where one is wrong."""
-        return {
-            attribute: self._built(prefix, kind, values, who)
-            for prefix, (attribute, kind) in prefixed(owner).items()
-        }
-
-    def _built(self, prefix: str, kind: type, values: Mapping[str, Any], who: str) -> Any:
-        try:
-            return assembled(prefix, kind, values, named=_named_in_full)
-        except ParameterError as error:  # single values are right: this is between two of them
-            text = str(error)
-            if not any(problem.endswith(text) for problem in self.problems):
-                self.problems.append(text if who in ("", "user1.") else who + text)
-            return None
+        found: dict[str, Any] = {}
+        for prefix, (attribute, kind) in prefixed(owner).items():
+            try:
+                found[attribute] = assembled(prefix, kind, values, named=_named_in_full)
+            except ParameterError as error:  # single values are right: this is between two of them
+                found[attribute], text = None, str(error)
+                if not any(problem.endswith(text) for problem in self.problems):
+                    self.problems.append(text if who in ("", "user1.") else who + text)
+        return found
 
 
 def _named_in_full(text: str, prefix: str, kind: type) -> str:

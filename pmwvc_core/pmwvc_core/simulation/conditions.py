@@ -7,46 +7,46 @@ the fate of every packet, the force of a hand, the times at which loops ran.
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.ends.simulated_device import SimulatedDevice
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.in_flight import RecordedLink
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.hand import Place
-from pmwvc_core.plant.hands import Made, make_hand
+from pmwvc_core.plant.hands import Made
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.transport.receiver import Receiver
 
 
 class Ticks:
-    """The ticks of a loop, counted by the session.
-
-    Parameters
-    ----------
-    first
-        Tick of the session at which the loop counts 0.
-    begin
-        First tick that runs.
-    at_ns
-        Time of every tick of the session up to the last that runs.
-    missed
-        Ticks in between that do not run: they pass when the loop runs again.
+    """The ticks of a user's loop, counted by the session, of which there are so many.
 
     Attributes
     ----------
+    first
+        Tick of the session at which the loop counts 0.
+    at_ns
+        Time of every tick of the session up to the last that runs.
     next
         The next tick that runs or passes.
     """
 
-    def __init__(
-        self, first: int, begin: int, at_ns: Sequence[int], missed: frozenset[int] = frozenset()
-    ) -> None:
-        self.first, self.next, self.at_ns = first, begin, at_ns
-        self._missed, self._ran = missed, begin - 1  # the last tick that ran
+    def __init__(self, first: int, ran_ns: Integers | None, ticks: int, tick_ns: int) -> None:
+        self.first = self.next = first
+        self.at_ns: Sequence[int] = range(0, ticks * tick_ns, tick_ns)
+        self._missed: frozenset[int] = frozenset()  # in between; they pass when it runs again
+        if ran_ns is not None:
+            ran = np.flatnonzero(ran_ns[:ticks] >= 0)
+            ran = ran[ran >= first]
+            every = np.arange(ran[-1] + 1 if len(ran) else 0)
+            self.next = int(ran[0]) if len(ran) else 0
+            self.at_ns = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
+            self._missed = frozenset(np.setdiff1d(every[self.next :], ran).tolist())
+        self._ran = self.next - 1  # the last tick that ran
 
     def are_due(self, until_ns: int) -> bool:
         """Tell whether a tick is due by an instant [ns]."""
@@ -74,9 +74,8 @@ class Ticks:
         return range(begin, after), following >= ends
 
 
-@dataclass(frozen=True)
-class Steps:
-    """The server's steps: tick of the session of each, when it ran, and how long it lasts [s]
+class Steps(NamedTuple):
+    """The server's steps: tick of the session of each, when it ran, and how long it lasted [s]
     ``(steps,)``.
     """
 
@@ -86,8 +85,7 @@ class Steps:
 
     def in_order(self) -> Iterator[tuple[int, int, float]]:
         """Return tick, time [ns] and length [s] of each step."""
-        rows = (self.tick.tolist(), self.ran_ns.tolist(), self.period_s.tolist())
-        return iter(list(zip(*rows, strict=True)))
+        return zip(*(column.tolist() for column in self), strict=True)
 
 
 @dataclass(frozen=True)
@@ -95,22 +93,12 @@ class Conditions:
     """Everything but ``schedule`` and ``steps`` is by name of user or link; whatever is not named
     stays simulated.
 
-    Parameters
-    ----------
-    schedule
-        Phases of a frame. With an answer later than the frame start a master takes packets in at
-        every tick, and its hand begins the tick after an answer, as live.
-    first
-        Tick of the session at which a user's loop counts 0: its frames begin at the multiples of
-        the rate drop from there.
-    ran_ns
-        When each tick of a user ran, negative where it did not ``(ticks,)``.
-    steps
-        When the server stepped.
-    links
-        Makes the link of one direction, ``user1/up``.
-    hands
-        The hand of a user: state and parameters of its law.
+    ``schedule`` has the phases of a frame: with an answer later than the frame start a master
+    takes packets in at every tick, and its hand begins the tick after an answer, as live. A user's
+    loop counts 0 at the tick ``first`` of the session: its frames begin at the multiples of the
+    rate drop from there. ``ran_ns`` is when each of its ticks ran, negative where it did not
+    ``(ticks,)``. ``steps`` is when the server stepped. ``links`` makes the link of one direction,
+    ``user1/up``. ``hands`` are state and parameters of the law of a user's hand.
     """
 
     schedule: FrameSchedule = AT_ONCE
@@ -119,20 +107,6 @@ class Conditions:
     steps: Steps | None = None
     links: Mapping[str, Callable[[], RecordedLink]] = field(default_factory=dict)
     hands: Mapping[str, Made] = field(default_factory=dict)
-
-    def ticks_of(self, name: str, *, ticks: int, tick_ns: int) -> Ticks:
-        """Return the ticks of a user's loop in a session of so many."""
-        first, ran_ns = self.first.get(name, 0), self.ran_ns.get(name)
-        if ran_ns is None:
-            return Ticks(first, first, range(0, ticks * tick_ns, tick_ns))
-        ran = np.flatnonzero(ran_ns[:ticks] >= 0)
-        ran = ran[ran >= first]
-        if not len(ran):
-            return Ticks(first, 0, ())
-        every = np.arange(ran[-1] + 1)
-        times = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
-        missed = np.setdiff1d(every[ran[0] :], ran)
-        return Ticks(first, int(ran[0]), times, frozenset(missed.tolist()))
 
     def link_of(
         self, scenario: Scenario, index: int, direction: int, inbox: Receiver
@@ -147,13 +121,6 @@ class Conditions:
             dof=scenario.dof,
             direction=direction,
         )
-
-    def device_of(self, scenario: Scenario, index: int) -> SimulatedDevice:
-        """Return device and hand of the user with a number (from 0), where a session begins."""
-        user = scenario.users[index]
-        at = place_of(user, scenario)
-        hand = self.hands.get(user.name) or make_hand(user.operator, scenario.task, at)
-        return SimulatedDevice(user.device, hand, at.start, tick_s=at.tick_s)
 
 
 FROM_SCENARIO = Conditions()

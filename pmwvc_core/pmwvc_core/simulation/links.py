@@ -5,31 +5,26 @@ traces of packets on both sides, of their fates and receptions.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from pmwvc_core.ends.forms import vector
 from pmwvc_core.network.in_flight import Cause, Fate, RecordedLink
 from pmwvc_core.network.link import Link
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params import LinkParams
-from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, TakenTraces
+from pmwvc_core.simulation.notes import columns
+from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, SessionTraces, TakenTraces
 from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
 from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 
 class SimulatedLink:
-    """Everything between a sender and its receiver, with the record of what passed.
+    """Everything between a sender and its receiver ``inbox``, with the record of what passed.
 
-    Parameters
-    ----------
-    link, seed
-        Settings of the link and its random stream; or the link itself, as recorded.
-    inbox
-        The receiver at its end.
-    direction
-        0: from user to server, 1: back.
+    ``link`` are settings, for a link with the random stream ``seed``, or the link itself, as
+    recorded; ``direction`` is 0 from user to server, 1 back.
     """
 
     def __init__(
@@ -80,62 +75,69 @@ class SimulatedLink:
             if fate.cause is not Cause.CORRUPTION:
                 self.arrived.append((packet, fate.time_due_ns))
 
-    def packet_traces(self, sent_on: str, arrived_on: str) -> list[PacketTraces]:
-        """Return the packets on both sides, by their topics."""
-        sent = [(packet, packet.sent_ns) for packet in self.sent]
-        return [_packets(sent, sent_on, self._dof), _packets(self.arrived, arrived_on, self._dof)]
+    def traces(
+        self, looks_ns: Sequence[int], other_controller: int = 0
+    ) -> tuple[FateTraces, ReceptionTraces, TakenTraces, list[PacketTraces]]:
+        """Return what the link did, what its receiver counted and was given, and the packets on
+        both sides; none has a name.
 
-    def reception(self, name: str, *, other_controller: int = 0) -> ReceptionTraces:
-        """Return what the receiver counted."""
+        In virtual time a packet leaves when it is due; its receiver looks at its own instants
+        [ns], and ignores packets of another kind of controller.
+        """
+        fates, arrived, nameless = self.fates, self.arrived[: self.taken], ""
+        number, size_bytes, time_in_ns, due_ns, kind, cause = _columns(
+            [(f.number, f.size, f.time_in_ns, f.time_due_ns, f.kind, f.cause) for f in fates], 6
+        )
+        epochs = np.full(len(fates), self.sent[0].epoch if self.sent else 0, dtype=np.uint64)
+        numbers, times_ns = (number, epochs, number.copy()), (time_in_ns, due_ns, due_ns.copy())
+        seq, epoch, at_ns = _columns([(each.seq, each.epoch, ns) for each, ns in arrived], 3)
         counted = counts(self.receiver, other_controller=other_controller)
         passed = passage(self.receiver.path.estimate())
-        return ReceptionTraces(name, receivers=1, counts=counted, passage=passed)
-
-    def fate_traces(self, name: str) -> FateTraces:
-        """Return what the link did to each packet. In virtual time a packet leaves when it is due;
-        its receiver looks at its own instants.
-        """
-
-        def of(values: list[int]) -> Any:
-            return np.array(values, dtype=np.int64)
-
-        records = self.fates
-        epoch, due = self.sent[0].epoch if self.sent else 0, [each.time_due_ns for each in records]
-        return FateTraces(
-            link=name,
-            number=of([each.number for each in records]),
-            epoch=np.full(len(records), epoch, dtype=np.uint64),
-            seq=of([each.number for each in records]),
-            size_bytes=of([each.size for each in records]),
-            time_in_ns=of([each.time_in_ns for each in records]),
-            time_due_ns=of(due),
-            time_out_ns=of(due),
-            fate=of([int(each.kind) for each in records]),
-            cause=of([int(each.cause) for each in records]),
+        sent = [(packet, packet.sent_ns) for packet in self.sent]
+        return (
+            FateTraces(nameless, *numbers, size_bytes, *times_ns, kind, cause),
+            ReceptionTraces(nameless, receivers=1, counts=counted, passage=passed),
+            TakenTraces(np.searchsorted(np.array(looks_ns), at_ns), seq, epoch & 0xFFFFFFFF),
+            [_packets(seen, self._dof) for seen in (sent, self.arrived)],
         )
 
-    def taken_traces(self, looks_ns: Sequence[int]) -> TakenTraces:
-        """Return what the receiver was given, by the times at which it looked [ns]."""
-        rows = [
-            (packet.seq, packet.epoch, now_ns) for packet, now_ns in self.arrived[: self.taken]
-        ]
-        seq, epoch, at_ns = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()
-        return TakenTraces(np.searchsorted(np.array(looks_ns), at_ns), seq, epoch & 0xFFFFFFFF)
+
+def add_link(
+    traces: SessionTraces,
+    user: str,
+    way: str,
+    fates: FateTraces,
+    reception: ReceptionTraces,
+    taken: TakenTraces,
+    packets: Sequence[PacketTraces],
+) -> None:
+    """Add the traces of a user's link, up or down, to those of a session, by their names."""
+    name, sides = f"{user}/{way}", (f"/{user}", f"/server/{user}")
+    traces.fates[name] = replace(fates, link=name)
+    traces.receptions[name] = replace(reception, link=name)
+    traces.taken[name] = taken
+    for side, seen in zip(sides if way == "up" else sides[::-1], packets, strict=True):
+        topic = f"{side}/wave_{way}"
+        traces.packets[topic] = replace(seen, topic=topic)
+        traces.counts[topic] = {"messages": len(seen.seq), "missing": 0}
 
 
-def _packets(seen: Sequence[tuple[WavePacket, int]], topic: str, dof: int) -> PacketTraces:
-    """Return packets seen on a topic, with the times at which they were seen [ns]."""
+def _columns(rows: Sequence[Sequence[int]], width: int) -> Integers:
+    return np.array(rows, dtype=np.int64).reshape(-1, width).T.copy()
+
+
+def _packets(seen: Sequence[tuple[WavePacket, int]], dof: int) -> PacketTraces:
+    """Return packets, with the times at which they were seen [ns]."""
     packets = [packet for packet, _ in seen]
 
     def of(name: str, kind: Any = float) -> Any:
         return np.array([getattr(packet, name) for packet in packets], dtype=kind)
 
     def vectors(name: str, axes: int = dof) -> Array:
-        values = [vector(getattr(packet, name), axes) for packet in packets]
-        return np.array(values, dtype=float).reshape(len(packets), axes)
+        return columns((getattr(packet, name) for packet in packets), axes)
 
     return PacketTraces(
-        topic=topic,
+        topic="",
         time_s=np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9,
         epoch=of("epoch", np.uint64),
         seq=of("seq", np.int64),

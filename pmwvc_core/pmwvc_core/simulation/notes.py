@@ -1,93 +1,52 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a session in virtual time leaves behind: rows noted while it runs, and their traces."""
+"""What a session in virtual time leaves behind: rows noted while it runs, and the traces of these,
+or of the arrays of a session in bulk (:mod:`.bulk.book`).
+"""
 
 from array import array
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.frame.rows import SIGNALS, Frame, FrameReport, PortRow, ServerRow
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.ends.forms import vector
+from pmwvc_core.frame.rows import SIGNALS, Frame, FrameReport, ServerRow
+from pmwvc_core.numeric import Array, Integers, Value
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, UserTraces
 
-OF_OBJECT, STORED = ("x_o", "xd_o", "target"), ("kinetic", "potential", "dissipated")
-OF_PORT = PortRow._fields[len(OF_AVATARS) :]
 
+class Step(NamedTuple):
+    """A step of the server: its tick, when it ran [ns], how long it lasted [s], the server after
+    it, and how many steps have taken changes over.
+    """
 
-class Numbers:
-    """Rows of numbers, noted one after the other; of several axes each is an array."""
-
-    def __init__(self, axes: int = 1) -> None:
-        self._axes, self._noted = axes, array("d")
-
-    def write(self, values: Sequence[Any]) -> None:
-        """Note the values of one row or several."""
-        if self._axes > 1:
-            every = np.array([np.broadcast_to(value, self._axes) for value in values])
-            self._noted.frombytes(every.tobytes())
-        else:
-            self._noted.extend(values)
-
-    def columns(self, width: int) -> list[Array]:
-        """Return each column of what was noted, ``(rows, axes)``."""
-        noted = np.array(self._noted).reshape(-1, width, self._axes)
-        return [noted[:, k].copy() for k in range(width)]
-
-
-class Accounts:
-    """Energies noted row by row, under names that are known only once they come."""
-
-    def __init__(self) -> None:
-        self._by_names: dict[tuple[str, ...], tuple[list[int], Numbers]] = {}
-
-    def write(self, row: int, energies: Mapping[str, Value]) -> None:
-        """Note a row of energies [J]."""
-        if energies:
-            rows, numbers = self._by_names.setdefault(tuple(energies), ([], Numbers()))
-            rows.append(row)
-            numbers.write(list(energies.values()))
-
-    def of(self, rows: int) -> dict[str, Array]:
-        """Return the rows of each, ``(rows,)``; zero where it was not noted."""
-        found: dict[str, Array] = {}
-        for names, (noted, numbers) in self._by_names.items():
-            for name, values in zip(names, numbers.columns(len(names)), strict=True):
-                found.setdefault(name, np.zeros(rows))[noted] = values[:, 0]
-        return found
+    tick: int
+    ran_ns: int
+    period_s: float
+    row: ServerRow
+    changes: int
 
 
 class UserNotes:
-    """Notes of one user: a row per tick, and one per frame after its last tick."""
+    """Notes of one user."""
 
     def __init__(self, dof: int) -> None:
         self.ticks: list[int] = []  # that ran, and when [ns]
         self.times_ns: list[int] = []
-        self._signals, self._energies, self._accounts = Numbers(dof), Numbers(), Accounts()
-        self._ends: list[int] = []  # of frames [ticks]
-        self._states: list[int] = []
-        self._reasons: list[str] = []
-        self._changes: list[int] = []
+        # That ended: before which tick, report, work at the device [J], and how many frames have
+        # taken changes over.
+        self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
+        self._dof, self._signals = dof, array("d")
 
-    def write_ticks(self, frame: Frame) -> None:
+    def write(self, frame: Frame) -> None:
         """Note the signals of consecutive ticks."""
-        self._signals.write(frame.values)
+        if self._dof == 1:
+            self._signals.extend(frame.values)  # type: ignore[arg-type]
+        else:
+            self._signals.frombytes(columns(frame.values, self._dof).tobytes())
         self.ticks += frame.ticks
         self.times_ns += frame.times_ns
-
-    def write_block(
-        self, ends: int, report: FrameReport, work: tuple[Value, Value], *, changes: int
-    ) -> None:
-        """Note the report of a frame that ends before a tick, with the work at the device [J] and
-        how many frames have taken changes over.
-        """
-        self._accounts.write(len(self._ends), report.accounts)
-        self._energies.write((report.u_m, report.u_tx, report.v_rx, report.v_m, *work))
-        self._ends.append(ends)
-        self._states.append(report.state)
-        self._reasons.append(report.reason)
-        self._changes.append(changes)
 
     def traces(
         self, name: str, *, ticks: int, first: int, tick_s: float, events: int
@@ -97,10 +56,12 @@ class UserNotes:
         """
         ran = np.array(self.ticks, dtype=np.int64)
         late_ns = np.array(self.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
-        sums = [column[:, 0] for column in self._energies.columns(len(ENERGIES))]
-        signals: dict[str, Any] = dict(
-            zip(SIGNALS, self._signals.columns(len(SIGNALS)), strict=True)
-        )
+        signals = np.array(self._signals).reshape(-1, len(SIGNALS), self._dof)
+        reports = [report for _, report, _, _ in self.frames]
+        sums = [each for _, report, work, _ in self.frames for each in (*report[2:6], *work)]
+        energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
+        ends, changes = [each[0] for each in self.frames], [each[3] for each in self.frames]
+        named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
         return UserTraces(
             name=name,
             tick_s=tick_s,
@@ -108,78 +69,84 @@ class UserNotes:
             tick=ran - first,
             lateness_s=late_ns.astype(np.float64) * 1e-9,
             compute_s=np.zeros(len(ran)),
-            block_time_s=np.minimum(np.array(self._ends, dtype=np.float64), ticks) * tick_s,
-            state=np.array(self._states, dtype=np.int64),
-            reason=self._reasons,
-            energy=dict(zip(ENERGIES, sums, strict=True)),
-            accounts=self._accounts.of(len(self._ends)),
-            changes=np.array(self._changes, dtype=np.int64),
+            block_time_s=np.minimum(np.array(ends, dtype=np.float64), ticks) * tick_s,
+            state=np.array([report.state for report in reports], dtype=np.int64),
+            reason=[report.reason for report in reports],
+            energy=dict(zip(ENERGIES, energies, strict=True)),
+            accounts=accounts_of([report.accounts for report in reports]),
+            changes=np.array(changes, dtype=np.int64),
             looked_ns=late_ns,
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
             safety_events=events,
-            **signals,
+            **named,
         )
 
 
-class ServerNotes:
-    """Notes of the server, a row per step.
+def columns(values: Iterable[Value], axes: int) -> Array:
+    """Return signals ``(rows, axes)``; a number stands for all axes."""
+    every = [vector(value, axes) for value in values]
+    return np.array(every, dtype=float).reshape(len(every), axes)
 
-    Attributes
-    ----------
-    ticks, ran_ns, periods_s
-        Of each step: its tick, when it ran [ns], how long it lasted [s].
+
+def accounts_of(rows: Sequence[Mapping[str, Value]]) -> dict[str, Array]:
+    """Return energies by name, ``(rows,)`` [J]; zero in a row without that name."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: np.array([float(row.get(name, 0.0)) for row in rows]) for name in names}
+
+
+def stepped_server(
+    users: list[str], steps: Sequence[Step], *, time_s: Array, tick_ns: int, dof: int
+) -> ServerTraces:
+    """Return the traces of the server's steps, given when they began [s]."""
+    rows, of_each = [step.row for step in steps], len(OF_AVATARS)
+    signals: list[Value] = []
+    for row in rows:
+        avatars: list[Any] = [value for port in row.ports for value in port[:of_each]]
+        signals += (row.x_o, row.xd_o, *avatars, row.target)
+    sums = [(row.kinetic, row.potential, row.dissipated) for row in rows]
+    ports = [port[of_each:] for row in rows for port in row.ports]
+    late_ns = [step.ran_ns - step.tick * tick_ns for step in steps]
+    every = columns(signals, dof).reshape(-1, 3 + of_each * len(users), dof)
+    return server_traces(
+        users,
+        time_s=time_s,
+        periods_s=np.array([step.period_s for step in steps], dtype=float),
+        signals=every.swapaxes(0, 1).copy(),
+        sums=np.array(sums, dtype=float).reshape(-1, 3),
+        ports=np.array(ports, dtype=float).reshape(-1, len(users), 3),
+        presence=np.array([row.state for row in rows], dtype=np.int64).reshape(-1, len(users)),
+        accounts=accounts_of([row.accounts for row in rows]),
+        changes=np.array([step.changes for step in steps], dtype=np.int64),
+        looked_ns=np.array(late_ns, dtype=np.int64),
+    )
+
+
+def server_traces(
+    users: list[str], *, signals: Array, sums: Array, ports: Array, presence: Integers, **rest: Any
+) -> ServerTraces:
+    """Return the traces of the server.
+
+    ``signals`` are of object, avatars and target, ``(3 + 5 users, steps, axes)``; ``sums`` the
+    kinetic, potential and dissipated energy, ``(steps, 3)`` [J]; ``ports`` energies of both waves
+    and whether there is contact, ``(steps, users, 3 or more)``; ``presence`` ``(steps, users)``.
     """
-
-    def __init__(self, dof: int) -> None:
-        self.ticks: list[int] = []
-        self.ran_ns: list[int] = []
-        self.periods_s: list[float] = []
-        self._changes: list[int] = []
-        self._presence: list[tuple[int, ...]] = []
-        self._signals, self._energies, self._accounts = Numbers(dof), Numbers(), Accounts()
-
-    def write(
-        self, tick: int, ran_ns: int, period_s: float, row: ServerRow, *, changes: int
-    ) -> None:
-        """Note one step of the server, with how many have taken changes over."""
-        self._accounts.write(len(self.ticks), row.accounts)
-        self.ticks.append(tick)
-        self.ran_ns.append(ran_ns)
-        self.periods_s.append(period_s)
-        self._changes.append(changes)
-        self._presence.append(row.state)
-        self._signals.write([getattr(row, name) for name in OF_OBJECT])
-        self._energies.write([getattr(row, name) for name in STORED])
-        for port in row.ports:
-            self._signals.write(port[: len(OF_AVATARS)])
-            self._energies.write(port[len(OF_AVATARS) :])
-
-    def traces(self, users: list[str], *, time_s: Array, tick_ns: int) -> ServerTraces:
-        """Return the traces, given when steps began [s]."""
-        steps, numbers = len(self.ticks), range(len(users))
-
-        def named(noted: Numbers, common: Sequence[str], each: Sequence[str]) -> dict[str, Any]:
-            """Return columns of all by name, and lists of those of each user."""
-            first, width = len(common), len(each)
-            columns = noted.columns(first + width * len(users))
-            found: dict[str, Any] = dict(zip(common, columns, strict=False))
-            for k, name in enumerate(each):
-                found[name] = [columns[first + width * i + k] for i in numbers]
-            return found
-
-        sums = named(self._energies, STORED, OF_PORT)
-        return ServerTraces(
-            users=users,
-            periods_s=np.array(self.periods_s, dtype=np.float64),
-            time_s=time_s,
-            step=np.arange(1, steps + 1, dtype=np.int64),
-            contact=[column[:, 0] != 0.0 for column in sums["contact"]],
-            state=list(np.array(self._presence, dtype=np.int64).reshape(-1, len(users)).T.copy()),
-            energy_u_s=[column[:, 0] for column in sums["energy_u_s"]],
-            energy_v_s=[column[:, 0] for column in sums["energy_v_s"]],
-            accounts=self._accounts.of(steps),
-            changes=np.array(self._changes, dtype=np.int64),
-            looked_ns=np.array(self.ran_ns, dtype=np.int64) - np.array(self.ticks) * tick_ns,
-            **{name: sums[name][:, 0] for name in STORED},
-            **named(self._signals, OF_OBJECT, OF_AVATARS),
-        )
+    first, of_each = [2 + len(OF_AVATARS) * i for i in range(len(users))], enumerate(OF_AVATARS)
+    avatars: dict[str, Any] = {name: [signals[at + k] for at in first] for k, name in of_each}
+    u_j, v_j, touches, *_ = np.moveaxis(ports, 2, 0).swapaxes(1, 2)
+    kinetic, potential, dissipated = sums.T.copy()
+    return ServerTraces(
+        users=users,
+        step=np.arange(1, len(sums) + 1, dtype=np.int64),
+        x_o=signals[0],
+        xd_o=signals[1],
+        target=signals[-1],
+        contact=list(touches != 0.0),
+        state=list(presence.T.copy()),
+        energy_u_s=list(u_j.copy()),
+        energy_v_s=list(v_j.copy()),
+        kinetic=kinetic,
+        potential=potential,
+        dissipated=dissipated,
+        **avatars,
+        **rest,
+    )

@@ -7,11 +7,12 @@ from functools import partial
 from typing import Any
 
 from pmwvc_core.ends.assembly import user_end_of
-from pmwvc_core.ends.simulated_device import CATCH_UP_S
+from pmwvc_core.ends.simulated_device import CATCH_UP_S, SimulatedDevice
 from pmwvc_core.frame.rows import Frame
 from pmwvc_core.numeric import Value
+from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.conditions import Conditions, Ticks, place_of
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
@@ -20,21 +21,17 @@ class SimulatedUser:
     """The user with a number (from 0), in a session of so many ticks, with its server's inbox."""
 
     def __init__(
-        self,
-        scenario: Scenario,
-        index: int,
-        *,
-        ticks: int,
-        inbox: Receiver,
-        conditions: Conditions,
+        self, scenario: Scenario, index: int, ticks: int, inbox: Receiver, conditions: Conditions
     ) -> None:
         self.settings = user = scenario.users[index]
         self.loop: Any = user_end_of(scenario, index, schedule=conditions.schedule)
         self.up = conditions.link_of(scenario, index, 0, inbox)
         self.down = conditions.link_of(scenario, index, 1, self.loop.inbox)
-        self.device = conditions.device_of(scenario, index)
-        tick_ns = round(scenario.tick_s * 1e9)
-        self.ticks = conditions.ticks_of(user.name, ticks=ticks, tick_ns=tick_ns)
+        at, name = place_of(user, scenario), user.name
+        hand = conditions.hands.get(name) or make_hand(user.operator, scenario.task, at)
+        self.device = SimulatedDevice(user.device, hand, at.start, tick_s=at.tick_s)
+        first, ran_ns = conditions.first.get(name, 0), conditions.ran_ns.get(name)
+        self.ticks = Ticks(first, ran_ns, ticks, round(scenario.tick_s * 1e9))
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
         # As live: the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeAlias
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.frame.device_sample import STALE_NS, DeviceSample
+from pmwvc_core.frame.rows import STALE_NS, DeviceSample
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plugins import PluginGroup

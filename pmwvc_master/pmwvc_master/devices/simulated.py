@@ -36,7 +36,7 @@ class SimulatedDevice:
         hand = make_hand(setup.operator, setup.task, at)
         self._plant = Plant(setup.device, hand, at.start, tick_s=at.tick_s)
         if setup.node is not None and setup.operator.from_outside:
-            self._plant.listen(HandTopics(setup.node, dof=setup.dof))
+            self._plant.listen(HandTopics(setup.node, dof=setup.dof).take)
         self._coupled = False
         self._f_m: Value = 0.0
         self._last_ns: int | None = None

@@ -55,8 +55,7 @@ def wrench(force: tuple[float, float, float]) -> bytes:
 
 
 class HandTopics:
-    """Targets from ``hand/target`` and ``hand/held``, relative to the node's, for a
-    :class:`pmwvc_core.ends.simulated_device.TargetSource`.
+    """Targets from ``hand/target`` and ``hand/held``, relative to the node's.
 
     A target holds the handle; age counts from its arrival, so nobody's clock matters.
     ``held: false`` lets go at once, and targets are ignored until ``held: true``; who never

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_core.ends.assembly import SERVER_EPOCH
 from pmwvc_core.frame.schedule import AT_ONCE
 from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.network.effects import is_random
@@ -27,7 +28,6 @@ from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.transport.packet import Packer, Verdict
 from pmwvc_core.transport.receiver import Receiver
 
-SERVER_EPOCH = 1000
 TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
 
 
