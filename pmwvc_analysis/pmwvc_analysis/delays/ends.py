@@ -11,7 +11,7 @@ States that are not read (where a device or the object is) are left out: they do
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +24,8 @@ from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
+
+POINTS = 21  # of an interval where a maximum is looked for: it then shrinks to a tenth
 
 
 class System(NamedTuple):
@@ -127,3 +129,17 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
         for way in ("up", "down")
     )
     return observable(model, 0, up[:1], down[:1])[0], observable(model, 0, down, up)[0]
+
+
+def refined(
+    at: Callable[[Array], Array], low: float, high: float, *, rounds: int
+) -> tuple[float, float]:
+    """Return the largest value between two points, and where; ``at`` is of ``(points,)``."""
+    found = -np.inf, low
+    for _ in range(rounds):
+        points = np.linspace(low, high, POINTS)
+        values = at(points)
+        top = int(np.argmax(values))
+        found = max(found, (float(values[top]), float(points[top])))
+        low, high = points[max(top - 1, 0)], points[min(top + 1, POINTS - 1)]
+    return found

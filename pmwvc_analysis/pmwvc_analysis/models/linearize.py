@@ -66,11 +66,6 @@ class Linear:
         return [f"{name}, axis {axis}" if several else name for name, axis in self.columns]
 
     @property
-    def users(self) -> list[str]:
-        """Names of the users."""
-        return [line.name for line in self.loop.lines]
-
-    @property
     def ticks(self) -> int:
         """Length of the hyperperiod in ticks."""
         return self.loop.ticks
@@ -178,13 +173,8 @@ def model_of(
 def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
     """Return the states that matter, and the matrix on them alone.
 
-    Parameters
-    ----------
-    whole
-        ``(runs, n and signals, n and inputs)``: the n states after a step, and what is read of
-        them otherwise.
-    always
-        ``(n,)``: states that matter in any case.
+    ``whole`` is ``(runs, n and signals, n and inputs)``: the n states after a step, and what is
+    read of them otherwise; ``always`` are ``(n,)`` states that matter in any case.
     """
     n, whole = len(always), whole.copy()
     filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run

@@ -176,14 +176,14 @@ def untouched(scenario: Scenario) -> Scenario:
 def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
     """Return a note on the motion at rest across the axis, where the axes are coupled."""
     dof, low, moved = model.loop.dof, low_frequencies(peak_hz), []
+    name = model.loop.lines[user].user.name
     for other in range(dof):
         if other != axis:
             x = response(model, low, user=user, forces=forces, axis=other).real
             moved.append(f"{1e3 * limit_at_rest(x):.3g} (axis {other + 1})")
     return (
         f"Along axis {axis + 1} of {dof}, the other axes free. The impedance matrix couples "
-        f"them: at rest 1 N moves the device of {model.users[user]} across by {', '.join(moved)} "
-        "mm."
+        f"them: at rest 1 N moves the device of {name} across by {', '.join(moved)} mm."
     )
 
 

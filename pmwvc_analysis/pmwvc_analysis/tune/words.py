@@ -8,8 +8,15 @@ from typing import Any
 
 from pmwvc_analysis.budget.criterion import behind_counts, bounded
 from pmwvc_analysis.models.linear import left_out, setting
-from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
-from pmwvc_analysis.tune.search import STABLE, Proposal, session_of
+from pmwvc_analysis.tune.criteria import (
+    ENCODER_STEP_M,
+    NOTICED_N,
+    STABLE,
+    Rating,
+    session_of,
+    velocity_step,
+)
+from pmwvc_analysis.tune.search import Proposal
 from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
