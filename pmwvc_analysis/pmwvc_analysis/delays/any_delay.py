@@ -30,7 +30,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import System, master_end, refined, server_end
+from pmwvc_analysis.delays.ends import System, ends, master_end, refined
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array
@@ -66,15 +66,15 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         return None
     if reasons := _outside(scenario):
         return AnyDelay(False, reasons)
-    ends = [
+    masters = [
         [master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
         for user in scenario.users
     ]
-    server = None if nonlinear(scenario) or outside(scenario) else server_end(scenario)
-    if reasons := _unstable(scenario, ends, server):
+    server = None if nonlinear(scenario) or outside(scenario) else ends(scenario, live=False)[1]
+    if reasons := _unstable(scenario, masters, server):
         return AnyDelay(False, reasons)
     every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole
-    for end in [*itertools.chain(*ends), *([server] if server else [])]:
+    for end in [*itertools.chain(*masters), *([server] if server else [])]:
         width = np.maximum(np.abs(1.0 - np.abs(end.poles())), LOWEST)
         every.append(end.angles_near(width, AROUND))
     angle = np.unique(np.concatenate(every))
@@ -86,7 +86,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         z = np.exp(1j * angle)
         return [
             np.stack([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=1)
-            for several in ends
+            for several in masters
         ]
 
     worst, at = _peak(lambda angle: np.concatenate(single(angle), axis=1).max(axis=1), angle)
@@ -120,11 +120,11 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
 
 
 def _unstable(
-    scenario: Scenario, ends: Sequence[Sequence[System]], server: System | None
+    scenario: Scenario, masters: Sequence[Sequence[System]], server: System | None
 ) -> tuple[str, ...]:
     """Return which ends are unstable by themselves."""
     found = []
-    for user, several in zip(scenario.users, ends, strict=True):
+    for user, several in zip(scenario.users, masters, strict=True):
         if any(end.growth >= 1.0 for end in several):
             load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
             found.append(

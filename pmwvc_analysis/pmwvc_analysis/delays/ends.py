@@ -110,16 +110,13 @@ def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool =
     alone = with_impedances(user, impedance, None)
     wall = dataclasses.replace(scenario.server, coupling="implicit", environment="wall")
     one = dataclasses.replace(scenario, users=(alone,), server=wall, disturbances="")
-    return _ends(one, live=live)[0]
+    return ends(one, live=live)[0]
 
 
-def server_end(scenario: Scenario) -> System:
-    """Return the server's end from every user's packet, by axis, to the answers of the step."""
-    return _ends(scenario, live=False)[1]
-
-
-def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
-    """Return the end of the first user along its first axis, and that of the server."""
+def ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
+    """Return the end of the first user along its first axis, and that of the server from every
+    user's packet, by axis, to the answers of the step.
+    """
     once = LinkParams(delay_s=(hyperperiod_ticks(scenario) + live) * scenario.tick_s)
     users = [dataclasses.replace(user, link_up=once, link_down=once) for user in scenario.users]
     ways = [(way, index) for way in ("up", "down") for index in range(len(users))]

@@ -127,12 +127,7 @@ class Hyperperiod(Loop):
 
     def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
         """Return signals with their names as rows over all states and inputs, ``(runs, signals,
-        columns)``.
-
-        Raises
-        ------
-        NonlinearError
-            If superposition does not hold.
+        columns)``; NonlinearError if superposition does not hold.
         """
         whole = self._answers([value for _, value in signals])
         rows, together = whole[:, : self._width], whole[:, -2]

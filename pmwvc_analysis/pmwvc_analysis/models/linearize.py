@@ -126,14 +126,9 @@ def kept_loop(scenario: Scenario, live: bool, weights: tuple[int, ...]) -> Hyper
 
 
 def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
-    """Return the model of a scenario of plain numbers, with inputs and outputs.
-
-    Raises
-    ------
-    NonlinearError
-        If an element is not linear.
-    PmwvcError
-        If the hyperperiod is too long, or there are too many states or inputs.
+    """Return the model of a scenario of plain numbers, with inputs and outputs; NonlinearError if
+    an element is not linear, PmwvcError if the hyperperiod is too long, or there are too many
+    states or inputs.
     """
     loop = checked(scenario, live=live, weights=weights)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.paths) * loop.dof

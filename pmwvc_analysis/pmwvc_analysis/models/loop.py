@@ -44,14 +44,9 @@ STORE_S = 0.1  # more than a settled playout has in store
 class Loop:
     """Both ends of a scenario and the links in between, brought to rest up to tick 0.
 
-    Parameters
-    ----------
-    scenario
-        Numbers may be columns ``(runs, 1)``; delays, periods and counts are the same for all.
-    live
-        Phases of a live session instead of the simulator's.
-    weights
-        How many users like it each user stands for: so many avatars move together.
+    Numbers of the scenario may be columns ``(runs, 1)``; delays, periods and counts are the same
+    for all. ``live`` takes the phases of a live session instead of the simulator's; ``weights``
+    are how many users like it each user stands for: so many avatars move together.
     """
 
     def __init__(

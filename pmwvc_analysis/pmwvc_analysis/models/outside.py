@@ -39,14 +39,9 @@ FRAME_TICKS = 8  # on the strict channel
 
 
 def checked(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
-    """Return the loop of a scenario with code of other packages, once it was tried.
-
-    Raises
-    ------
-    NonlinearError
-        If something is not linear, or code from outside the library keeps state elsewhere.
-    PmwvcError
-        If the hyperperiod is too long.
+    """Return the loop of a scenario with code of other packages, once it was tried; NonlinearError
+    if something is not linear, or code from outside the library keeps state elsewhere, PmwvcError
+    if the hyperperiod is too long.
     """
     if found := outside(scenario):
         what = f"{scenario.name}: {', '.join(found)}"

@@ -37,15 +37,9 @@ def response(
     axis: int = 0,
 ) -> Complex:
     """Return the base-band response of one user's ``x``, ``xd`` or ``f`` along an axis to the
-    hands' forces, ``(points,)`` per unit of their amplitudes.
-
-    Parameters
-    ----------
-    frequency_hz
-        ``(points,)``, above zero and up to half the tick rate.
-    forces
-        Amplitude and sign p_i per user, of several axes of the model ``(users, dof)``; by default
-        the one looked at pushes alone along the axis.
+    hands' forces, ``(points,)`` per unit of their amplitudes, above zero and up to half the tick
+    rate. ``forces`` are amplitude and sign p_i per user, of several axes of the model ``(users,
+    dof)``; by default the one looked at pushes alone along the axis.
     """
     users, ticks, dof = len(model.loop.lines), model.ticks, model.loop.dof
     axis = axis if dof > 1 else 0

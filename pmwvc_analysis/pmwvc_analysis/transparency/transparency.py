@@ -90,19 +90,9 @@ def transparency(
     axis: int = 0,
     live: bool = False,
 ) -> Transparency:
-    """Return the admittance transmitted to one user along an axis.
-
-    Parameters
-    ----------
-    scenario
-        Linear but for grip contacts, which are taken as touching.
-    frequency_hz
-        Where; by default 0.1 Hz to a quarter of the tick rate.
-
-    Raises
-    ------
-    PmwvcError
-        If the session is not stable, or something in it is not linear.
+    """Return the admittance transmitted to one user along an axis, at frequencies that are by
+    default 0.1 Hz to a quarter of the tick rate. Grip contacts are taken as touching. PmwvcError
+    if the session is not stable, or something in it is not linear.
     """
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
@@ -130,10 +120,8 @@ def transparency(
     direct = ideal_of(scenario)
     ideal, ideal_admittance = Rendered(), np.full(len(frequency_hz), np.nan + 0j)
     if stability.stable(float(stability.radii(direct)[0])):
-        perfect, steady = (
-            build(ideal_of(pressed), weights=weights),
-            pressing(direct, user, axis)[first],
-        )
+        perfect = build(ideal_of(pressed), weights=weights)
+        steady = pressing(direct, user, axis)[first]
         ideal = _rendered(perfect, own, axis, steady)
         ideal_admittance = response(perfect, frequency_hz, user=own, forces=steady, axis=axis)
     else:

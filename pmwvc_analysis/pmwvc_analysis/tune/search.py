@@ -69,12 +69,8 @@ class Proposal:
 
 
 def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
-    """Return the best choice for a scenario and its neighbours.
-
-    Raises
-    ------
-    PmwvcError
-        If the scenario is no wave session, or nothing found is stable, in the model or simulated.
+    """Return the best choice for a scenario and its neighbours; PmwvcError if it is no wave
+    session, or nothing found is stable, in the model or simulated.
     """
     record = record_of(scenario.controller)
     if not record.waves:
