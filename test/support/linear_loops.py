@@ -106,7 +106,7 @@ def modelled(model, forces):
     """Return x, xd and f by the model, from rest under the given forces; all of them
     ``(users, ticks)``, or ``(users, ticks, dof)``.
     """
-    users, ticks, axes = len(model.users), model.ticks, forces.shape[2:]
+    users, ticks, axes = len(model.loop.lines), model.ticks, forces.shape[2:]
     frames = -(-forces.shape[1] // ticks)
     padded = np.zeros((users, frames * ticks, *axes))
     padded[:, : forces.shape[1]] = forces

@@ -9,13 +9,12 @@ import pytest
 from support import linear_loops
 
 import pmwvc
-from pmwvc_analysis.delays import work
-from pmwvc_analysis.delays.work import UnknownError
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.answer import answer, sentences
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.motions.groups import subproblems
+from pmwvc_analysis.models.stability import UnknownError
 
 SEVEN_AND_ELEVEN = {"master.rate_drop": 7, "server.period_s": 0.011}
 
@@ -29,7 +28,7 @@ def test_unequal_frames_over_a_long_way_have_the_radius_of_the_whole_model():
 
 
 def test_a_largest_stiffness_that_takes_too_much_is_not_known_beside_a_radius_that_is(monkeypatch):
-    monkeypatch.setattr(work, "ALLOWED", 1e9)  # enough for one radius, not for a search
+    monkeypatch.setattr(stability, "ALLOWED", 1e9)  # enough for one radius, not for a search
     scenario = pmwvc.scenario("carry_16ms", {**SEVEN_AND_ELEVEN, "link.delay_s": 0.25})
     found = answer(scenario)
     assert found["stable"] is True

@@ -158,7 +158,7 @@ def test_delay_lines_put_in_before_solving_change_nothing(frames, make):
     ticks = model.ticks
     for value, f in zip(found, hertz, strict=True):
         angle = 2 * np.pi * f * model.loop.tick_s
-        wave = np.zeros(len(model.users) * ticks, dtype=complex)
+        wave = np.zeros(len(model.loop.lines) * ticks, dtype=complex)
         wave[:ticks] = np.exp(1j * angle * np.arange(ticks))
         whole = np.exp(1j * angle * ticks) * np.eye(len(model.states)) - model.transition
         state = np.linalg.solve(whole, model.inputs @ wave)

@@ -19,9 +19,8 @@ from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_analysis.tune import search
-from pmwvc_analysis.tune.candidates import best_impedance, bounds_of
-from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
-from pmwvc_analysis.tune.search import judged
+from pmwvc_analysis.tune.criteria import Choice, cost_of, judged, noise_n, rated
+from pmwvc_analysis.tune.search import best_impedance, bounds_of
 from pmwvc_analysis.tune.words import answer, costs, sentences
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.errors import PmwvcError

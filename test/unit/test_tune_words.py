@@ -5,9 +5,8 @@
 from support import plain as scenarios
 
 from pmwvc_analysis.tune import search
-from pmwvc_analysis.tune.candidates import bounds_of
-from pmwvc_analysis.tune.criteria import Choice, rated
-from pmwvc_analysis.tune.search import judged
+from pmwvc_analysis.tune.criteria import Choice, judged, rated
+from pmwvc_analysis.tune.search import bounds_of
 from pmwvc_analysis.tune.words import sentences
 
 

@@ -23,14 +23,14 @@ same with its absolute value, which commutes with the delays of its user.
 Equations: docs/theory.md 14.5, 14.6.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import System, master_end, server_end
-from pmwvc_analysis.delays.peaks import refined
+from pmwvc_analysis.delays.ends import System, ends, master_end, refined
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array
@@ -52,10 +52,12 @@ class AnyDelay:
     """The stability at any constant delay, as far as it is known."""
 
     proved: bool
-    touching: bool  # the proof holds only while all contacts touch
-    gain: float | None  # largest once around the loop, 1 is the limit; None: none was formed
-    at_hz: float | None
-    reasons: tuple[str, ...]  # why it is not proved, with amounts: no proof was found, no more
+    reasons: tuple[
+        str, ...
+    ] = ()  # why it is not proved, with amounts: no proof was found, no more
+    touching: bool = False  # the proof holds only while all contacts touch
+    gain: float | None = None  # largest once around the loop, 1 is the limit; None: none formed
+    at_hz: float | None = None
 
 
 def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
@@ -63,15 +65,20 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if not proofs_hold(scenario.controller):
         return None
     if reasons := _outside(scenario):
-        return AnyDelay(False, False, None, None, reasons)
-    ends = [
+        return AnyDelay(False, reasons)
+    masters = [
         [master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
         for user in scenario.users
     ]
-    server = None if nonlinear(scenario) or outside(scenario) else server_end(scenario)
-    if reasons := _unstable(scenario, ends, server):
-        return AnyDelay(False, False, None, None, reasons)
-    angle = _angles([end for several in ends for end in several] + ([server] if server else []))
+    server = None if nonlinear(scenario) or outside(scenario) else ends(scenario, live=False)[1]
+    if reasons := _unstable(scenario, masters, server):
+        return AnyDelay(False, reasons)
+    every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole
+    for end in [*itertools.chain(*masters), *([server] if server else [])]:
+        width = np.maximum(np.abs(1.0 - np.abs(end.poles())), LOWEST)
+        every.append(end.angles_near(width, AROUND))
+    angle = np.unique(np.concatenate(every))
+    angle = angle[(angle >= LOWEST) & (angle <= np.pi)]
     hertz = 1.0 / (2.0 * np.pi * scenario.server.period_s)
 
     def single(angle: Array) -> list[Array]:
@@ -79,18 +86,20 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         z = np.exp(1j * angle)
         return [
             np.stack([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=1)
-            for several in ends
+            for several in masters
         ]
 
     worst, at = _peak(lambda angle: np.concatenate(single(angle), axis=1).max(axis=1), angle)
     lossless, passive = worst <= 1.0 + TOLERANCE, scenario.coupling.passive(scenario.server)
     if lossless and passive:
-        return AnyDelay(True, False, worst, at * hertz, ())
-    text = f"the users' ends return up to {worst:.7g} times the wave they receive"
-    text = f"{text} ({at * hertz:.3g} Hz)"
+        return AnyDelay(True, gain=worst, at_hz=at * hertz)
+    text = (
+        f"the users' ends return up to {worst:.7g} times the wave they receive "
+        f"({at * hertz:.3g} Hz)"
+    )
     if server is None:
         unknown = () if passive else ("no bound is known for the server's coupling",)
-        return AnyDelay(False, False, None, None, (*(() if lossless else (text,)), *unknown))
+        return AnyDelay(False, (*(() if lossless else (text,)), *unknown))
     axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
 
     def around(angle: Array) -> Array:
@@ -105,17 +114,17 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
 
     gain, at = _peak(around, angle)
     if gain <= 1.0 + TOLERANCE:
-        return AnyDelay(True, True, gain, at * hertz, ())
+        return AnyDelay(True, touching=True, gain=gain, at_hz=at * hertz)
     why = f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at * hertz:.3g} Hz); {text}"
-    return AnyDelay(False, False, gain, at * hertz, (why,))
+    return AnyDelay(False, (why,), gain=gain, at_hz=at * hertz)
 
 
 def _unstable(
-    scenario: Scenario, ends: Sequence[Sequence[System]], server: System | None
+    scenario: Scenario, masters: Sequence[Sequence[System]], server: System | None
 ) -> tuple[str, ...]:
     """Return which ends are unstable by themselves."""
     found = []
-    for user, several in zip(scenario.users, ends, strict=True):
+    for user, several in zip(scenario.users, masters, strict=True):
         if any(end.growth >= 1.0 for end in several):
             load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
             found.append(
@@ -141,16 +150,6 @@ def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
         ends = angle[max(index - 1, 0)], angle[min(index + 1, last)]
         found = max(found, refined(gain, *ends, rounds=ROUNDS))
     return found
-
-
-def _angles(systems: list[System]) -> Array:
-    """Return angles up to pi, denser around every pole."""
-    found = [np.geomspace(LOWEST, np.pi, POINTS)]
-    for system in systems:
-        width = np.maximum(np.abs(1.0 - np.abs(system.poles())), LOWEST)
-        found.append(system.angles_near(width, AROUND))
-    angle = np.unique(np.concatenate(found))
-    return np.asarray(angle[(angle >= LOWEST) & (angle <= np.pi)])
 
 
 def _outside(scenario: Scenario) -> tuple[str, ...]:

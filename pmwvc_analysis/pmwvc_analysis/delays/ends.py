@@ -11,7 +11,7 @@ States that are not read (where a device or the object is) are left out: they do
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +24,8 @@ from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
+
+POINTS = 21  # of an interval where a maximum is looked for: it then shrinks to a tenth
 
 
 class System(NamedTuple):
@@ -108,16 +110,13 @@ def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool =
     alone = with_impedances(user, impedance, None)
     wall = dataclasses.replace(scenario.server, coupling="implicit", environment="wall")
     one = dataclasses.replace(scenario, users=(alone,), server=wall, disturbances="")
-    return _ends(one, live=live)[0]
+    return ends(one, live=live)[0]
 
 
-def server_end(scenario: Scenario) -> System:
-    """Return the server's end from every user's packet, by axis, to the answers of the step."""
-    return _ends(scenario, live=False)[1]
-
-
-def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
-    """Return the end of the first user along its first axis, and that of the server."""
+def ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
+    """Return the end of the first user along its first axis, and that of the server from every
+    user's packet, by axis, to the answers of the step.
+    """
     once = LinkParams(delay_s=(hyperperiod_ticks(scenario) + live) * scenario.tick_s)
     users = [dataclasses.replace(user, link_up=once, link_down=once) for user in scenario.users]
     ways = [(way, index) for way in ("up", "down") for index in range(len(users))]
@@ -127,3 +126,17 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
         for way in ("up", "down")
     )
     return observable(model, 0, up[:1], down[:1])[0], observable(model, 0, down, up)[0]
+
+
+def refined(
+    at: Callable[[Array], Array], low: float, high: float, *, rounds: int
+) -> tuple[float, float]:
+    """Return the largest value between two points, and where; ``at`` is of ``(points,)``."""
+    found = -np.inf, low
+    for _ in range(rounds):
+        points = np.linspace(low, high, POINTS)
+        values = at(points)
+        top = int(np.argmax(values))
+        found = max(found, (float(values[top]), float(points[top])))
+        low, high = points[max(top - 1, 0)], points[min(top + 1, POINTS - 1)]
+    return found

@@ -151,8 +151,9 @@ class Loci:
         for _ in range(SECTIONS):
             points = low + PARTS * (high - low)  # (parts, intervals), both ends as well
             values_at = at_low + PARTS * (at_high - at_low)
-            inner = self._nearest(points[1:-1].ravel(), log_r, values_at[1:-1].ravel())
-            values_at[1:-1] = inner.reshape(values_at[1:-1].shape)
+            inner, near = self._values(points[1:-1].ravel(), log_r), values_at[1:-1].ravel()
+            nearest = np.argmin(np.abs(inner - near[:, np.newaxis]), axis=1)
+            values_at[1:-1] = inner[np.arange(len(inner)), nearest].reshape(-1, len(low))
             values_at[0], values_at[-1] = at_low, at_high
             beyond = np.log(np.maximum(np.abs(values_at), 1e-300)) - self._least * log_r > 0.0
             back = np.argmax((beyond == rising)[1:], axis=0)
@@ -160,13 +161,6 @@ class Loci:
             at_low, at_high = values_at[back, rows], values_at[back + 1, rows]
         turned = np.angle(np.where(rising, at_high, at_low) * longer.conj())
         return np.asarray(begin + turned - self._least * 0.5 * (low + high))
-
-    def _nearest(self, angle: Array, log_r: float, near: Complex) -> Complex:
-        """Return the eigenvalue of L Z^q at each angle that is nearest to a value."""
-        values = self._values(angle, log_r)
-        index = np.argmin(np.abs(values - near[:, np.newaxis]), axis=1)
-        chosen: Complex = values[np.arange(len(values)), index]
-        return chosen
 
 
 def _matched(values: Complex) -> Complex:

@@ -62,25 +62,11 @@ class VelocityFilter:
         own = self.master.velocity_filter
         return float(self.port.min()) if own.in_force else None
 
-    @property
-    def margins_by_condition(self) -> dict[str, float | None]:
-        """By how much each of ``CONDITIONS`` is met; None where it does not apply."""
-        return {
-            "in_phase": self.margins["in_phase_margin"],
-            "any_environment": self.margins["any_environment_margin"],
-            "switching": 1.0 - self.switching_gain,
-            "port": self.port_margin,
-        }
-
 
 def judge(scenario: Scenario) -> VelocityFilter:
     """Return the velocity filter of the first user and its margins; of a user without one, that of
-    the exact form with the same numbers.
-
-    Raises
-    ------
-    PmwvcError
-        If the scenario has no waves, or no such filter exists.
+    the exact form with the same numbers; PmwvcError if the scenario has no waves, or no such
+    filter exists.
     """
     if not proofs_hold(scenario.controller):
         raise PmwvcError(
@@ -133,7 +119,12 @@ def answer(scenario: Scenario, found: VelocityFilter) -> dict[str, Any]:
     """Return the document of ``--json``."""
     own = found.master.velocity_filter
     ends = ("margin", "worst_hz")
-    left = found.margins_by_condition
+    left = {  # by how much each of ``CONDITIONS`` is met; None where it does not apply
+        "in_phase": found.margins["in_phase_margin"],
+        "any_environment": found.margins["any_environment_margin"],
+        "switching": 1.0 - found.switching_gain,
+        "port": found.port_margin,
+    }
     return {
         "scenario": scenario.name,
         "user": scenario.users[0].name,

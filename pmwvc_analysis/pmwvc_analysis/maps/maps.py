@@ -113,13 +113,8 @@ def compute(
 ) -> Array:
     """Return the spectral radii of a map ``(rows, columns)``, computed by workers or Dask as for
     :func:`.workers.finished`. A folder, made where need be, keeps what is finished: that is not
-    computed again. ``done`` is called with points as they are finished.
-
-    Raises
-    ------
-    PmwvcError
-        If a parameter may not have a value of its axis, the folder holds another map, or Dask is
-        asked for and not there.
+    computed again. ``done`` is called with points as they are finished. PmwvcError if a parameter
+    may not have a value of its axis, the folder holds another map, or Dask is not there.
     """
     for axis in (grid.x, grid.y):
         for value in axis.values:

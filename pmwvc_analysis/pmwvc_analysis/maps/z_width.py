@@ -46,12 +46,8 @@ def of_each(
     scenario: Scenario, damping: Sequence[float], *, bound: float | None, live: bool
 ) -> Iterator[tuple[float, Bracket]]:
     """Yield every contact damping [N s/m] with the bracket of its largest stiffness: of no width
-    from the exact model, simulated where there is none.
-
-    Raises
-    ------
-    PmwvcError
-        If the exact model needs too much work, or phases of a live session are to be simulated.
+    from the exact model, simulated where there is none; PmwvcError if the exact model needs too
+    much work, or phases of a live session are to be simulated.
     """
     is_linear = not nonlinear(scenario)
     if live and not is_linear:

@@ -3,7 +3,7 @@
 """The stability of one scenario as plain data and in sentences."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -33,9 +33,8 @@ def answer(
     """
     is_stable = stability.stable(float(stability.radii(scenario, live=live)[0]))
     limit = stability.k_max(scenario, live=live, bound=bound)
-    motion = (_long if is_long(scenario, live=live) else _dense)(scenario, live=live)
-    radius = motion.radius
-    hyperperiod_s = motion.ticks * scenario.tick_s
+    slowest = _long if is_long(scenario, live=live) else _dense
+    radius, hertz, ticks, states, motions = slowest(scenario, live=live)
     return {
         "scenario": scenario.name,
         "live": live,
@@ -45,28 +44,23 @@ def answer(
         "k_max_bound": limit.bound,
         "k_max_unknown": limit.unknown,
         "islands": [list(island) for island in limit.islands],
-        "rigid_body_modes": motion.rigid_body_modes,
-        "states": motion.states,
-        "hyperframe_ticks": motion.ticks,
+        "rigid_body_modes": motions,
+        "states": states,
+        "hyperframe_ticks": ticks,
         "slowest": {
-            "frequency_hz": motion.frequency_hz,
-            "per_second": math.log(radius) / hyperperiod_s if radius > 0.0 else None,
+            "frequency_hz": hertz,
+            "per_second": math.log(radius) / (ticks * scenario.tick_s) if radius else None,
         },
         "notes": notes_of(scenario),
     }
 
 
-class _Slowest(NamedTuple):
-    """The largest eigenvalue, and the size of the model it is of."""
-
-    radius: float
-    frequency_hz: float | None
-    ticks: int
-    states: int
-    rigid_body_modes: int
+# Length of the largest eigenvalue, its frequency [Hz], ticks of the hyperperiod, number of states
+# and of rigid motions.
+Slowest = tuple[float, float | None, int, int, int]
 
 
-def _dense(scenario: Scenario, *, live: bool) -> _Slowest:
+def _dense(scenario: Scenario, *, live: bool) -> Slowest:
     whole, found = linearize(scenario, live=live), []
     for part in subproblems(scenario):
         of: dict[str, Any] = {"live": live, "weights": part.weights}
@@ -76,10 +70,10 @@ def _dense(scenario: Scenario, *, live: bool) -> _Slowest:
         found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part.scenario, of))
     radius, largest, worst, of = max(found, key=lambda each: each[0])
     hertz = _frequency_hz(linearize(worst, outputs=True, **of), largest)
-    return _Slowest(radius, hertz, whole.ticks, len(whole.states), rigid.count(whole.rigid))
+    return radius, hertz, whole.ticks, len(whole.states), rigid.count(whole.rigid)
 
 
-def _long(scenario: Scenario, *, live: bool) -> _Slowest:
+def _long(scenario: Scenario, *, live: bool) -> Slowest:
     """Return the same of a loop with long delays; its frequency only where a hyperperiod is no
     longer than a frame, so that it is no image of another one.
     """
@@ -90,7 +84,7 @@ def _long(scenario: Scenario, *, live: bool) -> _Slowest:
     angle = worst.angle_at(log - abs(log) * 1e-6)
     alone = whole.ticks == max(user.master.rate_drop for user in scenario.users)
     hertz = angle / (2.0 * math.pi * whole.ticks * scenario.tick_s) if angle and alone else None
-    return _Slowest(math.exp(log), hertz, whole.ticks, whole.states, whole.motions)
+    return math.exp(log), hertz, whole.ticks, whole.states, whole.motions
 
 
 CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most

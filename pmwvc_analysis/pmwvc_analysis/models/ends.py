@@ -50,7 +50,7 @@ def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[State, Pa
     server = scenario.server
     if not scenario.coupling.black_box and not scenario.environment.known:
         server = dataclasses.replace(server, environment="wall")  # a black box only
-    users = tuple(map(two_sided, scenario.users))
+    users = tuple(map(_touching, scenario.users))
     modelled = dataclasses.replace(scenario, users=users, server=server)
     kept: dict[tuple[int, ...], Any] = {}
     found: tuple[State, Params] = stacked(
@@ -124,7 +124,7 @@ def _fed_back(user: User, anywhere: bool) -> User:
     return dataclasses.replace(user, master=dataclasses.replace(user.master, position=position))
 
 
-def two_sided(user: User) -> User:
+def _touching(user: User) -> User:
     """Return a user who is in contact, and whose local model is there, all the time."""
     local = dataclasses.replace(user.master.local_model, acts="everywhere")
     master = dataclasses.replace(user.master, local_model=local)

@@ -26,7 +26,6 @@ from pmwvc_analysis.models.ends import followed
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.links import SIGNALS
 from pmwvc_analysis.models.loop import Loop
-from pmwvc_core.law.vectors import Vector
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -41,19 +40,14 @@ StateName: TypeAlias = tuple[str, int]  # name and axis
 
 
 class Hyperperiod(Loop):
-    """A loop with its states; see :class:`.loop.Loop` for the parameters.
-
-    Attributes
-    ----------
-    paths
-        The states, those of packets under way last, and where each is found.
-    """
+    """A loop with its states; see :class:`.loop.Loop` for the parameters."""
 
     def __init__(
         self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
         super().__init__(scenario, live=live, weights=weights)
         self._rest, self._box = self.s, scenario.coupling.black_box
+        # The states, those of packets under way last, and where each is found.
         self.paths: dict[StateName, Path] = {}
         self._find()
 
@@ -66,7 +60,7 @@ class Hyperperiod(Loop):
     @property
     def moving(self) -> set[str]:
         """Names of the positions and velocities of devices and object."""
-        positions = [f"{line.name}.device.x" for line in self.lines]
+        positions = [f"{line.user.name}.device.x" for line in self.lines]
         positions += [self.body] if self.scenario.environment.movable else []
         return {name for x in positions for name in (x, f"{x}d")}
 
@@ -92,7 +86,7 @@ class Hyperperiod(Loop):
         return after, {
             name: self._rows(
                 [
-                    (f"{line.name}.{name}", value)
+                    (f"{line.user.name}.{name}", value)
                     for user, line in enumerate(self.lines)
                     for by_user in self._read
                     for value in by_user[user][place]
@@ -102,18 +96,12 @@ class Hyperperiod(Loop):
         }
 
     def _go(self, inputs: bool = False, rounds: int = 1, one: float = ONE) -> None:
-        """Step around as :meth:`around` says, and keep what is read, tick by tick."""
-        users, ticks = range(len(self.lines)), self.ticks
-        self._begin(len(users) * ticks if inputs else 0, one)
-        self._read = []
-        for tick in range(rounds * ticks):
-            forces = [self._input(user * ticks + tick) for user in users] if inputs else self.still
-            self._read.append(self.advance(tick, forces))
-        self._went = inputs, rounds, one
-
-    def _begin(self, inputs: int, one: float) -> None:
-        """Set every state to one in a column of its own, with as many more for inputs."""
-        self._one, self._width = one, len(self.paths) + inputs * self.dof
+        """Step around as :meth:`around` says, from every state at one in a column of its own, and
+        keep what is read, tick by tick.
+        """
+        users, ticks, n = range(len(self.lines)), self.ticks, len(self.paths)
+        self._one, self._width = one, n + inputs * len(users) * ticks * self.dof
+        self._columns = self._width + 3
         rng = np.random.default_rng(self._width)
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
@@ -122,30 +110,24 @@ class Hyperperiod(Loop):
             planted(repeated(self._rest, self._columns), units), self.lines, self._box
         )
         self.p = repeated(self._p, self._columns)
-
-    @property
-    def _columns(self) -> int:
-        return self._width + 3
+        self._read, forces = [], self.still
+        for tick in range(rounds * ticks):
+            if inputs:
+                firsts = [n + (user * ticks + tick) * self.dof for user in users]
+                forces = [tuple(map(self._unit, range(at, at + self.dof))) for at in firsts]
+            self._read.append(self.advance(tick, forces))
+        self._went = inputs, rounds, one
 
     def _unit(self, column: int) -> Any:
+        """Return what is one in a column, and weighted in the two that have all at once."""
         values = np.zeros((self._columns, self.runs))
         values[column] = self._one
         values[-2], values[-1] = self._one * self._weights[column] * np.array([[1.0], [LESS]])
         return elements(values.ravel())
 
-    def _input(self, index: int) -> Vector:
-        """Return an input that is one along each axis."""
-        first = len(self.paths) + index * self.dof
-        return tuple(self._unit(first + axis) for axis in range(self.dof))
-
     def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
         """Return signals with their names as rows over all states and inputs, ``(runs, signals,
-        columns)``.
-
-        Raises
-        ------
-        NonlinearError
-            If superposition does not hold.
+        columns)``; NonlinearError if superposition does not hold.
         """
         whole = self._answers([value for _, value in signals])
         rows, together = whole[:, : self._width], whole[:, -2]
@@ -206,11 +188,14 @@ class Hyperperiod(Loop):
             return text_of(path)
         where, user = str(path[0]), int(path[1])
         if where in WAYS:
-            return f"{self.lines[user].name}.{where}.{path[-2]}[{self.sent_at(path)}]", int(
+            return f"{self.lines[user].user.name}.{where}.{path[-2]}[{self.sent_at(path)}]", int(
                 path[-1]
             )
         inside, axis = text_of(path[2:])
-        return f"{self.lines[user].name}.{'device.' if where == 'devices' else ''}{inside}", axis
+        return (
+            f"{self.lines[user].user.name}.{'device.' if where == 'devices' else ''}{inside}",
+            axis,
+        )
 
     def sent_at(self, path: Path) -> int:
         """Return the tick at which a packet under way was sent."""

@@ -29,6 +29,11 @@ class Element(NamedTuple):
     name: str  # of the parameter, as for --set
     instead: Any  # its value in the nearest linear scenario; None: there is none
 
+    @property
+    def setting(self) -> str:
+        """What makes it linear, as for ``--set``."""
+        return f"{self.name}={self.instead}"
+
 
 class Relative(NamedTuple):
     """The nearest linear scenario, and the settings by which it differs."""
@@ -72,12 +77,8 @@ def axes_of(scenario: Scenario) -> int:
 
 
 def require_linear(scenario: Scenario) -> None:
-    """Refuse elements that no linear model stands for.
-
-    Raises
-    ------
-    NonlinearError
-        Naming each, and what to ask instead.
+    """Raise NonlinearError for elements that no linear model stands for: it names each, and what
+    to ask instead.
     """
     found = nonlinear(scenario)
     alone = [element.text for element in found if element.instead is None]
@@ -87,7 +88,7 @@ def require_linear(scenario: Scenario) -> None:
             "'pmwvc simulate'"
         )
     if found:
-        settings = " ".join(f"--set {setting}" for setting in dict.fromkeys(map(setting, found)))
+        settings = " ".join(dict.fromkeys(f"--set {element.setting}" for element in found))
         raise NonlinearError(
             f"{scenario.name} is not linear: {', '.join(element.text for element in found)}; ask "
             f"for the nearest linear scenario with {settings}, or use 'pmwvc simulate'"
@@ -105,12 +106,7 @@ def relative(scenario: Scenario) -> Relative | None:
             changed = dataclasses.replace(changed, **{element.name: element.instead})
         else:
             changed = varied(changed, element.name, element.instead)
-    return Relative(changed, list(dict.fromkeys(map(setting, found))))
-
-
-def setting(element: Element) -> str:
-    """Return what makes an element linear, as for ``--set``."""
-    return f"{element.name}={element.instead}"
+    return Relative(changed, list(dict.fromkeys(element.setting for element in found)))
 
 
 def _element(name: str, value: object, instead: Any, *, user: str = "", unit: str = "") -> Element:

@@ -66,11 +66,6 @@ class Linear:
         return [f"{name}, axis {axis}" if several else name for name, axis in self.columns]
 
     @property
-    def users(self) -> list[str]:
-        """Names of the users."""
-        return [line.name for line in self.loop.lines]
-
-    @property
     def ticks(self) -> int:
         """Length of the hyperperiod in ticks."""
         return self.loop.ticks
@@ -131,14 +126,9 @@ def kept_loop(scenario: Scenario, live: bool, weights: tuple[int, ...]) -> Hyper
 
 
 def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
-    """Return the model of a scenario of plain numbers, with inputs and outputs.
-
-    Raises
-    ------
-    NonlinearError
-        If an element is not linear.
-    PmwvcError
-        If the hyperperiod is too long, or there are too many states or inputs.
+    """Return the model of a scenario of plain numbers, with inputs and outputs; NonlinearError if
+    an element is not linear, PmwvcError if the hyperperiod is too long, or there are too many
+    states or inputs.
     """
     loop = checked(scenario, live=live, weights=weights)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.paths) * loop.dof
@@ -178,13 +168,8 @@ def model_of(
 def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
     """Return the states that matter, and the matrix on them alone.
 
-    Parameters
-    ----------
-    whole
-        ``(runs, n and signals, n and inputs)``: the n states after a step, and what is read of
-        them otherwise.
-    always
-        ``(n,)``: states that matter in any case.
+    ``whole`` is ``(runs, n and signals, n and inputs)``: the n states after a step, and what is
+    read of them otherwise; ``always`` are ``(n,)`` states that matter in any case.
     """
     n, whole = len(always), whole.copy()
     filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run

@@ -63,7 +63,6 @@ class Line(NamedTuple):
     """When a user's end and the server talk to each other."""
 
     user: User
-    name: str  # of the user
     waves: bool  # whether its controller has waves
     ports: tuple[int, ...]  # numbers of those at the server: several for equal users
     frame: Times  # when it sends
@@ -86,7 +85,7 @@ def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: boo
         for link in (user.link_up, user.link_down)
     )
     times, waves = times_of(user, scenario, live=live), has_waves(scenario.controller)
-    return Line(user, user.name, waves, ports, *times, up, down, scenario.tick_s)
+    return Line(user, waves, ports, *times, up, down, scenario.tick_s)
 
 
 class Sent(NamedTuple):

@@ -44,24 +44,9 @@ STORE_S = 0.1  # more than a settled playout has in store
 class Loop:
     """Both ends of a scenario and the links in between, brought to rest up to tick 0.
 
-    Parameters
-    ----------
-    scenario
-        Numbers may be columns ``(runs, 1)``; delays, periods and counts are the same for all.
-    live
-        Phases of a live session instead of the simulator's.
-    weights
-        How many users like it each user stands for: so many avatars move together.
-
-    Attributes
-    ----------
-    ticks, dof, runs
-        Length of the hyperperiod; axes of the model: one where all axes have the same model; and
-        how many runs the columns have.
-    s, p
-        State and parameters of the ends.
-    paces
-        The clocks of the playouts of the strict channel, by user: at the server, at the device.
+    Numbers of the scenario may be columns ``(runs, 1)``; delays, periods and counts are the same
+    for all. ``live`` takes the phases of a live session instead of the simulator's; ``weights``
+    are how many users like it each user stands for: so many avatars move together.
     """
 
     def __init__(
@@ -70,7 +55,7 @@ class Loop:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
         self.live, self.weights = live, weights
-        self.ticks, self.dof = hyperperiod_ticks(scenario), axes_of(scenario)
+        self.ticks, self.dof = hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
         if self.ticks > LONGEST:
             raise PmwvcError(
                 f"{scenario.name}: frames and server period fit together only after {self.ticks} "
@@ -84,8 +69,17 @@ class Loop:
         self.serve = self.lines[0].serve
         self.runs = max(lengths(scenario), default=1)
         self.s, self.p = made(scenario, self.lines, self.dof)
+        # At the server, at the device.
         self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
-        self._start, settled = _rest_of(scenario, self.lines, self.ticks)
+        # Every link has answered by tick 0, and what playouts had in store before is played: whole
+        # hyperperiods before tick 0, and before the clocks of the playouts are set.
+        apart = 4 * max(max(line.frame.period, line.serve.period) for line in self.lines)
+        answered, played = max(line.delay_up + line.delay_down for line in self.lines) + apart, 0
+        if scenario.strict:
+            played = apart + math.ceil(STORE_S / scenario.tick_s)
+        settled = -self.ticks * -(-played // self.ticks)
+        whole = -(-answered // self.ticks) + 2 * scenario.strict
+        self._start = settled - self.ticks * whole
         laws = AT_REST if self.runs == 1 else LIFTED
         for tick in range(self._start, 0):
             if self.paces and tick == settled:
@@ -133,19 +127,6 @@ class Loop:
             out.append((sample.x, sample.xd, f_m))
         self.s = State(tuple(loops), tuple(devices), server, tuple(up), tuple(down))
         return out
-
-
-def _rest_of(scenario: Scenario, lines: list[Line], ticks: int) -> tuple[int, int]:
-    """Return the tick with which a loop begins, whole hyperperiods of so many ticks before tick 0,
-    and that before which the clocks of its playouts are set: every link has answered by tick 0,
-    and what playouts had in store before is played.
-    """
-    apart = 4 * max(max(line.frame.period, line.serve.period) for line in lines)
-    answered, played = max(line.delay_up + line.delay_down for line in lines) + apart, 0
-    if scenario.strict:
-        played = apart + math.ceil(STORE_S / scenario.tick_s)
-    settled = -ticks * -(-played // ticks)
-    return settled - ticks * (-(-answered // ticks) + 2 * scenario.strict), settled
 
 
 def _with_paces(s: State, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> State:

@@ -31,6 +31,7 @@ from pmwvc_analysis.models.linear import (
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 EQUAL = 1e-9  # relative to the largest entry
@@ -38,14 +39,9 @@ FRAME_TICKS = 8  # on the strict channel
 
 
 def checked(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
-    """Return the loop of a scenario with code of other packages, once it was tried.
-
-    Raises
-    ------
-    NonlinearError
-        If something is not linear, or code from outside the library keeps state elsewhere.
-    PmwvcError
-        If the hyperperiod is too long.
+    """Return the loop of a scenario with code of other packages, once it was tried; NonlinearError
+    if something is not linear, or code from outside the library keeps state elsewhere, PmwvcError
+    if the hyperperiod is too long.
     """
     if found := outside(scenario):
         what = f"{scenario.name}: {', '.join(found)}"
@@ -58,27 +54,22 @@ def checked(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = 
     return Hyperperiod(scenario, live=live, weights=weights)
 
 
-def trial(scenario: Scenario) -> Scenario:
-    """Return the scenario in which code from outside is tried.
+def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int]) -> None:
+    """Refuse what is not linear, or not the same again.
 
     On the strict channel a wave passes only if its energy has come, which limits the amplitude. So
     a coupling is tried on the plain channel; a strict master with frames as long as steps, where
     playouts hold the same after every hyperperiod.
     """
-    if not scenario.strict:
-        return scenario
-    if not tried_strictly(scenario):
-        return dataclasses.replace(scenario, channel=PLAIN)
-    users = tuple(
-        dataclasses.replace(user, master=dataclasses.replace(user.master, rate_drop=FRAME_TICKS))
-        for user in scenario.users
-    )
-    server = dataclasses.replace(scenario.server, period_s=FRAME_TICKS * scenario.tick_s)
-    return dataclasses.replace(scenario, users=users, server=server)
-
-
-def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int]) -> None:
-    tried = trial(scenario)
+    tried = scenario
+    if tried_strictly(scenario):
+        for name, value in (
+            ("master.rate_drop", FRAME_TICKS),
+            ("server.period_s", FRAME_TICKS * scenario.tick_s),
+        ):
+            tried = varied(tried, name, value)
+    elif scenario.strict:
+        tried = dataclasses.replace(scenario, channel=PLAIN)
 
     def around(**asked: Any) -> tuple[Hyperperiod, Array]:
         loop = Hyperperiod(tried, live=live, weights=weights)

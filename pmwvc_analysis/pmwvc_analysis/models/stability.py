@@ -6,6 +6,9 @@ Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding
 that are no instability are taken out. The largest stiffness is the first crossing: everything
 below it is stable. Where it becomes stable again above, these islands are reported, too.
 
+A question may cost some 4 s on one core, counted from sizes alone (ticks, states, runs) before it
+is done: so an answer never depends on how busy a machine is. What costs more is "not known".
+
 Equations: docs/theory.md 15.1.
 """
 
@@ -17,11 +20,14 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.delays.long_delay import Opened, is_long, opened
-from pmwvc_analysis.delays.work import UnknownError, Work
+from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.linearize import Linear, linearize
+from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.motions.groups import subproblems
-from pmwvc_analysis.models.variation import with_stiffness
+from pmwvc_analysis.models.variation import lengths, with_stiffness
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.plural import count
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -32,8 +38,44 @@ PER_DECADE = 20
 LARGEST_BATCH = 512
 ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
 RADIUS = 30  # circles to draw for a radius
+ALLOWED = 4e9  # work of a question, about nanoseconds, as measured on one core of 2024
+TICK, ENTRY = 2.5e5, 1e2  # of one user in one tick, and of every number it steps
+STATES = 30  # of a user, before they are counted
+CUBE = 10.0  # eigenvalues of a matrix, per n^3
+CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round
 
 Radii = Callable[[Array], Array]  # spectral radius at each of several values
+
+
+class UnknownError(PmwvcError, ValueError):
+    """A question needs more work than it may."""
+
+
+class Work:
+    """Work done for a question about a scenario; one with columns is as many questions."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario, self._done = scenario, 0.0
+        self._allowed = ALLOWED * max(lengths(scenario), default=1)
+
+    def stepping(self, part: Scenario) -> None:
+        """Count bringing a loop to rest, and stepping it around its hyperperiod."""
+        ticks, runs, users = hyperperiod_ticks(part), max(lengths(part), default=1), part.users
+        longest_s = max(way.delay_s for user in users for way in (user.link_up, user.link_down))
+        before = 0.0 if is_long(part) else 2.0 * longest_s / part.tick_s
+        entries = ticks * ENTRY * runs * STATES * axes_of(part) * len(users)
+        self.count(len(users) * ((3 * ticks + before) * TICK + entries))
+
+    def count(self, more: float, what: str = "") -> None:
+        """Count work on something; UnknownError where it is more than allowed."""
+        self._done += more
+        if self._done > self._allowed:
+            sizes = [f"a hyperperiod of {hyperperiod_ticks(self._scenario)} ticks", what]
+            raise UnknownError(
+                f"{self._scenario.name}: not known: {', '.join(filter(None, sizes))}: too much "
+                "work for the exact model; equal master.rate_drop and server.period_s (or common "
+                "factors) and shorter delays need less, 'pmwvc simulate' needs none"
+            )
 
 
 @dataclass(frozen=True)
@@ -74,11 +116,14 @@ def _models(
         work.stepping(part.scenario)
         if is_long(part.scenario, live=live):
             long = opened(part.scenario, **of)
-            work.circles(long.loci, circles)
+            for signals, states in (loci.size for loci in long.loci):
+                cost = circles * CIRCLE * max(states, 1) * signals
+                work.count(cost, f"packets of {count(signals, 'signal')} on a long way")
             yield long
         else:
             dense = linearize(part.scenario, **of)
-            work.eigenvalues(dense.left)
+            runs, states = dense.left.shape[:2]
+            work.count(CUBE * runs * states**3, f"{states} states")
             yield dense
 
 
@@ -119,19 +164,11 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
 def crossings(
     at: Radii, grid: Array, *, within: float = 1e-6, parts: int = 17
 ) -> list[tuple[float, bool]]:
-    """Return where stability changes on a grid, and whether it is regained there; first of all 0
-    where the lowest value is unstable.
+    """Return where stability changes on an ascending grid, ``within`` a relative precision, and
+    whether it is regained there; first of all 0 where the lowest value is unstable.
 
-    Parameters
-    ----------
-    at
-        Spectral radii at a column of values.
-    grid
-        Ascending values, all positive for a relative precision.
-    within
-        Relative precision.
-    parts
-        Into how many an interval is divided at a time.
+    ``at`` gives the spectral radii at a column of values; an interval is divided into so many
+    ``parts`` at a time.
     """
     column, batches = grid[:, np.newaxis], range(0, len(grid), LARGEST_BATCH)
     flags = are_stable(np.concatenate([at(column[i : i + LARGEST_BATCH]) for i in batches]))

@@ -19,12 +19,8 @@ TIMES = ("delay_s", "tick_s", "period_s")  # numbers that decide when things hap
 
 
 def stackable(name: str) -> bool:
-    """Tell whether a parameter may differ within one scenario, as a column.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such parameter; names the nearest one.
+    """Tell whether a parameter may differ within one scenario, as a column; ScenarioError if there
+    is none, with the nearest name.
     """
     group, _, leaf = resolved(name)[1][0].rpartition(".")
     return bool(group) and spec_of(name).kind is float and leaf not in TIMES
@@ -36,17 +32,11 @@ def with_stiffness(scenario: Scenario, stiffness: Value) -> Scenario:
     It is that of the stiffest contact; where users differ, they keep their proportion.
     """
     values = [float(np.max(user.contact.contact_stiffness)) for user in scenario.users]
-    top = max(values)
-    users = [
-        dataclasses.replace(
-            user,
-            contact=dataclasses.replace(
-                user.contact,
-                contact_stiffness=stiffness * (value / top if top > 0.0 else 1.0),  # type: ignore[arg-type]
-            ),
-        )
-        for user, value in zip(scenario.users, values, strict=True)
-    ]
+    users, top = [], max(values)
+    for user, value in zip(scenario.users, values, strict=True):
+        own: Any = stiffness * (value / top if top > 0.0 else 1.0)
+        contact = dataclasses.replace(user.contact, contact_stiffness=own)
+        users.append(dataclasses.replace(user, contact=contact))
     return dataclasses.replace(scenario, users=tuple(users))
 
 

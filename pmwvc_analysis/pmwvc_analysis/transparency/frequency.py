@@ -18,7 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_analysis.delays.peaks import refined
+from pmwvc_analysis.delays.ends import refined
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_core.numeric import Array, Complex, Integers
 
@@ -37,17 +37,11 @@ def response(
     axis: int = 0,
 ) -> Complex:
     """Return the base-band response of one user's ``x``, ``xd`` or ``f`` along an axis to the
-    hands' forces, ``(points,)`` per unit of their amplitudes.
-
-    Parameters
-    ----------
-    frequency_hz
-        ``(points,)``, above zero and up to half the tick rate.
-    forces
-        Amplitude and sign p_i per user, of several axes of the model ``(users, dof)``; by default
-        the one looked at pushes alone along the axis.
+    hands' forces, ``(points,)`` per unit of their amplitudes, above zero and up to half the tick
+    rate. ``forces`` are amplitude and sign p_i per user, of several axes of the model ``(users,
+    dof)``; by default the one looked at pushes alone along the axis.
     """
-    users, ticks, dof = len(model.users), model.ticks, model.loop.dof
+    users, ticks, dof = len(model.loop.lines), model.ticks, model.loop.dof
     axis = axis if dof > 1 else 0
     pattern = np.zeros((users, dof))
     if forces is None:

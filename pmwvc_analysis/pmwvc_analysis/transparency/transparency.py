@@ -90,19 +90,9 @@ def transparency(
     axis: int = 0,
     live: bool = False,
 ) -> Transparency:
-    """Return the admittance transmitted to one user along an axis.
-
-    Parameters
-    ----------
-    scenario
-        Linear but for grip contacts, which are taken as touching.
-    frequency_hz
-        Where; by default 0.1 Hz to a quarter of the tick rate.
-
-    Raises
-    ------
-    PmwvcError
-        If the session is not stable, or something in it is not linear.
+    """Return the admittance transmitted to one user along an axis, at frequencies that are by
+    default 0.1 Hz to a quarter of the tick rate. Grip contacts are taken as touching. PmwvcError
+    if the session is not stable, or something in it is not linear.
     """
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
@@ -130,10 +120,8 @@ def transparency(
     direct = ideal_of(scenario)
     ideal, ideal_admittance = Rendered(), np.full(len(frequency_hz), np.nan + 0j)
     if stability.stable(float(stability.radii(direct)[0])):
-        perfect, steady = (
-            build(ideal_of(pressed), weights=weights),
-            pressing(direct, user, axis)[first],
-        )
+        perfect = build(ideal_of(pressed), weights=weights)
+        steady = pressing(direct, user, axis)[first]
         ideal = _rendered(perfect, own, axis, steady)
         ideal_admittance = response(perfect, frequency_hz, user=own, forces=steady, axis=axis)
     else:
@@ -176,14 +164,14 @@ def untouched(scenario: Scenario) -> Scenario:
 def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
     """Return a note on the motion at rest across the axis, where the axes are coupled."""
     dof, low, moved = model.loop.dof, low_frequencies(peak_hz), []
+    name = model.loop.lines[user].user.name
     for other in range(dof):
         if other != axis:
             x = response(model, low, user=user, forces=forces, axis=other).real
             moved.append(f"{1e3 * limit_at_rest(x):.3g} (axis {other + 1})")
     return (
         f"Along axis {axis + 1} of {dof}, the other axes free. The impedance matrix couples "
-        f"them: at rest 1 N moves the device of {model.users[user]} across by {', '.join(moved)} "
-        "mm."
+        f"them: at rest 1 N moves the device of {name} across by {', '.join(moved)} mm."
     )
 
 

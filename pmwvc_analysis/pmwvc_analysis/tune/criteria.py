@@ -37,13 +37,17 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import outside, relative
+from pmwvc_analysis.models.linear import axes_of, outside, relative
 from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
+from pmwvc_analysis.verdicts import passivity_words
+from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.params import FilterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one difference
@@ -52,6 +56,10 @@ SAMPLED = ("master.filter", "master.hold")
 ALWAYS = ("master.filter.kind", "master.hold")  # said even where nothing changes
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
 ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
+STABLE, NOT_JUDGED = "stable", "stability not judged"
+LEAST_S, LONGEST_S = 4.0, 12.0  # of a session that is simulated
+USER_TICKS = 48_000  # that may be simulated: some 1 s
+COUPLED = 8  # of them for a tick with axes that are coupled
 
 
 @dataclass(frozen=True)
@@ -80,8 +88,10 @@ class Choice:
             names = names[len(STRICT) :]
         else:
             found["master.impedance"] = round(self.impedance, 2)
-        chosen, default = (_by_name(each) for each in (self._for(scenario.users[0]), User("")))
-        before = [_by_name(user) for user in scenario.users]
+        chosen, default, *before = (
+            flattened("master", user.master) | flattened("server", user.contact)
+            for user in (self._for(scenario.users[0]), User(""), *scenario.users)
+        )
         for name in sorted(name for name in chosen if name.startswith(names)):
             value = chosen[name]
             others = {default[name], *(each[name] for each in before)}
@@ -99,10 +109,6 @@ class Choice:
         if self.as_given:
             return scenario
         return dataclasses.replace(scenario, users=tuple(map(self._for, scenario.users)))
-
-
-def _by_name(user: User) -> dict[str, Any]:
-    return flattened("master", user.master) | flattened("server", user.contact)
 
 
 @dataclass(frozen=True)
@@ -133,9 +139,9 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     of the scenario hardly ever meet.
     """
     chosen = choice.applied(scenario)
-    linear, user = _linear(chosen), chosen.users[0]
-    in_touch, free = _radii(linear, live=live)
-    stable = stability.stable(in_touch) and stability.stable(free)
+    user = chosen.users[0]
+    linear, in_touch, free = radii_of(chosen, live=live)
+    stable = stability.stable(max(in_touch, free))
     limit = stability.k_max(linear, live=live)
     own, k_ideal, mass_ideal = Rendered(), None, None
     if stable:
@@ -172,20 +178,12 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     )
 
 
-def is_stable(scenario: Scenario, choice: Choice, *, live: bool) -> bool:
-    """Tell whether the loop with a choice is stable, in touch and with nothing touched."""
-    return all(map(stability.stable, _radii(_linear(choice.applied(scenario)), live=live)))
-
-
-def _linear(scenario: Scenario) -> Scenario:
+def radii_of(scenario: Scenario, *, live: bool) -> tuple[Scenario, float, float]:
+    """Return the nearest linear scenario with its radii in touch and with nothing touched."""
     near = relative(scenario)
-    return near.scenario if near else scenario
-
-
-def _radii(linear: Scenario, *, live: bool) -> tuple[float, float]:
-    """Return the spectral radii in touch and with nothing touched."""
+    linear = near.scenario if near else scenario
     in_touch, free = (stability.radii(of, live=live)[0] for of in (linear, untouched(linear)))
-    return float(in_touch), float(free)
+    return linear, float(in_touch), float(free)
 
 
 def velocity_step(scenario: Scenario) -> float | None:
@@ -220,3 +218,33 @@ def _ratio(felt: float | None, ideal: float | None, more: float) -> float | None
     if not ideal:
         return 1.0
     return max((felt + more) / (ideal + more), 1e-9) if felt else None
+
+
+def session_of(scenario: Scenario) -> Scenario | None:
+    """Return the session that a choice is judged by; None where that is too much work.
+
+    Axes that no matrix couples are equal: the one along which the hands press stands for them.
+    """
+    if axes_of(scenario) == 1:
+        task = dataclasses.replace(scenario.task, sideways_m=0.0)
+        scenario = dataclasses.replace(scenario, dof=1, task=task)
+    ticks = USER_TICKS / len(scenario.users) / (COUPLED if scenario.dof > 1 else 1)
+    longest_s = min(LONGEST_S, ticks * scenario.tick_s)
+    if longest_s < min(LEAST_S, scenario.duration_s):
+        return None
+    return dataclasses.replace(scenario, duration_s=min(scenario.duration_s, longest_s))
+
+
+def judged(scenario: Scenario, row: Rating) -> Rating:
+    """Return the rating of a choice with the verdicts of its session in virtual time."""
+    session = session_of(row.choice.applied(scenario))
+    if session is None:
+        return row
+    traces = simulate_one(session)
+    found = verdict(traces, session)
+    ports = passivity(traces, session, None)
+    owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
+    words = [f"{owner}: {passivity_words.verdict(ports, owner)}" for owner in owners]
+    stable = STABLE if found.stable else found.instability or NOT_JUDGED
+    not_passive = "; ".join(words) or None
+    return dataclasses.replace(row, simulated=stable, simulated_passivity=not_passive)

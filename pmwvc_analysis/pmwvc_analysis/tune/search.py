@@ -3,13 +3,18 @@
 """The search: filters and holds that are fit for the rate drop, and the best impedance of each. On
 the strict channel, which has neither, the impedance alone.
 
-The best impedance of a filter and a hold is found from their lag and the noise of the encoder
-(:mod:`.candidates`); the few choices that are left are then rated by the exact model.
+The best impedance of a filter and a hold is found from their lag and the noise of the encoder;
+the few choices that are left are then rated by the exact model.
+The link is a spring 2b/tau and a mass b tau/2. An impedance stays between the least that keeps a
+one-step-delay port passive (K T_VE + 2B <= b) and a quarter of what the force loop itself stands
+at a matched port, b T_c/m = 2; and one step d of an encoder to and fro passes the slew limit,
+2 b d/T_c <= max_slew T_c.
 
 The best choice is then simulated with the scenario's own hands. One that is not stable there, or
 limited by safety, gives way to the next best, and at last to a smaller impedance.
 """
 
+import contextlib
 import dataclasses
 import itertools
 import math
@@ -18,27 +23,33 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import Element, axes_of, nonlinear
-from pmwvc_analysis.tune.candidates import best_impedance, bounds_of, filters_of
-from pmwvc_analysis.tune.criteria import Choice, Rating, is_stable, rated
-from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import passivity
-from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_analysis.models.linear import Element, nonlinear
+from pmwvc_analysis.prediction import lag, prediction
+from pmwvc_analysis.tune.criteria import (
+    STABLE,
+    Choice,
+    Rating,
+    cost_of,
+    judged,
+    noise_n,
+    radii_of,
+    rated,
+    velocity_step,
+)
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 from pmwvc_core.wave.impedance import first_axis
 
 STEP = 1.5  # factor between the alternatives
 WIDE = 2.0  # likewise, where no choice found from the lag is stable
 HOLDS = ("foh", "zoh")
-STABLE, NOT_JUDGED = "stable", "stability not judged"
-LEAST_S, LONGEST_S = 4.0, 12.0
-USER_TICKS = 48_000  # that may be simulated: some 1 s
-COUPLED = 8  # of them for a tick with axes that are coupled
+LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 Key = tuple[str, str]  # filter, hold
 
 
@@ -58,12 +69,8 @@ class Proposal:
 
 
 def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
-    """Return the best choice for a scenario and its neighbours.
-
-    Raises
-    ------
-    PmwvcError
-        If the scenario is no wave session, or nothing found is stable, in the model or simulated.
+    """Return the best choice for a scenario and its neighbours; PmwvcError if it is no wave
+    session, or nothing found is stable, in the model or simulated.
     """
     record = record_of(scenario.controller)
     if not record.waves:
@@ -87,7 +94,20 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
         rows |= elsewhere(scenario, filters, list(rows), bounds, live=live)
     usable = {key: row for key, row in rows.items() if row.cost is not None}
     if not usable:
-        raise PmwvcError(_refusal(scenario, list(rows.values()), bounds))
+        helps = (
+            "make the environment softer or server.period_s shorter, give device.damping, or take "
+            "server.coupling = implicit where it is another"
+        )
+        if all(stability.stable(row.spectral_radius) for row in rows.values()):
+            helps = (
+                "they are stable in contact, but nothing damps a device that touches nothing; "
+                "give it device.damping (a hand damps it as well, which the model leaves out), or "
+                "make the environment softer"
+            )
+        raise PmwvcError(
+            f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked "
+            f"at within a factor of {WIDE:g}) is stable with any filter; {helps}"
+        )
     passive = {key: row for key, row in usable.items() if row.passive} or usable
     for key, row in _tries(scenario, passive, bounds, live=live):
         best_key, best = key, judged(scenario, row)
@@ -142,56 +162,71 @@ def elsewhere(
     found: dict[Key, Rating] = {}
     for key, b in itertools.product(keys, np.geomspace(*bounds, count).tolist()):
         choice = Choice(b, filters[key[0]], key[1])
-        if is_stable(scenario, choice, live=live):
+        _, in_touch, free = radii_of(choice.applied(scenario), live=live)
+        if stability.stable(max(in_touch, free)):
             row = rated(scenario, choice, live=live)
             if row.cost is not None and (key not in found or row.cost < (found[key].cost or 0.0)):
                 found[key] = row
     return found
 
 
-def _refusal(scenario: Scenario, rows: Sequence[Rating], bounds: tuple[float, float]) -> str:
-    """Return that nothing is stable, and what may help, in words."""
-    helps = (
-        "make the environment softer or server.period_s shorter, give device.damping, or take "
-        "server.coupling = implicit where it is another"
-    )
-    if all(stability.stable(row.spectral_radius) for row in rows):
-        helps = (
-            "they are stable in contact, but nothing damps a device that touches nothing; "
-            "give it device.damping (a hand damps it as well, which the model leaves out), or "
-            "make the environment softer"
-        )
-    return (
-        f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked at "
-        f"within a factor of {WIDE:g}) is stable with any filter; {helps}"
-    )
+def bounds_of(scenario: Scenario) -> tuple[float, float]:
+    """Return the least and the largest impedance to look at [N s/m]."""
+    step, coupled = velocity_step(scenario), scenario.coupling.least_impedance
+    least, most = [LEAST], []
+    for user in scenario.users:
+        tick_s = float(user.master.tick_s)
+        most.append(0.5 * float(user.device.mass) / tick_s)
+        if step is not None:
+            most.append(0.5 * float(user.safety.max_slew) * tick_s / step)
+        if behind_counts(user, scenario):
+            most.append(count_bound(user.master, user.device).largest_impedance)
+        if coupled is not None:
+            least.append(coupled(scenario.server, user.contact))
+    return min(max(least), min(most)), min(most)
 
 
-def session_of(scenario: Scenario) -> Scenario | None:
-    """Return the session that a choice is judged by; None where that is too much work.
-
-    Axes that no matrix couples are equal: the one along which the hands press stands for them.
+def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
+    """Return the filters to choose from, by what they are called in the answer: those that can be
+    built at this tick, with the velocity filter there is, and let hardly any aliasing through.
     """
-    if axes_of(scenario) == 1:
-        task = dataclasses.replace(scenario.task, sideways_m=0.0)
-        scenario = dataclasses.replace(scenario, dof=1, task=task)
-    ticks = USER_TICKS / len(scenario.users) / (COUPLED if scenario.dof > 1 else 1)
-    longest_s = min(LONGEST_S, ticks * scenario.tick_s)
-    if longest_s < min(LEAST_S, scenario.duration_s):
-        return None
-    return dataclasses.replace(scenario, duration_s=min(scenario.duration_s, longest_s))
+    user = scenario.users[0]
+    master = user.master
+    found = {"filter as given": master.filter}
+    half_hz = 0.5 / master.frame_s  # half the packet rate
+    others = {
+        "integrate and dump": FilterParams(kind="integrate_and_dump"),
+        "first order, 0.1 of the packet rate": FilterParams(
+            kind="first_order", cutoff_hz=round(0.2 * half_hz, 3)
+        ),
+        "Butterworth up to half the packet rate": FilterParams(
+            kind="butterworth", pass_hz=half_hz, stop_hz=2.0 * half_hz
+        ),
+    }
+    for name, one in others.items() if not scenario.strict else ():
+        if one != master.filter:
+            own = dataclasses.replace(master, filter=one)
+            with contextlib.suppress(PmwvcError):
+                if master.velocity_filter.is_on:
+                    velocity_filter(own)
+                gain = prediction.aliasing_gain(dataclasses.replace(user, master=own))
+                if gain <= prediction.ALIASING_BOUND:
+                    found[name] = one
+    return found
 
 
-def judged(scenario: Scenario, row: Rating) -> Rating:
-    """Return the rating of a choice with the verdicts of its session in virtual time."""
-    session = session_of(row.choice.applied(scenario))
-    if session is None:
-        return row
-    traces = simulate_one(session)
-    found = verdict(traces, session)
-    ports = passivity(traces, session, None)
-    owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
-    words = [f"{owner}: {passivity_words.verdict(ports, owner)}" for owner in owners]
-    stable = STABLE if found.stable else found.instability or NOT_JUDGED
-    not_passive = "; ".join(words) or None
-    return dataclasses.replace(row, simulated=stable, simulated_passivity=not_passive)
+def best_impedance(
+    scenario: Scenario, one: FilterParams, hold: str, bounds: tuple[float, float], *, live: bool
+) -> Choice:
+    """Return the impedance of least cost for a filter and a hold, from the lag of the link."""
+    b = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
+    chosen = Choice(float(b[0]), one, hold).applied(scenario)
+    user = chosen.users[0]
+    tau_s = lag.lag_s(user, chosen, live=live)
+    contact = float(user.contact.contact_stiffness)
+    whole = float(user.device.mass) + float(user.operator.mass)
+    softer = 1.0 / (1.0 + contact * tau_s / (2.0 * b))
+    heavier = 1.0 + np.maximum(b * tau_s / 2.0, 0.0) / whole
+    noise = noise_n(scenario, b) if velocity_step(scenario) else 0.0
+    costs = cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
+    return Choice(float(b[int(np.argmin(costs))]), one, hold)

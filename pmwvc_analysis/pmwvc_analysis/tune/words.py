@@ -7,9 +7,16 @@ from collections.abc import Callable
 from typing import Any
 
 from pmwvc_analysis.budget.criterion import behind_counts, bounded
-from pmwvc_analysis.models.linear import left_out, setting
-from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
-from pmwvc_analysis.tune.search import STABLE, Proposal, session_of
+from pmwvc_analysis.models.linear import left_out
+from pmwvc_analysis.tune.criteria import (
+    ENCODER_STEP_M,
+    NOTICED_N,
+    STABLE,
+    Rating,
+    session_of,
+    velocity_step,
+)
+from pmwvc_analysis.tune.search import Proposal
 from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -55,7 +62,7 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     lines = [f"{scenario.name}: what each choice renders to the first user"]
     if found.elements:
         elements = ", ".join(dict.fromkeys(element.text for element in found.elements))
-        instead = ", ".join(dict.fromkeys(map(setting, found.elements)))
+        instead = ", ".join(dict.fromkeys(element.setting for element in found.elements))
         lines.append(f"  not linear: {elements}; stiffness, mass, K max computed with {instead}")
     if effects := left_out(scenario):
         lines.append(f"  left out of stability and K max: {'; '.join(effects)}")

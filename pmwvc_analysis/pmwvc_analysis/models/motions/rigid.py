@@ -152,7 +152,7 @@ def _translations(linear: "Linear", axis: int) -> list[Motion]:
     contacts and local models.
     """
     loop, one = linear.loop, np.eye(linear.loop.dof)[axis : axis + 1]
-    free = {f"{line.name}.device.x": freedom_of(line) for line in loop.lines}
+    free = {f"{line.user.name}.device.x": freedom_of(line) for line in loop.lines}
     found = [
         Motion(x, axis, ~each.tied[:, 0], {x: one}, {})
         for x, each in free.items()
@@ -170,7 +170,7 @@ def _translations(linear: "Linear", axis: int) -> list[Motion]:
             found += [
                 Motion(spring, axis, loose, {spring: one}, {})
                 for spring in linear.placed
-                if spring.startswith(f"{line.name}.port.filters")
+                if spring.startswith(f"{line.user.name}.port.filters")
             ]
     return found
 
@@ -188,7 +188,11 @@ def _drifting(linear: "Linear", axis: int) -> list[Motion]:
         _, alone, tied, braked = freedom_of(line)
         mask = alone & ~braked & ~(tied & line.waves)
         if mask.any():
-            x, xd, e = f"{line.name}.device.x", f"{line.name}.device.xd", loop.deflection(index)
+            x, xd, e = (
+                f"{line.user.name}.device.x",
+                f"{line.user.name}.device.xd",
+                loop.deflection(index),
+            )
             b = line.user.impedance, line.user.server_impedance
             rates = {x: one, e: _passed(line, one, *b)}
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, rates))
@@ -219,7 +223,7 @@ def _common_drift(linear: "Linear", axis: int) -> list[Motion]:
         mask = mask & (off | ~braked) & (off | steady)
         received = serve.last(line.answer.last(0) - line.delay_down)  # sent at, of the answer
         late = tied * received if line.waves else line.ages(loop.ticks)[0]
-        x = f"{line.name}.device.x"
+        x = f"{line.user.name}.device.x"
         rates[x] = np.where(off, 0.0, ratio)
         now |= {x: rates[x] * (late * loop.tick_s), f"{x}d": rates[x]}
     return [Motion(f"{body}d", axis, mask[:, 0], now, rates)] if mask.any() else []
