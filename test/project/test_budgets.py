@@ -30,7 +30,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(6_848, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        5_165,
+        4_691,
         2_500,
         inside(
             "pmwvc_core",
@@ -43,9 +43,9 @@ ROOMS = {
             ),
         ),
     ),
-    "links and packets": Room(2_958, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_861, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_997,
+        5_762,
         4_700,
         (
             *inside(
@@ -54,9 +54,9 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_978, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_877, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_940,
+        5_747,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -65,12 +65,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_498,
+        5_404,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        4_837,
+        4_529,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "export", "*.py"),
@@ -78,11 +78,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        3_645, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        3_502, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_932, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_500, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(4_569, 3_000, ("pmwvc_view",)),
+    "command line": Room(4_627, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_499, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(4_257, 3_000, ("pmwvc_view",)),
 }
 
 
