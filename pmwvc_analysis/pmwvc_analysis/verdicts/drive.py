@@ -10,14 +10,17 @@ motion up gives, cycle after cycle, what the hands take out of it.
 Equations: docs/theory.md 13.13.
 """
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.traces.bands import REST_BAND_HZ
-from pmwvc_analysis.verdicts.oscillation import beyond
+from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.quantities import quantity
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces
 
 DRIVES = 0.1  # share of the work from which on one side drives a motion
@@ -30,6 +33,7 @@ class Drive(NamedTuple):
     given_j: float
     share: float  # of the work that went to and fro, -1..1
     held_j: float  # most that masses and springs held of it
+    free: bool  # whether a hand moves as it likes: a person, or a motion or force that is given
 
     @property
     def by_loop(self) -> bool:
@@ -38,38 +42,63 @@ class Drive(NamedTuple):
 
     @property
     def by_hands(self) -> bool:
-        """Tell whether the hands did."""
-        return self.share < -DRIVES
+        """Tell whether hands did that move as they like."""
+        return self.free and self.share < -DRIVES
+
+    @property
+    def thrown(self) -> bool:
+        """Tell whether such hands gave more than they got."""
+        return self.free and self.given_j < 0.0
 
 
-def drive(
-    traces: SessionTraces, scenario: Scenario | None, start_s: float, end_s: float
-) -> Drive | None:
-    """Return who drove the motion between two instants [s]; None where that is not known: the
-    environment has energy of its own, or a user's ticks were not all recorded.
+UNKNOWN = Drive(0.0, 0.0, 0.0, False)
+
+
+def drive(traces: SessionTraces, scenario: Scenario | None, start_s: float, end_s: float) -> Drive:
+    """Return who drove the motion between two instants [s]; ``UNKNOWN`` where the environment has
+    energy of its own, or a user's ticks were not all recorded.
     """
     if scenario is None or scenario.environment.own_energy(scenario.server):
-        return None
+        return UNKNOWN
     known = {user.name: user for user in scenario.users}
     given_j = moved_j = held_j = 0.0
     for user in traces.users:
         inside = (user.time_s >= start_s) & (user.time_s <= end_s)
         since_s = max(start_s, float(user.time_s[0]))
         if user.name not in known or not _whole(user.time_s, user.tick_s, since_s, end_s):
-            return None
+            return UNKNOWN
         if not (np.isfinite(user.x_m).all() and np.isfinite(user.f_applied).all()):
-            return None
+            return UNKNOWN
         force, x = (beyond(a, user.tick_s, REST_BAND_HZ) for a in (user.f_applied, user.x_m))
         work_j = -np.sum(force * np.diff(x, axis=0, append=x[-1:]), axis=-1)[inside]
         given_j, moved_j = given_j + float(work_j.sum()), moved_j + float(np.abs(work_j).sum())
-        held_j += _of_motion_j(known[user.name].device.mass, user.xd_m[inside])
+        held_j += 0.5 * known[user.name].device.mass * _longest(user.xd_m[inside]) ** 2
         held_j += 0.5 * _longest(force[inside]) * _longest(x[inside])  # of a spring in between
     if len(traces.users) < len(known) or not moved_j > 0.0:
-        return None
+        return UNKNOWN
     if (server := traces.server) is not None:
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
-        held_j += _of_motion_j(scenario.server.object_mass, server.xd_o[inside])
-    return Drive(given_j, given_j / moved_j, held_j)
+        held_j += 0.5 * scenario.server.object_mass * _longest(server.xd_o[inside]) ** 2
+    free = any(_is_free(user) for user in scenario.users)
+    return Drive(given_j, given_j / moved_j, held_j, free)
+
+
+def kept_driven(traces: SessionTraces, scenario: Scenario | None, moved: Sequence[Motion]) -> str:
+    """Return which motion the loop drove at any time of a session, in words; empty: none."""
+    for motion in (replace(each, band_hz=REST_BAND_HZ) for each in moved):
+        for start_s, end_s in shaking(motion):
+            found = drive(traces, scenario, start_s, end_s)
+            if found.by_loop:
+                during = f"from {start_s:.2f} to {end_s:.2f} s"
+                given = f"the loop gave the hands {quantity(found.given_j, 'J')} in the meantime"
+                return f"{motion.name} oscillated {during}, and {given}"
+    return ""
+
+
+def _is_free(user: User) -> bool:
+    of = user.operator
+    given = of.is_recorded or of.is_remote or of.is_sinusoid or of.is_chirp
+    return given or not user.device.is_simulated
 
 
 def _whole(time_s: Array, tick_s: float, start_s: float, end_s: float) -> bool:
@@ -80,7 +109,3 @@ def _whole(time_s: Array, tick_s: float, start_s: float, end_s: float) -> bool:
 
 def _longest(vectors: Array) -> float:
     return float(np.linalg.norm(vectors, axis=-1).max(initial=0.0))
-
-
-def _of_motion_j(mass: float, velocity: Array) -> float:
-    return 0.5 * mass * _longest(velocity) ** 2

@@ -19,16 +19,14 @@ In this order:
     time of the session, one that the loop drove (drive.py). Not judged is one that became less
     from third to third; a change of less than a tenth where the exact model, hands off, decays as
     slowly; contact made or lost or a parameter changed less than a second before the end; and
-    packets that came unevenly (traces/arrivals.py), which move devices as well. What the hands
-    drive is theirs where the exact model decays, and not judged without one. In both cases a loop
-    that is seen to keep the motion up (kept_up.py) is judged.
+    packets that came unevenly (traces/arrivals.py), which move devices as well. What hands drive
+    is theirs where the exact model decays, else not judged; nor is what they throw out of the
+    workspace. A loop that is seen to keep a motion up (kept_up.py) is judged all the same.
 
-What the hands threw out of the workspace is not judged either. The exact model decides nothing
-else; where a verdict contradicts it, the words say so.
+Where a verdict contradicts the exact model, the words say so.
 """
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,9 +36,8 @@ from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
-from pmwvc_analysis.traces.bands import REST_BAND_HZ
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.drive import drive
+from pmwvc_analysis.verdicts.drive import drive, kept_driven
 from pmwvc_analysis.verdicts.kept_up import kept_up
 from pmwvc_analysis.verdicts.limits import often_shortened, taken_over
 from pmwvc_analysis.verdicts.oscillation import (
@@ -50,11 +47,9 @@ from pmwvc_analysis.verdicts.oscillation import (
     Strength,
     lasts,
     motions,
-    shaking,
     strength,
 )
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.wave.impedance import largest_wave
@@ -84,31 +79,17 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     found = [(strength(motion, traces.duration_s), motion) for motion in moved]
     strongest = max((each.late_m_s for each, _ in found), default=0.0)
     judgement = _judged(traces, scenario, found)
-    if judgement[0] is not False and (driven := _driven(traces, scenario, moved)):
+    if judgement[0] is not False and (driven := kept_driven(traces, scenario, moved)):
         judgement = False, SUSTAINED, driven
     return Verdict(*judgement, strongest)
-
-
-def _driven(traces: SessionTraces, scenario: Scenario | None, moved: list[Motion]) -> str:
-    """Return which motion the loop drove at any time of a session, in words; empty: none."""
-    for motion in (replace(each, band_hz=REST_BAND_HZ) for each in moved):
-        for start_s, end_s in shaking(motion):
-            found = drive(traces, scenario, start_s, end_s)
-            if found is not None and found.by_loop:
-                given = quantity(found.given_j, "J")
-                return (
-                    f"{motion.name} oscillated from {start_s:.2f} to {end_s:.2f} s, and the loop "
-                    f"gave the hands {given} in the meantime"
-                )
-    return ""
 
 
 def _judged(
     traces: SessionTraces, scenario: Scenario | None, strengths: list[tuple[Strength, Motion]]
 ) -> Judgement:
     outside, left_s = _outside(traces, scenario)
-    thrown = drive(traces, scenario, 0.0, left_s) if left_s else None
-    if thrown is not None and thrown.given_j < 0.0 and not _expected(traces, scenario)[0] > GROWS:
+    thrown = left_s > 0.0 and drive(traces, scenario, 0.0, left_s).thrown
+    if thrown and not _expected(traces, scenario)[0] > GROWS:
         return _unknown(f"{outside}; the hands did the work of it")
     if outside := outside or _beyond(traces, scenario):
         return False, "diverged", outside
@@ -117,14 +98,9 @@ def _judged(
     since_s = max([0.5 * traces.duration_s, *(motion.since_s for _, motion in lasting)])
     shaken = waited(links, since_s, traces.duration_s)
     in_time = timely(links, since_s, traces.duration_s)
-    driven = drive(traces, scenario, since_s, traces.duration_s) if lasting else None
-    by_hands = driven is not None and driven.by_hands
-    own = [
-        (found, motion)
-        for found, motion in lasting
-        if (shaken <= UNEVEN and not by_hands)
-        or kept_up(found, motion, traces.duration_s, in_time)
-    ]
+    by_hands = bool(lasting) and drive(traces, scenario, since_s, traces.duration_s).by_hands
+    shown = shaken <= UNEVEN and not by_hands
+    own = [pair for pair in lasting if shown or kept_up(*pair, traces.duration_s, in_time)]
     for found, motion in own:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
@@ -146,7 +122,8 @@ def _judged(
         if own or not by_hands:
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
-        explained = f"{_moves(found, motion)}, and the hands did the work of it"
+        speed = f"{found.late_m_s * 1e3:.1f} mm/s beyond the voluntary band"
+        explained = f"{motion.name} moves with {speed}, and the hands did the work of it"
         if not rate_per_s < 0.0:
             return _unknown(f"{explained}: whether the loop keeps it up is not known")
         explained = f"{explained}; {model}"
@@ -157,11 +134,6 @@ def _judged(
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
     return True, None, explained or _quiet_words([found for found, _ in strengths])
-
-
-def _moves(found: Strength, motion: Motion) -> str:
-    speed = f"{found.late_m_s * 1e3:.1f} mm/s"
-    return f"{motion.name} moves with {speed} beyond the voluntary band"
 
 
 def _unknown(why: str) -> Judgement:
@@ -180,7 +152,7 @@ def _of_lasting(
     waiting for late packets, where the loop is not seen to keep the motion up.
     """
     speed = f"{found.late_m_s * 1e3:.1f} mm/s"
-    moves = _moves(found, motion)
+    moves = f"{motion.name} moves with {speed} beyond the voluntary band"
     if not found.settled:
         changed = scenario and stages(traces, scenario)[-1].start_s == motion.since_s
         what = "a parameter changed" if changed else "contact was made or lost"
