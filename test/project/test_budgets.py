@@ -65,7 +65,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_401,
+        5_399,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

@@ -69,7 +69,7 @@ class Loop:
         self.serve = self.lines[0].serve
         self.runs = max(lengths(scenario), default=1)
         self.s, self.p = made(scenario, self.lines, self.dof)
-        # At the server, at the device.
+        # Of the playouts at the server and at the device.
         self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
         # Every link has answered by tick 0, and what playouts had in store before is played: whole
         # hyperperiods before tick 0, and before the clocks of the playouts are set.

@@ -21,6 +21,7 @@ from pmwvc_analysis.recording.format.topics import about, session_topics
 from pmwvc_analysis.recording.links import fate_blocks, state_blocks
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.ends.assembly import SERVER_EPOCH
 from pmwvc_core.errors import file_errors
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import OF_OBJECT, MessageTypes
@@ -36,7 +37,6 @@ from pmwvc_core.traces import (
 )
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
-SERVER_EPOCH = 1000
 Outgoing = tuple[int, str, Any]  # time on the session's time line [ns], topic, message
 
 

@@ -56,6 +56,12 @@ def begins(flags: Flags) -> Flags:
     return np.asarray(flags & ~np.concatenate([[False], flags[:-1]]))
 
 
+def spans(flags: Flags) -> list[slice]:
+    """Return the rows of every stretch with a flag set."""
+    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0)).tolist()
+    return [slice(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
 def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
     """Return first and last row of every stretch with a flag set; close ones are one."""
     rows = np.flatnonzero(flags)

@@ -20,7 +20,7 @@ from pmwvc_analysis.traces.bands import REST_BAND_HZ
 from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
 from pmwvc_core.numeric import Array
 from pmwvc_core.quantities import quantity
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 DRIVES = 0.1  # share of the work from which on one side drives a motion
@@ -64,8 +64,8 @@ def drive(traces: SessionTraces, scenario: Scenario | None, start_s: float, end_
     given_j = moved_j = held_j = 0.0
     for user in traces.users:
         inside = (user.time_s >= start_s) & (user.time_s <= end_s)
-        since_s = max(start_s, float(user.time_s[0]))
-        if user.name not in known or not _whole(user.time_s, user.tick_s, since_s, end_s):
+        whole = round((end_s - max(start_s, float(user.time_s[0]))) / user.tick_s) - 2
+        if user.name not in known or inside.sum() < max(whole, 2):
             return UNKNOWN
         if not (np.isfinite(user.x_m).all() and np.isfinite(user.f_applied).all()):
             return UNKNOWN
@@ -79,7 +79,7 @@ def drive(traces: SessionTraces, scenario: Scenario | None, start_s: float, end_
     if (server := traces.server) is not None:
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
         held_j += 0.5 * scenario.server.object_mass * _longest(server.xd_o[inside]) ** 2
-    free = any(_is_free(user) for user in scenario.users)
+    free = any(u.operator.is_free or not u.device.is_simulated for u in scenario.users)
     return Drive(given_j, given_j / moved_j, held_j, free)
 
 
@@ -93,18 +93,6 @@ def kept_driven(traces: SessionTraces, scenario: Scenario | None, moved: Sequenc
                 given = f"the loop gave the hands {quantity(found.given_j, 'J')} in the meantime"
                 return f"{motion.name} oscillated {during}, and {given}"
     return ""
-
-
-def _is_free(user: User) -> bool:
-    of = user.operator
-    given = of.is_recorded or of.is_remote or of.is_sinusoid or of.is_chirp
-    return given or not user.device.is_simulated
-
-
-def _whole(time_s: Array, tick_s: float, start_s: float, end_s: float) -> bool:
-    """Tell whether there is a row for every tick between two instants [s]."""
-    inside = time_s[(time_s >= start_s) & (time_s <= end_s)]
-    return len(inside) >= round((end_s - start_s) / tick_s) - 2 and len(inside) > 1
 
 
 def _longest(vectors: Array) -> float:

@@ -7,7 +7,7 @@ and again.
 import numpy as np
 
 from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
-from pmwvc_analysis.traces.reductions import begins
+from pmwvc_analysis.traces.reductions import begins, spans
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
@@ -65,10 +65,9 @@ def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int
         return 0, 0.0
     blocks = np.arange(len(late))
     out = (user.state != COUPLED) & (blocks > coupled[0])
-    edges = np.flatnonzero(np.diff(out.astype(int), prepend=0, append=0))
     times, blocks_out = 0, 0
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
-        reasons = user.reason[start:end]
+    for span in spans(out):
+        start, reasons = span.start, user.reason[span]
         if all(reason == RETURN for reason in reasons):  # of this block and the two before
             rows = slice(int(user.block_rows[max(start - 2, 0)]), int(user.block_ends[start]))
             speed_m_s = np.linalg.norm(user.xd_m[rows], axis=-1).max(initial=0.0)
@@ -76,5 +75,5 @@ def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int
                 continue
         if all(reason.startswith(SPEED) for reason in reasons):
             times += int(late[start])
-            blocks_out += int(late[start:end].sum())
+            blocks_out += int(late[span].sum())
     return times, blocks_out / int(late.sum())

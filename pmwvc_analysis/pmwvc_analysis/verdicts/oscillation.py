@@ -20,6 +20,7 @@ import numpy as np
 
 from pmwvc_analysis.traces.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
 from pmwvc_analysis.traces.felt import closed_s
+from pmwvc_analysis.traces.reductions import spans
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
@@ -27,7 +28,8 @@ from pmwvc_core.traces import SessionTraces
 
 OSCILLATION_M_S = 1e-3
 WINDOW_S = 0.25
-SHORTEST_S = 6 * WINDOW_S  # of a session: one window for each third of its second half
+LEAST = 6  # windows: one for each third of the second half of a session
+SHORTEST_S = LEAST * WINDOW_S
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
 HALVED = 0.5  # of a motion's strength in the third of the judged span before
@@ -90,11 +92,9 @@ def lasts(found: Strength, motion: Motion) -> bool:
 
 def strength(motion: Motion, duration_s: float) -> Strength:
     """Return how strong motion beyond the band is, and whether it grows or dies out."""
-    windows = max(1, round(WINDOW_S / motion.period_s))
     pieces = _pieces(motion)
-    if len(motion.velocity) // windows < 6 or not np.isfinite(motion.velocity).all():
+    if not (found := _levels(motion, pieces)):
         return Strength(0.0, 0.0, known=len(pieces) <= 1)
-    found = [_levels(motion, piece, windows) for piece in pieces]
     middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
     start_s = min(max(0.5 * duration_s, motion.since_s), duration_s)
     third_s = (duration_s - start_s) / 3.0
@@ -103,7 +103,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     last_two = middles >= edges_s[1]
     early, middle, late = (_median(levels[third]) for third in thirds)
     known = min(int(third.sum()) for third in thirds)
-    expected = 0.5 * third_s / (windows * motion.period_s) - 1.0
+    expected = 0.5 * third_s / (_rows(motion) * motion.period_s) - 1.0
     return Strength(
         min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
@@ -119,25 +119,23 @@ def shaking(motion: Motion) -> list[tuple[float, float]]:
     """Return from when to when [s] a motion beyond the band was about as strong all the time, for
     ``SHORTEST_S`` at least.
     """
-    windows, least = max(1, round(WINDOW_S / motion.period_s)), round(SHORTEST_S / WINDOW_S)
-    if len(motion.velocity) // windows < least or not np.isfinite(motion.velocity).all():
-        return []
     found: list[tuple[float, float]] = []
-    for piece in _pieces(motion):
-        middles, levels, _ = _levels(motion, piece, windows)
-        for run in _runs(levels > max(OSCILLATION_M_S, motion.noise_m_s), least):
-            strong_m_s = np.sort(levels[run])[-least]
-            for part in _runs(levels[run] > HALVED * strong_m_s, least):
+    for middles, levels, _ in _levels(motion, _pieces(motion)):
+        for run in _long(levels > max(OSCILLATION_M_S, motion.noise_m_s)):
+            strong_m_s = np.sort(levels[run])[-LEAST]
+            for part in _long(levels[run] > HALVED * strong_m_s):
                 times = middles[run][part]
                 found.append((float(times[0]) - WINDOW_S / 2, float(times[-1]) + WINDOW_S / 2))
     return found
 
 
-def _runs(flags: Flags, least: int) -> list[slice]:
-    """Return where so many flags at least are set without a gap."""
-    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0))
-    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return [slice(start, end) for start, end in runs if end - start >= least]
+def _long(flags: Flags) -> list[slice]:
+    return [span for span in spans(flags) if span.stop - span.start >= LEAST]
+
+
+def _rows(motion: Motion) -> int:
+    """Return the rows of a window."""
+    return max(1, round(WINDOW_S / motion.period_s))
 
 
 def _median(values: Array) -> float:
@@ -151,19 +149,26 @@ def _pieces(motion: Motion) -> list[slice]:
     return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
 
 
-def _levels(motion: Motion, piece: slice, windows: int) -> tuple[Array, Array, Array]:
-    """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window."""
-    velocity = motion.velocity[piece]
-    count = len(velocity) // windows
-    fast = beyond(velocity, motion.period_s, motion.band_hz)
-    times = motion.time_s[piece][: count * windows].reshape(count, windows)
+def _levels(motion: Motion, pieces: list[slice]) -> list[tuple[Array, Array, Array]]:
+    """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window, for
+    each piece; empty where the motion is shorter than ``LEAST`` windows, or no number.
+    """
+    rows = _rows(motion)
+    if len(motion.velocity) // rows < LEAST or not np.isfinite(motion.velocity).all():
+        return []
 
-    def rms(part: Array) -> Array:
-        squares = np.sum(part * part, axis=-1)[: count * windows].reshape(count, windows)
-        levels: Array = np.sqrt(squares.mean(axis=1))
-        return levels
+    def means(values: Array) -> Array:
+        count = len(values) // rows
+        return np.asarray(values[: count * rows].reshape(count, rows).mean(axis=1))
 
-    return times.mean(axis=1), rms(fast), rms(velocity - fast)
+    found = []
+    for piece in pieces:
+        velocity = motion.velocity[piece]
+        fast = beyond(velocity, motion.period_s, motion.band_hz)
+        squares = (np.sum(part * part, axis=-1) for part in (fast, velocity - fast))
+        loud, slow = (np.sqrt(means(each)) for each in squares)
+        found.append((means(motion.time_s[piece]), loud, slow))
+    return found
 
 
 def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:

@@ -157,8 +157,8 @@ class OperatorParams(Validated):
     is_sinusoid = Is("kind", "sinusoid")  # a force of one frequency
     is_chirp = Is("kind", "chirp")  # a force of sweeping frequency
     has_arm = Is("kind", "hand", "remote")  # on the device, follows a target
-    # whether the force depends on the device's motion
-    answers = Is("kind", "hand", "remote", "playback_motion")
+    answers = Is("kind", "hand", "remote", "playback_motion")  # with a force, to the motion
+    is_free = Is("kind", "remote", "sinusoid", "chirp", "playback_force", "playback_motion")
     is_recorded = Is("kind", "playback_force", "playback_motion")
 
     @property
