@@ -190,6 +190,40 @@ def test_blocks_that_are_missing_are_holes_and_no_fault_of_the_master(folder, tm
     assert found.counts["/user1/trace"]["missing"] == 10
 
 
+def test_a_master_that_stood_still_is_no_other_publisher(folder, tmp_path):
+    """The block under way is recorded two seconds late; all later ones begin as much later."""
+    block, still_ns = 60, 2_000_000_000
+
+    def stood_still(topic, message):
+        if topic == "/user1/trace" and message.seq > block:
+            message.start_ns += still_ns
+            message.stamp.sec += 2
+        return message
+
+    changed, count = [], 0
+    for each in raw(folder):
+        count += each.topic == "/user1/trace"
+        late = each.topic == "/user1/trace" and count >= block
+        changed.append(each._replace(log_ns=each.log_ns + still_ns) if late else each)
+    found = read_session(rewritten(changed, tmp_path / "b", stood_still))
+    assert not [each for each in found.events if each.get("kind") == "stranger"]
+    assert not holes(found)
+    stalls = [e["what"] for e in complete(found, None) if e["kind"] == "stall"]
+    assert stalls == ["no ticks for 2.000 s: the loop did not run"]
+
+
+def test_a_block_recorded_before_it_ran_is_left_out(folder, tmp_path):
+    """The control: in number and clock between its neighbours, recorded two seconds early."""
+    changed, count = [], 0
+    for each in raw(folder):
+        count += each.topic == "/user1/trace"
+        early = each.topic == "/user1/trace" and count == 60
+        changed.append(each._replace(log_ns=each.log_ns - 2_000_000_000) if early else each)
+    found = read_session(rewritten(changed, tmp_path / "b"))
+    (event,) = [each for each in found.events if each.get("kind") == "stranger"]
+    assert event["what"] == "1 message on /user1/trace out of sequence, left out"
+
+
 def test_a_wave_that_was_not_recorded_is_missing(folder, tmp_path):
     def without(topic, message):
         return None if topic == "/user1/wave_up" and message.seq in (5, 6) else message

@@ -10,7 +10,8 @@ out when
   again follows its predecessor in time. Of epochs that overlap in time the one with the most
   messages stays; a trace's epoch is also the epoch of the packets that its node sends, so where
   packets were recorded, a trace without packets is another publisher's;
-* its number does not continue those of its publisher: it comes again, or its clock contradicts it.
+* it is out of sequence: its number comes again, or its clock fits neither its neighbours' nor the
+  order of recording.
 
 What is left out changes no verdict. It is an event of kind ``stranger``.
 """
@@ -65,8 +66,8 @@ def keep_own(by_topic: Topics, types: Mapping[str, str]) -> Events:
         own = [int(message.epoch) in epochs for message in series.messages]
         found += _keep(topic, series, own, "from another publisher")
     for topic, kind in types.items():
-        series = by_topic[topic]
-        found += _keep(topic, series, _continuing(series, kind), "that do not continue the others")
+        series, why = by_topic[topic], "out of sequence"
+        found += _keep(topic, series, _continuing(series, kind), why)
     return found
 
 
@@ -90,26 +91,21 @@ def _own_epochs(by_topic: Topics, types: Mapping[str, str]) -> dict[str, set[int
     for topic, kind in types.items():
         if kind not in (schemas.MASTER_TRACE, schemas.SERVER_TRACE):
             continue
-        node = _parts(topic)[-2]
+        node = _sender(topic)
         sent = {epoch for name, spans in waves.items() if _sender(name) == node for epoch in spans}
         own[topic] = of_sender[node] = _in_turn(_spans(by_topic[topic]), sent)
-    for topic, spans in waves.items():
-        own[topic] = _in_turn(spans, of_sender.get(_sender(topic), set()))
     for topic, kind in types.items():
-        if kind == schemas.RECEPTION:
-            known = of_sender.get(_parts(topic)[-2], set())
+        if kind in (schemas.WAVE, schemas.RECEPTION):
+            known = of_sender.get(_sender(topic), set())
             own[topic] = _in_turn(_spans(by_topic[topic]), known)
     return own
 
 
-def _parts(topic: str) -> list[str]:
-    """Return the words of a topic, at least two."""
-    return ["", *topic.strip("/").split("/")]
-
-
 def _sender(topic: str) -> str:
-    """Return the node whose packets a topic carries: a user's name, or ``server``."""
-    *_, owner, kind = _parts(topic)
+    """Return the node that publishes on a topic, or whose packets it carries: ``server``, a user's
+    name.
+    """
+    *_, owner, kind = ["", *topic.strip("/").split("/")]
     return "server" if kind == "wave_down" else owner
 
 
@@ -155,9 +151,11 @@ def _continuing(series: Series, kind: str) -> list[bool]:
             starts = clocks.monotonic_times([series.messages[row] for row in rows])
             increasing = _increasing(starts)
             rows, starts = rows[increasing], starts[increasing]
-            if len(rows) > 1:  # those with a neighbour whose clock differs as little as theirs
+            if len(rows) > 1:  # as late as a neighbour, or recorded between both (it stood still)
                 near = np.abs(np.diff((logs[rows] - starts).astype(float))) < CLOCK_NS
-                rows = rows[np.append(near, False) | np.append(False, near)]
+                after = np.diff(logs[rows]) >= 0
+                between = np.array([False, *(after[1:] & after[:-1]), False])
+                rows = rows[np.append(near, False) | np.append(False, near) | between]
         kept[rows] = True
     return kept.tolist()
 
