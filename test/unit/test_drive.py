@@ -88,6 +88,16 @@ def test_a_force_that_throws_the_object_out_is_no_divergence(hertz, force_n):
     assert "left the workspace" in found.why and "the hands did the work of it" in found.why
 
 
+def test_a_constant_force_that_pushes_the_object_to_a_stop_shakes_no_loop():
+    words = ("operator.kind=none", "user1.operator.kind=constant", "user1.operator.force=0.5")
+    for texts, stable in (((), True), (("controller=direct",), False)):
+        scenario = scenarios.load("carry_16ms", settings_texts=[*words, *texts], duration_s=6.0)
+        found = judged(scenario)
+        assert found.stable is stable, found.why
+    made = drive(simulated(scenario), scenario, 3.0, 6.0)  # the control: made on the way
+    assert made.share < -0.1 and made.made_j > 1.0 and not made.by_hands
+
+
 @settings(max_examples=6)
 @given(
     channel=st.sampled_from(["plain", "strict"]),

@@ -82,8 +82,12 @@ def test_a_user_who_left_is_no_interruption():
     handmade.without_blocks(traces.users[1], slice(250, None))
     traces.server.state[1][traces.server.time_s > 2.01] = 0
     traces.server.contact[1][traces.server.time_s > 2.01] = False
+    handmade.without_blocks(traces.users[1], slice(20, 24))  # not recorded
+    traces.events = [{"time_s": 2.4, "who": "user2 master", "what": "exited with 0", "code": 0}]
     result = judged(traces)
     assert result["interrupted"] == []
+    assert result["users"][1]["ended"] == "user2 left at 2.00 s"
+    assert result["stable"] is True, result["stability"]["text"]  # judged as long as it was there
     assert "leave" in {event["kind"] for event in result["events"]}
 
 

@@ -60,11 +60,6 @@ class Balance:
         return self.balance_j < -self.tolerance_j - self.storage_j
 
     @property
-    def passive(self) -> bool:
-        """Tell whether it never was violated."""
-        return not bool(self.violated.any())
-
-    @property
     def minimum_j(self) -> float:
         """The lowest balance, never above the zero it starts from [J]."""
         return min(0.0, float(self.balance_j.min(initial=0.0)))
@@ -103,8 +98,8 @@ class UserEnergy:
         """Tell whether every balance was above zero, and E_hand above minus the storage and the
         bound; None that the encoder cannot resolve.
         """
-        ways = all(way is None or way.passive for way in (self.up, self.down))
-        return self.hand_passive if ways else False
+        violated = any(way is not None and way.violated.any() for way in (self.up, self.down))
+        return False if violated else self.hand_passive
 
 
 def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:

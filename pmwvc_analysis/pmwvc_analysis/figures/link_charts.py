@@ -39,7 +39,7 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
                 Band(f"{label}: more out than in", tuple(balance.time_s[[first, last]].tolist()))
                 for first, last in runs(balance.violated, balance.time_s, join_s=JOIN_S)
             ]
-            if not balance.passive and balance.minimum_time_s is not None:
+            if balance.violated.any() and balance.minimum_time_s is not None:
                 text = f"▼ {quantity(balance.minimum_j, 'J')}"
                 notes.append(Note(text, balance.minimum_time_s, balance.minimum_j * scale))
         panels.append(

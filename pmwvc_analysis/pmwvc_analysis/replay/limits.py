@@ -59,9 +59,6 @@ def _unrecorded(traces: SessionTraces) -> Iterator[Limit]:
         who = "" if hole.owner == SERVER else f"{hole.owner}: "
         yield Limit(hole.start_s, f"{who}{hole.missing} {what} were not recorded")
     for user in traces.users:
-        if not len(user.block_number) and user.tick[0] > 0:
-            why = f"{user.name}: the recording begins at its tick {user.tick[0]}"
-            yield Limit(float(user.time_s[0]), why)
         for way in ("up", "down"):
             name = f"{user.name}/{way}"
             taken = traces.taken.get(name)

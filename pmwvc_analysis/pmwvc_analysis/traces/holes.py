@@ -58,15 +58,9 @@ def holes(traces: SessionTraces) -> list[Hole]:
 
 
 def of_user(user: UserTraces) -> list[Hole]:
-    """Return the holes in the trace of one master."""
+    """Return the holes in the trace of one master; simulated blocks have no numbers and none."""
     if not len(user.time_s):
         return []
-    if not len(user.block_number):  # ticks that neither ran nor were skipped
-        jumps = np.flatnonzero(np.diff(user.tick) > 1)
-        lost = np.diff(user.tick)[jumps] - 1
-        rows = zip(user.time_s[jumps] + user.tick_s, user.time_s[jumps + 1], lost, strict=True)
-        all_ran = int(lost.sum()) <= user.missed
-        return [] if all_ran else [Hole(user.name, float(a), float(b), int(n)) for a, b, n in rows]
     found = []
     first_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
     for row, number in enumerate(user.block_number.tolist()):

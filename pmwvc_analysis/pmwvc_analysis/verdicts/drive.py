@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.bands import REST_BAND_HZ
 from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
 from pmwvc_core.numeric import Array
@@ -34,6 +35,7 @@ class Drive(NamedTuple):
     share: float  # of the work that went to and fro, -1..1
     held_j: float  # most that masses and springs held of it
     free: bool  # whether a hand moves as it likes: a person, or a motion or force that is given
+    made_j: float = 0.0  # what came out between hands and object and did not go in
 
     @property
     def by_loop(self) -> bool:
@@ -43,12 +45,12 @@ class Drive(NamedTuple):
     @property
     def by_hands(self) -> bool:
         """Tell whether hands did that move as they like."""
-        return self.free and self.share < -DRIVES
+        return self.thrown and self.share < -DRIVES
 
     @property
     def thrown(self) -> bool:
         """Tell whether such hands gave more than they got."""
-        return self.free and self.given_j < 0.0
+        return self.free and self.given_j < 0.0 and self.made_j <= self.given_j / self.share
 
 
 UNKNOWN = Drive(0.0, 0.0, 0.0, False)
@@ -80,7 +82,12 @@ def drive(traces: SessionTraces, scenario: Scenario | None, start_s: float, end_
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
         held_j += 0.5 * scenario.server.object_mass * _longest(server.xd_o[inside]) ** 2
     free = any(u.operator.is_free or not u.device.is_simulated for u in scenario.users)
-    return Drive(given_j, given_j / moved_j, held_j, free)
+    found = Drive(given_j, given_j / moved_j, held_j, free)
+    if not found.thrown:
+        return found
+    joint = [each.joint for each in user_energies(traces, scenario)]
+    spans = [e.balance_j[(e.time_s >= start_s) & (e.time_s <= end_s)] for e in joint]
+    return found._replace(made_j=sum(float(span[0] - span[-1]) for span in spans if len(span)))
 
 
 def kept_driven(traces: SessionTraces, scenario: Scenario | None, moved: Sequence[Motion]) -> str:

@@ -3,7 +3,7 @@
 """The nodes that ended before the session did, and the time until which it is judged.
 
 A server or an emulator that ended takes the loop with it: everything is judged up to there. A
-master that ended takes its user with it alone.
+master that ended takes its user with it alone; a user who left interrupts nothing.
 
 The end of a node is reported by the session runner where it saw that, else by its trace, which
 breaks off while others go on. Where its packets go on, that is a hole of the recording.
@@ -23,6 +23,7 @@ from pmwvc_core.traces import SessionTraces
 
 EARLY_S = 0.5  # before the end of the session
 LOOP = ("server", "netem")  # nodes that everybody needs
+LEFT = "left"
 
 
 class Ending(NamedTuple):
@@ -52,8 +53,10 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
             found.setdefault(who, Ending(who, user, last_s, str(each["what"])))
     for master in traces.users:
         name, last_s = master.name, float(master.time_s[-1]) + master.tick_s
-        gone = last_s <= end_s - EARLY_S and not _left(traces, name, last_s)
-        if gone and (who := f"{name} master") not in found:
+        who, gone = f"{name} master", last_s <= end_s - EARLY_S
+        if gone and _left(traces, name, last_s):
+            found[who] = Ending(name, name, last_s, LEFT)
+        elif gone and who not in found:
             sent_s = _last_packet_s(traces, [f"/{name}/wave_up"])
             found[who] = _broken_off(who, name, last_s, sent_s)
     last_s = _last_s(traces, "server")

@@ -96,8 +96,9 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     if not (found := _levels(motion, pieces)):
         return Strength(0.0, 0.0, known=len(pieces) <= 1)
     middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
-    start_s = min(max(0.5 * duration_s, motion.since_s), duration_s)
-    third_s = (duration_s - start_s) / 3.0
+    end_s = min(duration_s, float(motion.time_s[-1]) + motion.period_s)  # its user may have left
+    start_s = min(max(0.5 * end_s, motion.since_s), end_s)
+    third_s = (end_s - start_s) / 3.0
     edges_s = (start_s, start_s + third_s, start_s + 2.0 * third_s, math.inf)
     thirds = [(middles >= a) & (middles < b) for a, b in itertools.pairwise(edges_s)]
     last_two = middles >= edges_s[1]
@@ -109,7 +110,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,
         known=len(pieces) <= 1 or known >= expected,
-        settled=motion.since_s <= 0.5 * duration_s or 3.0 * third_s >= SETTLE_S,
+        settled=motion.since_s <= 0.5 * end_s or 3.0 * third_s >= SETTLE_S,
         purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
     )

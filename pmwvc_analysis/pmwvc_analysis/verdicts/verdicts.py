@@ -55,7 +55,8 @@ def summary(
         "source": traces.source,
         "duration_s": whole.duration_s,
         "judged_until_s": traces.duration_s,
-        "interrupted": [ending.text for ending in ended] + ([shorter] if shorter else []),
+        "interrupted": [each.text for each in ended if each.what != endings.LEFT]
+        + ([shorter] if shorter else []),
         "strangers": [str(each["what"]) for each in seen if each["kind"] == "stranger"],
         "controller": scenario.controller if scenario else None,
         "parameters": scenario.flat() if scenario else {},
@@ -87,8 +88,7 @@ def summary(
     }
     for user in result["users"]:
         user["ended"] = next((each.text for each in ended if each.user == user["name"]), None)
-        kept = kept_text(user["kept_apart_m"], scenario) if scenario else ""
-        user["kept_apart"] = kept or None
+        user["kept_apart"] = (scenario and kept_text(user["kept_apart_m"], scenario)) or None
     found_out = outcomes(scenario, result, stages(traces, scenario)) if scenario else []
     result["outcomes"] = [each._asdict() for each in found_out]
     result["verdict"] = check.verdict_lines(result)

@@ -24,7 +24,6 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.status import UserStatus
-from pmwvc_core.controllers.accounts import NODE, RELEASED
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
@@ -56,7 +55,6 @@ class Monitor:
         ends = [f"{user}/reception" for user in users] + ["server/reception"]
         self._receptions = [Polled(node, Reception, end, links) for end in ends]
         self._seen: dict[str, tuple[float, Any]] = {}
-        self._epochs: dict[str, tuple[int, int]] = {}  # of master and server, of each user
         self._rates: dict[str, tuple[int, int, float]] = {}
         self._counts: dict[str, deque[tuple[int, int]]] = {}  # of a link: (time [ns], packets out)
 
@@ -178,17 +176,7 @@ class Monitor:
             status.force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
             status.state = trace.state
         if server is not None and name in server.users:
-            index = list(server.users).index(name)
-            status.contact = server.contact[index]
-            # A node that was started again counts from zero, the other end does not.
-            epochs = (trace.epoch, server.epoch) if trace is not None else (0, 0)
-            if trace is not None and self._epochs.setdefault(name, epochs) == epochs:
-                accounts = dict(zip(trace.account_names, trace.accounts, strict=True))
-                strict = NODE.name in accounts  # packets are paid for there
-                gave = trace.energy_u_tx if strict else trace.energy_u_m
-                sent = gave - server.energy_u_s[index]
-                got = trace.energy_v_m + accounts.get(RELEASED.name, 0.0)
-                status.balance_j = sent + (server.energy_v_s[index] - got)
+            status.contact = server.contact[list(server.users).index(name)]
         return status
 
     def _tick_rate(self, name: str, trace: MasterTrace) -> float | None:

@@ -20,7 +20,6 @@ class UserStatus:
     up_s: float | None = None  # as the server sees it; the division is a bound between two clocks
     down_s: float | None = None  # as the master sees it
     force_n: float | None = None
-    balance_j: float | None = None  # energy kept by the channel; negative: generated
     state: int | None = None
     contact: bool | None = None
 
@@ -48,7 +47,7 @@ class Status:
             title_justify="left",
             caption_justify="left",
         )
-        for name in ("user", "ticks", "packets", "delay", "force", "energy balance", "state"):
+        for name in ("user", "ticks", "packets", "delay", "force", "state"):
             table.add_column(name, justify="left" if name in ("user", "state") else "right")
         for user in self.users:
             table.add_row(user.name, *_cells(user))
@@ -68,7 +67,6 @@ def _cells(user: UserStatus) -> list[str]:
         _text(user.packet_hz, "{:.0f}/s"),
         delays,
         _text(user.force_n, "{:+.2f} N"),
-        _text(user.balance_j, "{:+.1f} mJ", 1e3),
         state,
     ]
 

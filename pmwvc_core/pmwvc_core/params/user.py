@@ -158,7 +158,7 @@ class OperatorParams(Validated):
     is_chirp = Is("kind", "chirp")  # a force of sweeping frequency
     has_arm = Is("kind", "hand", "remote")  # on the device, follows a target
     answers = Is("kind", "hand", "remote", "playback_motion")  # with a force, to the motion
-    is_free = Is("kind", "remote", "sinusoid", "chirp", "playback_force", "playback_motion")
+    is_free = IsNot("kind", "none", "hand")  # moves as it likes
     is_recorded = Is("kind", "playback_force", "playback_motion")
 
     @property
