@@ -43,34 +43,34 @@ OF_SIGNALS = ("filter_and_hold", "rate_drop")  # what the signals leave to them
 def device(sums: UserSums, params: DeviceParams) -> tuple[Account, set[str]]:
     """Return the account of a device, and which of its parts are remainders.
 
-    A hand whose force was not measured is taken to have given what the device shows. Where the
-    true motion is unknown, the damping is what the others leave over.
+    A hand whose force was not measured is taken to have given what the device shows, and any hand
+    the energy with which the record begins. Where the true motion is unknown, the damping is what
+    the others leave over.
     """
     user = sums.user
     by_hand = bool(np.isfinite(user.f_h).all())
+    kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
+    brought_j = kinetic[0] if user.tick[0] == 0 else 0.0  # else the hand's own sums have it
     if (motion := true_motion(user, params)) is None:
         rendered = hand_work(user, params).at(user, sums.time_s)[0]
-        kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
-        stored = kinetic[sums.ticks] - kinetic[0]
-        hand = rendered + stored
+        hand = rendered + kinetic[sums.ticks]
         if by_hand and "hand" in user.energy:
             ends = np.searchsorted(user.block_time_s, sums.time_s + 0.001 * user.tick_s)
-            hand = up_to(user.energy["hand"], ends)
-        seen = Account(hand, rendered, stored)
+            hand = brought_j + up_to(user.energy["hand"], ends)
+        seen = Account(hand, rendered, kinetic[sums.ticks])
         return seen._replace(dissipated=seen.residual), {"device_damping"} if by_hand else {"hand"}
     before, after = (motion.x[:-1], motion.xd[:-1]), (motion.x[1:], motion.xd[1:])
-    force = user.f_h if by_hand else None
-    each = device_account(params, user.tick_s, before, after, force, user.f_applied)
+    forces = user.f_h if by_hand else None, user.f_applied
+    each = device_account(params, user.tick_s, before, after, *forces)
     own = {} if complete(user) else user.energy
     found = Account(  # what the last tick led to is not on record
-        sums.anchored(each.taken, own.get("hand"), unknown=1),
+        brought_j + sums.anchored(each.taken, own.get("hand"), unknown=1),
         sums.anchored(each.given, own.get("device"), unknown=1),
-        sums.of_ticks(each.stored),
+        kinetic[0] + sums.of_ticks(each.stored),
         sums.of_ticks(each.dissipated),
     )
-    if by_hand:
-        return found, set()
-    return found._replace(taken=found.taken - found.residual), {"hand"}
+    without_hand = found._replace(taken=found.taken - found.residual)
+    return (found, set()) if by_hand else (without_hand, {"hand"})
 
 
 class Channel(NamedTuple):
@@ -88,8 +88,7 @@ def channel(
     """Return the accounts of one user's channel; ``at_server`` has the energies of u_s and v_s."""
     if not has_waves(scenario.controller):
         return _without_waves(sums, at_server)
-    behind = _strict if scenario.strict else _plain
-    return behind(sums, known, at_server, live=live)
+    return (_strict if scenario.strict else _plain)(sums, known, at_server, live=live)
 
 
 def _without_waves(sums: UserSums, at_server: list[Array]) -> Channel:
@@ -163,7 +162,8 @@ def _strict(sums: UserSums, known: User, at_server: list[Array], *, live: bool) 
     """
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
-    work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
+    own = None if complete(user) else user.energy.get("device")
+    work = sums.anchored(np.sum(user.f_applied * moved, axis=-1), own, unknown=1)
     energies = {"work": work, "v_m": sums.of_wave("v_m"), "u_s": u_s, "v_s": v_s}
     energies |= {"u_tx": paid(sums, live=live), "released": released(sums)}
     port = Account(work, work, dissipated=0.0 * work)
