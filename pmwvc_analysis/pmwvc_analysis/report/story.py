@@ -10,6 +10,7 @@ import numpy as np
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import grouped
+from pmwvc_analysis.verdicts.offsets import predicted_words
 from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count, listed
 from pmwvc_core.quantities import quantity
@@ -126,8 +127,7 @@ def _offsets(summary: dict[str, Any]) -> Iterator[str]:
         if each["what"] == "offset" and each["predicted"] is not None
     ]
     offsets = [
-        f"{each['owner']} predicted {each['predicted'] * 1e3:+.2f} mm"
-        f"{each['beyond'] and ' ' + each['beyond']}, measured "
+        f"{each['owner']} predicted {predicted_words(each['predicted'], each['until'])}, measured "
         f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"
         for each in known[:3]
     ]

@@ -53,7 +53,7 @@ class Outcome(NamedTuple):
     measured: float | None = None
     tolerance: float | None = None
     unit: str = ""
-    beyond: str = ""  # "or more", "or less" where what is predicted is a bound
+    until: float | None = None  # the other end, where a range is predicted
 
 
 def offsets(scenario: Scenario, summary: dict[str, Any], steady: Sequence[Stage]) -> list[Outcome]:
@@ -75,8 +75,8 @@ def _of_user(
     entry: dict[str, Any],
     steady: Sequence[Stage],
 ) -> Outcome:
-    """Return the outcome of an offset. On a live strict channel lateness adds to it in the
-    direction of the force F, F/(2b) times what the lag is longer: so it is a bound there.
+    """Return the outcome of an offset. On a live strict channel the lag follows late packets: up
+    to F/(2b) times what they made it longer is added.
     """
     force, was_m, live = entry["force_final_n"], entry["drift_m"], summary["source"] == "live"
     if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
@@ -86,10 +86,13 @@ def _of_user(
             f"different impedance, the device moves {scale:.3g} times as far."
         )
         return Outcome("offset", None, text, user.name)
-    even_m = force / (2.0 * first_axis(user.impedance)) * lag_s(user, scenario, live=live)
+    m_per_s, late_s = force / (2.0 * first_axis(user.impedance)), entry["late_s"]
+    even_m = m_per_s * lag_s(user, scenario, live=live)
     reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
-    bounds = live and scenario.strict
-    if not reason and not bounds and not _same_rates(steady):
+    ranges = live and scenario.strict
+    if not reason and ranges and late_s is None:
+        reason = UNEVEN
+    if not reason and not ranges and not _same_rates(steady):
         reason = CHANGED
     if reason:
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
@@ -98,19 +101,24 @@ def _of_user(
             f"expected of the link{begins}. {reason}"
         )
         return Outcome("offset", None, text, user.name)
-    tolerance_m, beyond_m = _tolerance_m(even_m), was_m - even_m
-    beyond = f"or {'more' if force > 0.0 else 'less'}" if bounds else ""
-    hit = abs(beyond_m) <= tolerance_m
-    if bounds:
-        hit = (beyond_m if force > 0.0 else -beyond_m) >= -tolerance_m
+    until_m = even_m + m_per_s * late_s if ranges else None
+    low_m, high_m = sorted((even_m, even_m if until_m is None else until_m))
+    tolerance_m = _tolerance_m(even_m)
+    hit = low_m - tolerance_m <= was_m <= high_m + tolerance_m
     text = (
-        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f} mm{beyond and ' ' + beyond}, "
-        f"measured {was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
+        f"{user.name}: {OFFSET}: predicted {predicted_words(even_m, until_m)}, measured "
+        f"{was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
         f"tolerance {tolerance_m * 1e3:.2f} mm)."
     )
-    if bounds:
-        text += f" How far beyond is not predicted: {UNEVEN[0].lower()}{UNEVEN[1:]}"
-    return Outcome("offset", hit, text, user.name, even_m, was_m, tolerance_m, "m", beyond)
+    if ranges:
+        text += f" Late packets made its lag up to {late_s * 1e3:.0f} ms longer."
+    return Outcome("offset", hit, text, user.name, even_m, was_m, tolerance_m, "m", until_m)
+
+
+def predicted_words(predicted_m: float, until_m: float | None) -> str:
+    """Return a predicted offset, or the range of it, in words."""
+    until = "" if until_m is None else f" to {until_m * 1e3:+.2f}"
+    return f"{predicted_m * 1e3:+.2f}{until} mm"
 
 
 def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
-from pmwvc_analysis.traces import cut, holes, reductions
+from pmwvc_analysis.traces import arrivals, cut, holes, reductions
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.holes import merged
@@ -165,6 +165,7 @@ def _user(
         "drift_change_m": swing(away.error, away.time_s, end_s) if away else None,
         "kept_apart_m": final(away.kept, away.time_s, end_s) if away else None,
         **_ticks(user),
+        "late_s": arrivals.late_s(traces, user),
         "lateness_us": reductions.percentiles(user.lateness_s, 1e6),
         "compute_us": reductions.percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
