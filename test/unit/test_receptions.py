@@ -114,7 +114,7 @@ def test_a_session_counts_exactly_and_its_report_says_so(tmp_path):
 
 
 def test_an_older_recording_has_no_receptions_and_is_judged_as_before():
-    assert reception_summaries(handmade.session()) == []
+    assert reception_summaries(handmade.session(), None) == []
 
 
 def test_a_receiver_that_was_started_again_is_not_compared():

@@ -25,7 +25,7 @@ USER_KEYS = set(
     "avatar_force_final_n force_step_max_n force_step_max_s blows force_undisturbed_n "
     "force_least_n dropout_s coupled_ratio disturbed_s coherency_rms_m drift_m drift_change_m "
     "kept_apart_m kept_apart ticks "
-    "ticks_skipped ticks_missing tick_rate_hz lateness_us compute_us safety_events "
+    "ticks_skipped ticks_missing tick_rate_hz late_s lateness_us compute_us safety_events "
     "environment_limited ended".split()
 )
 LINK_KEYS = set(

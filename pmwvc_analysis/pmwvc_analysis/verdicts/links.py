@@ -100,9 +100,7 @@ def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict
     }
 
 
-def reception_summaries(
-    traces: SessionTraces, scenario: Scenario | None = None
-) -> list[dict[str, Any]]:
+def reception_summaries(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, Any]]:
     """Return the entries of ``receptions`` of a summary."""
     found, saved = [], left_out(traces, scenario)
     for link, received in sorted(traces.receptions.items()):
@@ -116,7 +114,7 @@ def reception_summaries(
             "name": link,
             "counts": received.counts,
             "injected": injected,
-            "as_injected": None if injected is None else _same(injected, received),
+            "as_injected": injected and injected.items() <= received.counts.items(),
             "path": None if passage["round_trip"] is None else passage,
             "left_out": ratio,
             "text": text,
@@ -126,10 +124,6 @@ def reception_summaries(
     return found
 
 
-def _same(injected: dict[str, int], received: ReceptionTraces) -> bool:
-    return all(injected[name] == received.counts[name] for name in OF_LINK)
-
-
 def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:
     """Return what a receiver must have counted of the packets that its link let out.
 
@@ -137,15 +131,12 @@ def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, in
     """
     if fates is None or received.receivers != 1 or received.counts["beginnings"] > 1:
         return None
-    if not len(fates.number) or int(fates.number.max()) != len(fates.number):
-        return None  # records of fates are missing
     rows = np.flatnonzero(came_out(fates))
-    if len(np.unique(fates.epoch[rows])) != 1:
-        return None
-    rows = rows[np.argsort(fates.time_out_ns[rows], kind="stable")]
     taken = sum(received.counts[name] for name in OF_LINK if name != "lost")
-    if taken > len(rows):
-        return None
+    whole = len(fates.number) and int(fates.number.max()) == len(fates.number)
+    if not whole or len(np.unique(fates.epoch[rows])) != 1 or taken > len(rows):
+        return None  # records of fates are missing
+    rows = rows[np.argsort(fates.time_out_ns[rows], kind="stable")]
     rows = rows[:taken]  # the rest was still on its way when the receiver ended
     corrupted = fates.cause[rows] == Cause.CORRUPTION
     found = dict.fromkeys(OF_LINK, 0) | {"corrupted": int(corrupted.sum())}
@@ -175,7 +166,7 @@ def counts_text(received: ReceptionTraces, injected: dict[str, int] | None) -> s
     text += f"; refused: {', '.join(others)}" if others else ""
     if injected is None:
         return f"{text}."
-    if _same(injected, received):
+    if injected.items() <= counts.items():
         return f"{text}: exactly what the emulated link did."
     names = {"duplicate": "repeated", "reordered": "overtaken"}
     done = [f"{injected[name]} {names.get(name, name)}" for name in OF_LINK if name != "accepted"]

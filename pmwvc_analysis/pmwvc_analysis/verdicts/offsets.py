@@ -34,7 +34,6 @@ SKIPPED = (
     "channel = plain uses the newest packet of a server step only: what the others carried of the "
     "motion is lost, how much is not known before."
 )
-CHANGED = "After a change of rates a playout may keep a longer margin than the new ones need."
 LATE = ("stall", "link", "damping")  # kinds of events behind which packets come late
 SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
 OFFSET = "offset of the device from its avatar at the end"
@@ -56,7 +55,7 @@ class Outcome(NamedTuple):
     until: float | None = None  # the other end, where a range is predicted
 
 
-def offsets(scenario: Scenario, summary: dict[str, Any], steady: Sequence[Stage]) -> list[Outcome]:
+def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
     """Return what became of the predicted offset of every user who presses at the end."""
     entries = {entry["name"]: entry for entry in summary["users"]}
     found = []
@@ -64,16 +63,12 @@ def offsets(scenario: Scenario, summary: dict[str, Any], steady: Sequence[Stage]
         entry = entries.get(user.name, {})
         force, drift = entry.get("force_final_n"), entry.get("drift_m")
         if isinstance(force, float) and isinstance(drift, float) and abs(force) >= LEAST_FORCE_N:
-            found.append(_of_user(user, scenario, summary, entry, steady))
+            found.append(_of_user(user, scenario, summary, entry))
     return found
 
 
 def _of_user(
-    user: User,
-    scenario: Scenario,
-    summary: dict[str, Any],
-    entry: dict[str, Any],
-    steady: Sequence[Stage],
+    user: User, scenario: Scenario, summary: dict[str, Any], entry: dict[str, Any]
 ) -> Outcome:
     """Return the outcome of an offset. On a live strict channel the lag follows late packets: up
     to F/(2b) times what they made it longer is added.
@@ -92,8 +87,6 @@ def _of_user(
     ranges = live and scenario.strict
     if not reason and ranges and late_s is None:
         reason = UNEVEN
-    if not reason and not ranges and not _same_rates(steady):
-        reason = CHANGED
     if reason:
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
@@ -184,12 +177,3 @@ def same_lag(steady: Sequence[Stage]) -> bool:
 
     first = decides(steady[0].scenario)
     return all(decides(stage.scenario) == first for stage in steady[1:])
-
-
-def _same_rates(steady: Sequence[Stage]) -> bool:
-    """Tell whether packets and steps came as often in all stages."""
-    rates = {
-        (each.server.period_s, *(user.master.rate_drop for user in each.users))
-        for each in (stage.scenario for stage in steady)
-    }
-    return len(rates) <= 1

@@ -42,7 +42,7 @@ def outcomes(
         if bound := bounded(user, scenario):
             found.append(_counts(user.name, bound, summary))
     if summary["prediction"]["mass_felt"] is not None:
-        found += offsets(scenario, summary, steady)
+        found += offsets(scenario, summary)
     return found
 
 

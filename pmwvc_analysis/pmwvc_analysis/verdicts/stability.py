@@ -229,12 +229,10 @@ def _outside(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, flo
     """Return what is not finite or far outside the workspace, in words, and since when [s]; empty
     when nothing is.
     """
-    workspace = DEFAULT_WORKSPACE_M
-    if scenario is not None:
-        workspace = max(user.device.workspace_m for user in scenario.users)
+    known = scenario.users if scenario else ()
+    workspace = max((u.device.workspace_m for u in known), default=DEFAULT_WORKSPACE_M)
     positions = [(f"{user.name}'s device", user.x_m, user.time_s) for user in traces.users]
-    if traces.server is not None:
-        server = traces.server
+    if (server := traces.server) is not None:
         positions.append(("the object", server.x_o, server.time_s))
         for name, x_s, state in zip(server.users, server.x_s, server.state, strict=True):
             present = state > 0

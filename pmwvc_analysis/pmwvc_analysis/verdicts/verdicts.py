@@ -49,7 +49,6 @@ def summary(
     limited = environment.limited(traces, scenario)
     shorter = endings.shortened(whole, scenario)
     missing, counts = holes.holes(traces), list(traces.counts.items())
-    gone = ((hole.start_s, hole.end_s) for hole in missing)
     result: dict[str, Any] = {
         "scenario": scenario.name if scenario else None,
         "source": traces.source,
@@ -80,7 +79,7 @@ def summary(
             "messages": {topic: count["messages"] for topic, count in counts},
             "missing": {topic: count["missing"] for topic, count in counts},
             "holes": [hole._asdict() for hole in missing],
-            "not_recorded_s": [list(each) for each in merged(gone)],
+            "not_recorded_s": [list(each) for each in merged(hole[1:3] for hole in missing)],
             "not_relayed": {t: n["not_relayed"] for t, n in counts if "not_relayed" in n},
         },
         "alignment": traces.metadata.get("alignment", {}),
