@@ -234,7 +234,7 @@ def said_of(scenario, force, drift_m, *events):
     entry = {"name": "user1", "force_final_n": force, "avatar_force_final_n": force}
     entry |= {"drift_m": drift_m, "drift_change_m": 0.0}
     summary = {"source": "live", "stable": True, "users": [entry], "events": events}
-    (found,) = offsets(scenario, summary, ())
+    (found,) = offsets(scenario, summary)
     return found
 
 
