@@ -13,7 +13,7 @@ from support.filter_runs import Stage
 from support.strategies import TICK_S, amplitudes, poles_rad_s, signals
 from support.wave_power import power
 
-from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
 from pmwvc_core.law.wave.wave import (
     impedance,
     wave_force,

@@ -12,8 +12,7 @@ from support.laws import in_bulk
 
 from pmwvc_analysis.prediction.environment import rule
 from pmwvc_core.law.black_box import secant, seen
-from pmwvc_core.law.black_box.secant import Line, decoded
-from pmwvc_core.law.black_box.seen import REPAID
+from pmwvc_core.law.black_box.secant import REPAID, Line, decoded
 from pmwvc_core.law.wave.wave import free_velocity, impedance, wave_v
 from pmwvc_core.params import ContactParams, ServerParams
 

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.port.master import port_opened
-from pmwvc_core.law.port.sensing import Sample
+from pmwvc_core.law.port.master import Sample, port_opened
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.plant.device import device_step

@@ -16,7 +16,7 @@ from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.events.events import complete
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.law.server.avatar import couple
+from pmwvc_core.law.server.contacts import couple
 from pmwvc_core.law.server.implicit import Implicit
 from pmwvc_core.law.server.sampled import OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario

@@ -27,7 +27,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import add
-from pmwvc_core.law.port.sensing import Sample
+from pmwvc_core.law.port.master import Sample
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, zero

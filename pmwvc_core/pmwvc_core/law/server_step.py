@@ -34,12 +34,14 @@ from pmwvc_core.law.channel.packet import (
     Packing,
     PackingParams,
     Sent,
+    is_silent,
+    is_unreceived,
     no_packet,
     pack,
     pay,
+    silence_s,
 )
-from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
-from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.server_port import (
     Environment,
     UserPort,

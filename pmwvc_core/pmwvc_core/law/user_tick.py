@@ -19,9 +19,21 @@ one that changes parameters sends, changes, and begins the frame (``send``, ``be
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
-from pmwvc_core.law.channel.packet import About, Packet, Packing, PackingParams, pack
-from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
+from pmwvc_core.law.channel.packet import (
+    About,
+    Packet,
+    Packing,
+    PackingParams,
+    is_silent,
+    is_unreceived,
+    pack,
+    silence_s,
+)
 from pmwvc_core.law.port.master import (
+    LATE_NS,
+    STALE_NS,
+    Sample,
+    age_ns,
     port_answer,
     port_applied,
     port_measure,
@@ -29,7 +41,6 @@ from pmwvc_core.law.port.master import (
     port_send,
     port_tick,
 )
-from pmwvc_core.law.port.sensing import LATE_NS, STALE_NS, Sample, age_ns
 from pmwvc_core.law.safety.brakes import brake_stored_j
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_restart
 from pmwvc_core.law.vectors import Vector, zero

@@ -26,9 +26,13 @@ from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
 from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.wave.cascade import resting_cascade, sections_of
-from pmwvc_core.law.wave.hold import Hold
+from pmwvc_core.law.wave.filter_and_hold import (
+    Hold,
+    filter_params,
+    resting_cascade,
+    resting_filter,
+    sections_of,
+)
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances

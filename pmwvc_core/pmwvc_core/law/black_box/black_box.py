@@ -26,12 +26,19 @@ from pmwvc_core.law.black_box.compensations import (
     compensated,
     compensation_energies,
 )
-from pmwvc_core.law.black_box.secant import learned, ratio_in_use
-from pmwvc_core.law.black_box.seen import Seen, checked, faded, guess, noted
+from pmwvc_core.law.black_box.secant import (
+    Seen,
+    checked,
+    faded,
+    guess,
+    learned,
+    noted,
+    ratio_in_use,
+)
 from pmwvc_core.law.black_box.touched import ahead, exchange, visited
+from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import BodyLaw
+from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import (
     Environment,
     PortShown,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box import touched
 from pmwvc_core.law.black_box.touched import Vectors
-from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.motion import Body
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, zero
 
 

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.secant import Line, decoded
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j
+from pmwvc_core.law.motion import Body, BodyLaw, drifted, kinetic_j
 from pmwvc_core.law.server.contacts import (
+    Avatar,
     Contact,
     advanced_contact,
     attached,

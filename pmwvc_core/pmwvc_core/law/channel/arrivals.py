@@ -20,7 +20,16 @@ Equations: docs/theory.md 17.19.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
-from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.packet import (
+    NEVER_NS,
+    Counting,
+    Packet,
+    Silence,
+    counted,
+    followed,
+    is_unreceived,
+    noted_packet,
+)
 from pmwvc_core.law.channel.playout import (
     FEW,
     Moved,
@@ -32,15 +41,6 @@ from pmwvc_core.law.channel.playout import (
     pass_by,
     play,
     resting_playout,
-)
-from pmwvc_core.law.channel.silence import (
-    NEVER_NS,
-    Counting,
-    Silence,
-    counted,
-    followed,
-    is_unreceived,
-    noted_packet,
 )
 from pmwvc_core.law.family import Family, never, none_j, same
 from pmwvc_core.law.vectors import Vector, length, squared, zero

@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared, zero
-from pmwvc_core.law.wave.cascade import (
+from pmwvc_core.law.wave.filter_and_hold import (
     Cascade,
     Sections,
     cascade,

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.port import master
+from pmwvc_core.law.port.master import known_motion
 from pmwvc_core.law.port.port_filters import (
     answered,
     filters_energies,
@@ -27,7 +28,6 @@ from pmwvc_core.law.port.port_filters import (
     force_velocity,
     wave_shortened,
 )
-from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
@@ -38,8 +38,7 @@ from pmwvc_core.law.position.feedback import (
     position_up,
 )
 from pmwvc_core.law.vectors import Vector, dot, minus, zero
-from pmwvc_core.law.wave.anti_aliasing import filter_sample, filter_step
-from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.law.wave.filter_and_hold import Hold, filter_sample, filter_step, hold, load
 from pmwvc_core.law.wave.wave import wave_force, wave_j, wave_u
 
 

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts, passed
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared, zero
-from pmwvc_core.law.wave.cascade import Cascade, Sections, cascade, gain_of, rest_of
+from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
 from pmwvc_core.law.wave.wave import along, damper, wave_u
 
 

@@ -33,8 +33,8 @@ from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
+from pmwvc_core.law.port.master import known_motion
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
-from pmwvc_core.law.port.sensing import known_motion
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,

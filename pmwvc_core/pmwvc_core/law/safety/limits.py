@@ -26,7 +26,6 @@ Equations: docs/theory.md 10.2.
 
 from typing import NamedTuple
 
-from pmwvc_core.law.safety import causes
 from pmwvc_core.law.safety.brakes import (
     HandBrake,
     brake_limit,
@@ -49,6 +48,9 @@ from pmwvc_core.law.vectors import (
 from pmwvc_core.params import SafetyParams
 
 LOST_S = 1.0
+# Causes of the state of the limits:
+NONE, WAITING, SOFT_START, SILENT, RELEASED, TOO_FAST, NOT_FINITE, RUNAWAY = range(8)
+OUTSIDE, DEVICE_SILENT, DEVICE_LOST, UNRECEIVED, LATE = range(8, 13)
 REACH = 1.01  # of the workspace: a stop gives way a little
 FADE_S, LET_GO_S = 0.02, 0.5
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
@@ -76,7 +78,7 @@ class Limits(NamedTuple):
     events: int
     disturbed: bool  # in the tick before
     limited: bool
-    cause: int  # of the state in the last tick, :mod:`.causes`
+    cause: int  # of the state in the last tick
     silence_s: float  # from which on the server counts as silent
 
 
@@ -111,14 +113,14 @@ def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
     """Return the limits before the first tick."""
     return Limits(
         nothing, 0.0, 1.0, False, False, False, False, False, 0.0, False,
-        resting_hand_brake(nothing), 0, False, False, causes.WAITING, p.timeout_s,
+        resting_hand_brake(nothing), 0, False, False, WAITING, p.timeout_s,
     )  # fmt: skip
 
 
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
     brake = resting_hand_brake(zero(s.f))._replace(x=s.brake.x)
-    return s._replace(gain=0.0, returns=False, quiet=False, brake=brake, cause=causes.WAITING)
+    return s._replace(gain=0.0, returns=False, quiet=False, brake=brake, cause=WAITING)
 
 
 def limits(
@@ -165,29 +167,29 @@ def limits(
     disturbed = gone or (active and (damped or unreceived or not force))
     limited = limited and force and not damped
     events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
-    cause = causes.NONE
+    cause = NONE
     if faulty:
-        cause = causes.RUNAWAY
+        cause = RUNAWAY
     elif lost:
-        cause = causes.DEVICE_LOST
+        cause = DEVICE_LOST
     elif gone:
-        cause = causes.DEVICE_SILENT
+        cause = DEVICE_SILENT
     elif not active:
-        cause = causes.WAITING
+        cause = WAITING
     elif not good:
-        cause = causes.NOT_FINITE
+        cause = NOT_FINITE
     elif silent:
-        cause = causes.RELEASED if released else causes.SILENT
+        cause = RELEASED if released else SILENT
     elif outside:
-        cause = causes.OUTSIDE
+        cause = OUTSIDE
     elif fast:
-        cause = causes.TOO_FAST
+        cause = TOO_FAST
     elif unreceived:
-        cause = causes.UNRECEIVED
+        cause = UNRECEIVED
     elif gain < 1.0:
-        cause = causes.SOFT_START
+        cause = SOFT_START
     elif holds and brake_limit(brake.largest) > 0.0:
-        cause = causes.LATE
+        cause = LATE
     s = Limits(
         applied, gain, push, ready, damped, returns, silent and not (fast or outside), ever,
         missing_s, faulty, brake, events, disturbed, limited, cause, s.silence_s,

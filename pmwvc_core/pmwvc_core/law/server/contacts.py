@@ -13,12 +13,16 @@ When stiffness and damping change in contact, the deflection becomes sqrt(K_old/
 it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
 shifted, and returns outside the contact, never past the avatar.
 
+A coupling closes the algebraic loop of a step: from the waves u of all avatars it finds velocities
+and contact forces, and moves avatars and object. Avatars that are not present take no part.
+
 Equations: docs/theory.md 4.10.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from pmwvc_core.law.family import Family
 from pmwvc_core.law.server.springs import (
     ContactLaw,
     Spring,
@@ -188,3 +192,18 @@ def _cleared(s: Spring, way: float, law: ContactLaw) -> float:
     if not s.one_sided:
         return 0.0
     return law.inward * min(law.inward * way, max(-depth(s, law) - law.gap, 0.0))
+
+
+couple = Family("couple")  # (p, avatars, body, law) -> (avatars, body, lost_j, settled)
+
+
+class Avatar(NamedTuple):
+    """One avatar: its port, signals of the last step, contact."""
+
+    present: bool
+    impedance: Any  # of the wave port; behind its brake while that acts
+    u: Vector  # [sqrt(W)] of this step
+    xd: Vector  # [m/s]
+    f: Vector  # [N] on the object
+    contact: Contact
+    kept: Vector  # what a coupling keeps for its next step

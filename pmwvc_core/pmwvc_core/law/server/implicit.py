@@ -11,16 +11,15 @@ With the mean velocity v of the object over the step and w_i = xd_si - v::
 
 Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root, found by
 Newton's method within a bracket, axis by axis (one step where all contacts are two-sided). Where a
-wave impedance couples the axes: :mod:`.implicit_coupled`.
+wave impedance couples the axes: :mod:`.coupled_axes`.
 
 Equations: docs/theory.md 4.4, 4.5.
 """
 
 from typing import NamedTuple
 
-from pmwvc_core.law.server.avatar import Avatar, couple
-from pmwvc_core.law.server.body import Body, BodyLaw, drifted, imbalance, mobility
-from pmwvc_core.law.server.contacts import Contact, advanced_contact, touching
+from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
+from pmwvc_core.law.server.contacts import Avatar, Contact, advanced_contact, couple, touching
 from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring, spring_answer
 from pmwvc_core.law.vectors import Vector, columns, each, total
 from pmwvc_core.law.wave.wave import free_velocity, wave_velocity

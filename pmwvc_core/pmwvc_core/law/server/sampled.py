@@ -23,9 +23,8 @@ Equations: docs/theory.md 4.6, 4.7, 4.8.
 
 from typing import NamedTuple
 
-from pmwvc_core.law.server.avatar import Avatar, couple
-from pmwvc_core.law.server.body import Body, BodyLaw, pushed_body
-from pmwvc_core.law.server.contacts import contact_force, contact_heat, slid
+from pmwvc_core.law.motion import Body, BodyLaw, pushed_body
+from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, couple, slid
 from pmwvc_core.law.server.coupled_axes import solved_contact
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import free_velocity, loaded, wave_velocity

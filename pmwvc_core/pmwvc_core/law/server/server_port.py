@@ -17,19 +17,20 @@ Equations: docs/theory.md 17.20.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
+from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.safety.brakes import (
     brake_ratio,
     braked,
     released_brake,
     unbraked,
 )
-from pmwvc_core.law.server.avatar import Avatar, couple
-from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.server.contacts import (
+    Avatar,
     attached,
     changed_contact,
     cleared,
     contact_energy,
+    couple,
     detached,
     offset_of,
     slid,

@@ -25,15 +25,20 @@ import math
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.motion import Body
 from pmwvc_core.law.safety.brakes import released_brake
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import offset_of
+from pmwvc_core.law.server.contacts import Avatar, offset_of
 from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
-from pmwvc_core.law.without_waves import device_end
-from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams
+from pmwvc_core.law.without_waves import ends
+from pmwvc_core.law.without_waves.ends import (
+    DeviceEnd,
+    DeviceEndParams,
+    Met,
+    Reported,
+    meet,
+    pulled,
+)
 
 
 class Pspm(NamedTuple):
@@ -115,7 +120,7 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
     return ModulatedSpring(x, True, s.tank_j, 0.0, s.sent_j, s.received_j, dropped_j)
 
 
-@device_end.device_moved.member(PspmDevice)
+@ends.device_moved.member(PspmDevice)
 def _moved(
     s: PspmDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> PspmDevice:
@@ -124,18 +129,18 @@ def _moved(
     return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
 
 
-@device_end.device_sends.member(PspmDevice)
+@ends.device_sends.member(PspmDevice)
 def _send(s: PspmDevice, p: DeviceEndParams) -> tuple[PspmDevice, float]:
     spring = divided(s.spring, p.law)
     return s._replace(spring=spring), spring.sent_j
 
 
-@device_end.device_receives.member(PspmDevice)
+@ends.device_receives.member(PspmDevice)
 def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> PspmDevice:
     return s._replace(spring=taken_in(s.spring, received_j))
 
 
-@device_end.device_answer.member(PspmDevice)
+@ends.device_answer.member(PspmDevice)
 def _answer(
     s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
 ) -> PspmDevice:
@@ -144,7 +149,7 @@ def _answer(
     return PspmDevice(aimed(s.spring, wave, x, p.law), s.force, True)
 
 
-@device_end.device_force.member(PspmDevice)
+@ends.device_force.member(PspmDevice)
 def _force(s: PspmDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
     return s, each(_wanted, (x, xd, s.spring.q), p.law) if s.coupled else zero(x)
 
@@ -153,17 +158,17 @@ def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
     return law.damping * xd + law.stiffness * (x - q)
 
 
-@device_end.device_applied.member(PspmDevice)
+@ends.device_applied.member(PspmDevice)
 def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
     return s._replace(force=f)
 
 
-@device_end.controller_energies.member(ModulatedSpring)
+@ends.controller_energies.member(ModulatedSpring)
 def _of_spring(s: ModulatedSpring) -> Vector:
     return (s.tank_j, s.spring_j)
 
 
-@device_end.controller_energies.member(PspmDevice)
+@ends.controller_energies.member(PspmDevice)
 def _of_device(s: PspmDevice) -> Vector:
     return _of_spring(s.spring)
 

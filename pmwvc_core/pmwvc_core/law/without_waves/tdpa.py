@@ -22,14 +22,12 @@ by a share per step under the same observer (after Coelho et al. 2019).
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import contact_force, offset_of, slid
+from pmwvc_core.law.motion import Body
+from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
 from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
-from pmwvc_core.law.without_waves import device_end
-from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams
+from pmwvc_core.law.without_waves import ends
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, Reported, meet
 from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -102,7 +100,7 @@ def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float
     )  # fmt: skip
 
 
-@device_end.device_moved.member(TdpaDevice)
+@ends.device_moved.member(TdpaDevice)
 def _moved(
     s: TdpaDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> TdpaDevice:
@@ -115,24 +113,24 @@ def _moved(
     return TdpaDevice(observer, s.force, s.damping, zero(s.held), 0.0)
 
 
-@device_end.device_sends.member(TdpaDevice)
+@ends.device_sends.member(TdpaDevice)
 def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
     return s, s.observer.in_j
 
 
-@device_end.device_receives.member(TdpaDevice)
+@ends.device_receives.member(TdpaDevice)
 def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
     return s._replace(observer=informed(s.observer, received_j))
 
 
-@device_end.device_answer.member(TdpaDevice)
+@ends.device_answer.member(TdpaDevice)
 def _answer(
     s: TdpaDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
 ) -> TdpaDevice:
     return s._replace(force=zero(wave) if silent else wave)
 
 
-@device_end.device_force.member(TdpaDevice)
+@ends.device_force.member(TdpaDevice)
 def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
     """Return the force received and that of both dampers [N]."""
     square, needed = squared(xd), 0.0
@@ -144,17 +142,17 @@ def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Td
     return s._replace(damping=damping), f
 
 
-@device_end.device_applied.member(TdpaDevice)
+@ends.device_applied.member(TdpaDevice)
 def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
     return s._replace(held=f, braked=s.damping)
 
 
-@device_end.controller_energies.member(Observer)
+@ends.controller_energies.member(Observer)
 def _of_observer(s: Observer) -> Vector:
     return (s.dissipated_j, s.allowance_j)
 
 
-@device_end.controller_energies.member(TdpaDevice)
+@ends.controller_energies.member(TdpaDevice)
 def _of_device(s: TdpaDevice) -> Vector:
     return _of_observer(s.observer)
 

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
-from pmwvc_core.law.port.sensing import Sample
+from pmwvc_core.law.port.master import Sample, port_energies, port_opened, port_signals
 from pmwvc_core.law.server_step import Answer, Guest, GuestParams, Server, server_step
 from pmwvc_core.law.user_tick import User, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each

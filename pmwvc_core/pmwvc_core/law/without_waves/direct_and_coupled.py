@@ -1,9 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Virtual coupling: spring and damper between device and avatar, at 1 kHz on the device's side
-(Colgate, Stanley and Brown 1995; Adams and Hannaford 1999).
+"""Direct coupling and virtual coupling: neither keeps an account of energy.
 
-::
+Direct: position and velocity go up each frame, the contact force comes back, held. What networked
+haptics did before wave variables, and what App. B compares with (Fig. 3). It is not passive: the
+force is as old as the way there and back. An avatar stands where its device stood when it last
+reported; ``xd_s`` is the velocity as reported::
+
+    f_s(n) = K [x_m + offset - x_o(n)] + B [xd_m - xd_o(n)],    F_m = f_s as last received
+
+Virtual coupling: spring and damper between device and avatar, at 1 kHz on the device's side
+(Colgate, Stanley and Brown 1995; Adams and Hannaford 1999)::
 
     F_m = K_c (x_m - p) + B_c (xd_m - p')          p: avatar, in the device's frame, as received
     f_s = K_c (x_m - p) + B_c (xd_m - p')          x_m: device, as received
@@ -16,13 +23,44 @@ device's damping b exceeds K_c T_c/2 + B_c; with delays T_1 + T_2 around the loo
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.motion import Body
+from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
 from pmwvc_core.law.server.server_port import UserPort
-from pmwvc_core.law.vectors import Vector, each, minus, scaled, zero
-from pmwvc_core.law.without_waves import device_end
-from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams
+from pmwvc_core.law.vectors import Vector, each, minus, plus, scaled, zero
+from pmwvc_core.law.without_waves import ends
+from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, Reported, meet, pulled
+
+
+class Held(NamedTuple):
+    """The force as last received [N]."""
+
+    force: Vector
+
+
+class Direct(NamedTuple):
+    """The law at either end; it has no parameters."""
+
+    none: int
+
+
+@ends.device_answer.member(Held)
+def _answer(s: Held, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> Held:
+    return Held(zero(wave) if silent else wave)
+
+
+@ends.device_force.member(Held)
+def _force(s: Held, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Held, Vector]:
+    return s, s.force
+
+
+@meet.member(Direct)
+def _meet(p: Direct, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
+    """Put the avatar where the device is and form the force."""
+    place = plus(body.x, offset_of(a.contact))
+    contact, lost_j = slid(a.contact, minus(report.position, place))
+    rate = minus(report.velocity, body.xd)
+    f = contact_force(contact, rate)
+    return Met(s.brake, report.velocity, f, contact, rate, -1.0, lost_j)
 
 
 class VirtualCoupling(NamedTuple):
@@ -47,7 +85,7 @@ def resting_coupling(axes: int) -> AvatarSeen:
     return AvatarSeen((0.0,) * axes, (0.0,) * axes, 0, 0, False)
 
 
-@device_end.device_receives.member(AvatarSeen)
+@ends.device_receives.member(AvatarSeen)
 def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndParams) -> AvatarSeen:
     """Take the avatar's velocity from the way it went since the packet before."""
     pd, numbers = s.pd, packet.number - s.number
@@ -59,15 +97,17 @@ def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndPara
     return AvatarSeen(s.p, pd, packet.number, packet.sent_ns, s.coupled)
 
 
-@device_end.device_answer.member(AvatarSeen)
-def _answer(
+@ends.device_answer.member(AvatarSeen)
+def _hears(
     s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
 ) -> AvatarSeen:
     return s._replace(p=s.p if silent else wave, coupled=not silent)
 
 
-@device_end.device_force.member(AvatarSeen)
-def _force(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
+@ends.device_force.member(AvatarSeen)
+def _pull(
+    s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams
+) -> tuple[AvatarSeen, Vector]:
     return s, each(_spring, (x, xd, s.p, s.pd), p.law) if s.coupled else zero(x)
 
 
@@ -76,7 +116,7 @@ def _spring(x: float, xd: float, p: float, pd: float, law: VirtualCoupling) -> f
 
 
 @meet.member(VirtualCoupling)
-def _meet(
+def _pulled(
     p: VirtualCoupling, s: UserPort, a: Avatar, report: Reported, body: Body, h: float
 ) -> Met:
     """Pull the avatar towards the device."""
