@@ -16,9 +16,8 @@ from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
 from pmwvc_core.law.motion import Body, body_law, wall_law
 from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
-from pmwvc_core.law.server.server_port import Environment, UserPort, environment_step, joined
+from pmwvc_core.law.server.server_port import Came, Environment, UserPort, environment_step, joined
 from pmwvc_core.law.server.springs import ContactLaw, Spring
-from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.vectors import scaled, zero
 from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.params import ServerParams

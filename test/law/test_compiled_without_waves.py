@@ -27,13 +27,13 @@ from pmwvc_core.law.port.master import (
 )
 from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import (
+    Came,
     Environment,
     UserPort,
     environment_step,
     joined,
     left,
 )
-from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.law.without_waves import direct_and_coupled, pspm, tdpa
 from pmwvc_core.law.without_waves.ends import AvatarEndParams, DeviceEndParams, resting_end

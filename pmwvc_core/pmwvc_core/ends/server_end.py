@@ -20,7 +20,7 @@ from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import arrivals_of, arrive, waits
-from pmwvc_core.law.channel.packet import About, Sent, pack
+from pmwvc_core.law.channel.packet import Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, left
 from pmwvc_core.law.server_step import ABSENT, Answer, server_step
 from pmwvc_core.law.vectors import zero
@@ -226,11 +226,13 @@ class ServerEnd(ServerView):
             if not (guest.presence == ABSENT and inbox.challenges(now_ns)):
                 return None
             # A packet of nothing, which an answer has to echo.
-            about = About(now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1)
             rest = zero(port.x_s)
             sent = Sent(rest, rest, port.account_j, port.extra)
             packing = p.guests[user].packing
-            packed, packet, _ = pack(guest.packing, sent, p.period_s, about, packing)
+            packed, packet, _ = pack(
+                guest.packing, sent, p.period_s, now_ns, False, waits(guest.arrivals), guest.anew,
+                False, 0, 1, packing,
+            )  # fmt: skip
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE

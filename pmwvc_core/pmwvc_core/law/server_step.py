@@ -29,7 +29,6 @@ from pmwvc_core.law.channel.arrivals import (
     wave_of,
 )
 from pmwvc_core.law.channel.packet import (
-    About,
     Packet,
     Packing,
     PackingParams,
@@ -38,17 +37,16 @@ from pmwvc_core.law.channel.packet import (
     is_unreceived,
     no_packet,
     pack,
-    pay,
     silence_s,
 )
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.server_port import (
+    Came,
     Environment,
     UserPort,
     environment_step,
     joined,
     left,
-    passed_through,
 )
 from pmwvc_core.law.vectors import Vector, columns, each, minus, total, zero
 
@@ -97,16 +95,6 @@ class Answer(NamedTuple):
 
     packet: Packet
     sends: bool
-
-
-class Came(NamedTuple):
-    """What a user brings to a step."""
-
-    wave: Vector  # [sqrt(W)]
-    position: Vector  # [m] of its device
-    brakes: bool  # none of its waves come
-    received_j: float  # by the sums of its packets, without waves
-    extra: Vector  # signals that a controller declares
 
 
 def server_step(
@@ -183,9 +171,11 @@ def _gone(
         return s, port, Answer(no_packet(zero(port.x_s), port.extra), False)
     arrivals, passed_j = sparing(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
-        packing, port = pay(packing, passed_j), passed_through(port, passed_j)
+        packing = packing._replace(energy_j=packing.energy_j + passed_j)
+        port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     sent = Sent(port.v_s, minus(port.x_s, port.offset), port.account_j, port.extra)
-    about = About(now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
-                  arrivals.silence.number, 0)  # fmt: skip
-    packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
+    packing, packet, sends = pack(
+        packing, sent, period_s, now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
+        arrivals.silence.number, 0, q.packing,
+    )  # fmt: skip
     return s._replace(arrivals=arrivals, packing=packing), port, Answer(packet, sends)

@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
 from pmwvc_core.law.channel.packet import (
-    About,
     Packet,
     Packing,
     PackingParams,
@@ -87,9 +86,10 @@ def send(
         port = port_measure(port, sample.x, sample.xd, p.port)
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
-    about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves,
-                  arrivals.silence.number, s.limits.events)  # fmt: skip
-    packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
+    packing, packet, sends = pack(
+        s.packing, sent, s.frame_s, now_ns, lacks(arrivals), waits(arrivals), False, leaves,
+        arrivals.silence.number, s.limits.events, p.packing,
+    )  # fmt: skip
     return s._replace(packing=packing, arrivals=arrivals, port=port), packet, sends
 
 

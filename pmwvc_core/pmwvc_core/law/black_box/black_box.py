@@ -40,6 +40,7 @@ from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
 from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import (
+    Came,
     Environment,
     PortShown,
     UserPort,
@@ -106,7 +107,7 @@ class BlackBoxParams(NamedTuple):
 
 
 @environment_step.member(BlackBoxParams)
-def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+def _step(p: BlackBoxParams, s: Environment, came: tuple[Came, ...]) -> Environment:
     box = s.body
     ports, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
@@ -188,7 +189,7 @@ def _held(
 
 
 def _give(
-    s: Seen, before: UserPort, port: UserPort, came: Any, ratio: float, v_s: Vector,
+    s: Seen, before: UserPort, port: UserPort, came: Came, ratio: float, v_s: Vector,
     p: BlackBoxParams,
 ) -> tuple[Seen, UserPort]:  # fmt: skip
     """Give the wave that is returned to the user, through the brake."""

@@ -98,18 +98,6 @@ class PackingParams(NamedTuple):
     longest_s: float
 
 
-class About(NamedTuple):
-    """What a packet says beside its sample."""
-
-    now_ns: int
-    short: bool
-    waits: bool
-    anew: bool
-    leaves: bool
-    echo: int
-    events: int  # of the limits: new ones need a packet
-
-
 def packing_params(deadband: DeadbandParams) -> PackingParams:
     """Return the parameters of a sender."""
     ratio = deadband.ratio if deadband.is_on else -1.0
@@ -122,19 +110,16 @@ def resting_packing(axes: int) -> Packing:
     return Packing(0, zero, 0.0, 0.0, zero, zero, 0, 0)
 
 
-def pay(s: Packing, energy_j: float) -> Packing:
-    """Let the next packet bring more energy than its wave needs."""
-    return s._replace(energy_j=s.energy_j + energy_j)
-
-
 def pack(
-    s: Packing, sent: Sent, period_s: float, about: About, p: PackingParams
-) -> tuple[Packing, Packet, bool]:
-    """Add a sample; return its packet, and whether that is sent."""
+    s: Packing, sent: Sent, period_s: float, now_ns: int, short: bool, waits: bool, anew: bool,
+    leaves: bool, echo: int, events: int, p: PackingParams,
+) -> tuple[Packing, Packet, bool]:  # fmt: skip
+    """Add a sample; return its packet, and whether that is sent: new events of the limits, and all
+    else that it says beside the sample, need a packet.
+    """
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
-    news = about.events != s.events  # all of this changes with what a packet says
-    flags = news * 8 + about.waits * 4 + about.anew * 2 + about.leaves
+    flags = (events != s.events) * 8 + waits * 4 + anew * 2 + leaves
     number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
     same = p.ratio >= 0.0 and s.number > 0 and flags == s.flags
     fits = held_s + 2.0 * period_s <= p.longest_s
@@ -143,17 +128,17 @@ def pack(
         before = s.sent_integral if held_s > 0.0 else s.integral
         s = s._replace(
             integral=integral, energy_j=energy_j, held_s=held_s + period_s, sent_integral=before,
-            events=about.events,
+            events=events,
         )  # fmt: skip
     else:
         if held_s > 0.0:
             period_s += held_s
             wave = scaled(minus(integral, s.sent_integral), 1.0 / period_s)
-        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags, about.events)
+        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags, events)
     own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
     packet = Packet(
-        number, about.now_ns, period_s, wave, integral, own, sent.position, about.short,
-        about.waits, about.anew, about.leaves, sent.extra, about.echo, False, 0, 0,
+        number, now_ns, period_s, wave, integral, own, sent.position, short, waits, anew, leaves,
+        sent.extra, echo, False, 0, 0,
     )  # fmt: skip
     return s, packet, not held_back
 

@@ -84,7 +84,17 @@ class EnvironmentParams(NamedTuple):
     brakes: bool
 
 
-# (p, s, came) -> s: one step with what each user brings, :class:`.server_step.Came`
+class Came(NamedTuple):
+    """What a user brings to a step."""
+
+    wave: Vector  # [sqrt(W)]; without waves the velocity of its device [m/s]
+    position: Vector  # [m] of its device
+    brakes: bool  # none of its waves come
+    received_j: float  # by the sums of its packets, without waves
+    extra: Vector  # signals that a controller declares
+
+
+# (p, s, came) -> s: one step with what each user brings
 environment_step = Family("environment_step")
 
 
@@ -111,11 +121,6 @@ def left(s: UserPort) -> tuple[UserPort, float]:
     return s._replace(avatar=avatar, brake=released_brake(s.brake), v_s=nothing), dropped_j
 
 
-def passed_through(s: UserPort, energy_j: float) -> UserPort:
-    """Count energy that came and goes back beside the waves [J]."""
-    return s._replace(u_j=s.u_j + energy_j, v_j=s.v_j + energy_j)
-
-
 def changed_port(
     s: UserPort, stiffness: float, damping: float, impedance: Any
 ) -> tuple[UserPort, float]:
@@ -126,7 +131,7 @@ def changed_port(
 
 
 @environment_step.member(EnvironmentParams)
-def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+def _step(p: EnvironmentParams, s: Environment, came: tuple[Came, ...]) -> Environment:
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
@@ -139,7 +144,7 @@ def avatar_of(s: UserPort) -> Avatar:
     return s.avatar
 
 
-def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, float]:
+def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, float]:
     """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
     a, brake, ratio = s.avatar, s.brake, 1.0
     if not a.present:
@@ -153,7 +158,7 @@ def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, 
 
 
 def _give(
-    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, h: float
+    s: UserPort, a: Avatar, came: Came, ratio: float, body: Body, h: float
 ) -> tuple[UserPort, float]:
     """Give the wave that the step returned to the user, through the brake."""
     if not a.present:

@@ -25,10 +25,10 @@ from typing import NamedTuple
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
-from pmwvc_core.law.server.server_port import UserPort
+from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, each, minus, plus, scaled, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, Reported, meet, pulled
+from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, meet, pulled
 
 
 class Held(NamedTuple):
@@ -54,13 +54,13 @@ def _force(s: Held, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Held, Ve
 
 
 @meet.member(Direct)
-def _meet(p: Direct, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
+def _meet(p: Direct, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     """Put the avatar where the device is and form the force."""
     place = plus(body.x, offset_of(a.contact))
-    contact, lost_j = slid(a.contact, minus(report.position, place))
-    rate = minus(report.velocity, body.xd)
+    contact, lost_j = slid(a.contact, minus(came.position, place))
+    rate = minus(came.wave, body.xd)
     f = contact_force(contact, rate)
-    return Met(s.brake, report.velocity, f, contact, rate, -1.0, lost_j)
+    return Met(s.brake, came.wave, f, contact, rate, -1.0, lost_j)
 
 
 class VirtualCoupling(NamedTuple):
@@ -98,16 +98,12 @@ def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndPara
 
 
 @ends.device_answer.member(AvatarSeen)
-def _hears(
-    s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
-) -> AvatarSeen:
+def _hears(s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> AvatarSeen:
     return s._replace(p=s.p if silent else wave, coupled=not silent)
 
 
 @ends.device_force.member(AvatarSeen)
-def _pull(
-    s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams
-) -> tuple[AvatarSeen, Vector]:
+def _pull(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
     return s, each(_spring, (x, xd, s.p, s.pd), p.law) if s.coupled else zero(x)
 
 
@@ -116,9 +112,7 @@ def _spring(x: float, xd: float, p: float, pd: float, law: VirtualCoupling) -> f
 
 
 @meet.member(VirtualCoupling)
-def _pulled(
-    p: VirtualCoupling, s: UserPort, a: Avatar, report: Reported, body: Body, h: float
-) -> Met:
+def _pulled(p: VirtualCoupling, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     """Pull the avatar towards the device."""
-    stretch = minus(report.position, s.x_s)
-    return pulled(s.brake, a.contact, stretch, report.velocity, p, body, h)
+    stretch = minus(came.position, s.x_s)
+    return pulled(s.brake, a.contact, stretch, came.wave, p, body, h)

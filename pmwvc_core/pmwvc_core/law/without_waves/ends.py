@@ -30,6 +30,7 @@ from pmwvc_core.law.server.contacts import (
 )
 from pmwvc_core.law.server.sampled import object_pushed
 from pmwvc_core.law.server.server_port import (
+    Came,
     Environment,
     PortShown,
     UserPort,
@@ -147,14 +148,6 @@ class AvatarEndParams(NamedTuple):
     sprung: bool
 
 
-class Reported(NamedTuple):
-    """What is known of a device, in the avatar's frame."""
-
-    position: Vector  # [m]
-    velocity: Vector  # [m/s]
-    received_j: float  # running sum of what its packets brought
-
-
 class Met(NamedTuple):
     """An avatar after its step."""
 
@@ -167,12 +160,13 @@ class Met(NamedTuple):
     lost_j: float
 
 
-# (law, port, avatar, report, body, h) -> Met: move an avatar and form its force
+# (law, port, avatar, came, body, h) -> Met: move an avatar and form its force; the position that
+# came is in the avatar's frame
 meet = Family("meet")
 
 
 @environment_step.member(AvatarEndParams)
-def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+def _step(p: AvatarEndParams, s: Environment, came: tuple[Came, ...]) -> Environment:
     avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
@@ -180,12 +174,11 @@ def _step(p: AvatarEndParams, s: Environment, came: tuple[Any, ...]) -> Environm
 
 
 def _meet(
-    s: UserPort, a: Avatar, came: Any, law: Any, body: Body, h: float, sprung: bool
+    s: UserPort, a: Avatar, came: Came, law: Any, body: Body, h: float, sprung: bool
 ) -> tuple[UserPort, float]:
     if not a.present:
         return s, 0.0
-    report = Reported(plus(came.position, s.offset), came.wave, came.received_j)
-    met = meet(law, s, a, report, body, h)
+    met = meet(law, s, a, came._replace(position=plus(came.position, s.offset)), body, h)
     avatar = a._replace(xd=met.xd, f=met.f, contact=met.contact)
     x_s = plus(body.x, offset_of(met.contact))
     answer = minus(x_s, s.offset) if sprung else met.f

@@ -28,14 +28,13 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.contacts import Avatar, offset_of
-from pmwvc_core.law.server.server_port import UserPort
+from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
 from pmwvc_core.law.without_waves.ends import (
     DeviceEnd,
     DeviceEndParams,
     Met,
-    Reported,
     meet,
     pulled,
 )
@@ -180,10 +179,10 @@ def _released(s: ModulatedSpring) -> ModulatedSpring:
 
 
 @meet.member(Pspm)
-def _meet(p: Pspm, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
+def _meet(p: Pspm, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     """Move the set point, then the avatar; one that has just joined begins where it is."""
     spring: ModulatedSpring = s.brake if s.brake.placed else spring_let_go(s.brake, s.x_s)
-    spring = aimed(taken_in(spring, report.received_j), report.position, s.x_s, p)
+    spring = aimed(taken_in(spring, came.received_j), came.position, s.x_s, p)
     met = pulled(spring, a.contact, minus(spring.q, s.x_s), zero(s.x_s), p, body, h)
     x_s, work_j = plus(body.x, offset_of(met.contact)), -h * dot(met.f, met.xd)
     spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)

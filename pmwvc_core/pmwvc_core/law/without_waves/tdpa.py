@@ -24,10 +24,10 @@ from typing import NamedTuple
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
-from pmwvc_core.law.server.server_port import UserPort
+from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, Reported, meet
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
 from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -158,15 +158,15 @@ def _of_device(s: TdpaDevice) -> Vector:
 
 
 @meet.member(Tdpa)
-def _meet(p: Tdpa, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
+def _meet(p: Tdpa, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     """Arrive where the last step led, form the force, choose the velocity from here."""
-    observer = informed(s.brake, report.received_j)
+    observer = informed(s.brake, came.received_j)
     contact, lost_j = slid(a.contact, scaled(a.xd, h))
     x_s = plus(body.x, offset_of(contact))
-    rate = minus(report.velocity, body.xd)
+    rate = minus(came.wave, body.xd)
     f = contact_force(contact, rate)
-    excess_j = overdraft_j(observer, h * dot(f, report.velocity))
-    wanted = each(_made_up, (report.velocity, report.position, x_s), p.drift_share / h)
+    excess_j = overdraft_j(observer, h * dot(f, came.wave))
+    wanted = each(_made_up, (came.wave, came.position, x_s), p.drift_share / h)
     xd = _within(observer, f, wanted, h)
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
     return Met(observer, xd, f, contact, rate, observer.in_j, lost_j)
