@@ -13,6 +13,7 @@ from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParam
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
 from pmwvc_core.law.black_box.secant import resting_seen
 from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
+from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.motion import Body, body_law, wall_law
 from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
@@ -24,7 +25,7 @@ from pmwvc_core.params import ServerParams
 
 H = 0.008
 TREATED = (
-    compensations.Untreated(0),
+    NOTHING,
     compensations.AsPublished((0.0, 0.0)),
     compensations.Corrected(0.0),
     compensations.JointLedger(0.0, 0.0, 0.0),

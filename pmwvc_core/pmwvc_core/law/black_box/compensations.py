@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Compensations of the energy of late decoding (App. C section 5), chosen by the type of their
-state. Each takes the waves of all users in a step, and returns those to be sent.
+"""Compensations of the energy of late decoding (App. C section 5). Each
+takes the waves of all users in a step, and returns those to be sent.
 
 as published (Eq. 14, 15), for comparison only: it injects energy (J taken for W)
     dE(n) = dE(n-1) + T [F(n) F(n-1) - F(n)^2]/b        of each user, from the start [J]
     v     = sgn(v) sqrt(v^2 - 2 dE(n))                  where dE(n) < 0
 
-corrected in its sign: it keeps credit and only shortens waves
+corrected in its sign: it only shortens waves; a deficit below zero is credit
     deficit(n) = deficit(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
     pay(n)  = min(max(deficit, 0), sum |v|^2/2),   each v in proportion to its length
     so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit: passive where the environment is, for all
-    users together. Credit (a deficit below zero) never makes a wave longer.
+    users together
 
 port ledger: all users together get back no more than they gave, and a declared allowance
     tank += h sum |u_i|^2/2,   cost = h sum |v_i|^2/2
@@ -24,17 +24,12 @@ Equations: docs/theory.md 5.6, 5.7, 5.8.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
 from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import ServerParams
-
-# (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
-# environment and decoding, below zero where the environment does not report it
-compensated = Family("compensated")
-compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
 
 
 class PortWave(NamedTuple):
@@ -52,12 +47,6 @@ class CompensationParams(NamedTuple):
     grant_j: float  # most that is taken from the allowance in a step
     allowance_j: float
     cap_j: float
-
-
-class Untreated(NamedTuple):
-    """Send what came out."""
-
-    none: int
 
 
 class AsPublished(NamedTuple):
@@ -89,11 +78,20 @@ def compensation_params(params: ServerParams) -> CompensationParams:
     return CompensationParams(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
 
 
-@compensated.member(Untreated)
+def _shortened(wave: PortWave, ratio: float) -> Vector:
+    return scaled(wave.v, ratio)
+
+
 def _untreated(
-    s: Untreated, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
-) -> tuple[Untreated, Waves]:
+    s: Any, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+) -> tuple[Any, Waves]:
     return s, each(_shortened, (waves,), 1.0)
+
+
+# (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
+# environment and decoding, below zero where the environment does not report it
+compensated = Family("compensated", _untreated)
+compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
 
 
 @compensated.member(AsPublished)
@@ -106,9 +104,8 @@ def _published(
 
 def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
     late_j += h * wave.late_w
-    old, ratio = squared(wave.v), 0.0
-    if old > 0.0:
-        ratio = math.sqrt((old - 2.0 * min(late_j, 0.0)) / old)
+    old = squared(wave.v)
+    ratio = math.sqrt((old - 2.0 * min(late_j, 0.0)) / old) if old > 0.0 else 0.0
     return late_j, scaled(wave.v, ratio)
 
 
@@ -151,7 +148,3 @@ def _ledger(
 @compensation_energies.member(JointLedger)
 def _tank(s: JointLedger, p: CompensationParams) -> Vector:
     return (s.tank_j, s.granted_j, s.capped_j)
-
-
-def _shortened(wave: PortWave, ratio: float) -> Vector:
-    return scaled(wave.v, ratio)

@@ -8,24 +8,23 @@ The port decodes with a line through the last force F- at the last position x-::
     F' = F- + K^ (x - x-),   x = position + w xd,   hence   F' = F0 + G xd,   G = w K^
 
 K^ is symmetric positive semidefinite, a slowly decaying maximum of the secant of force over
-position. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
+position. With dx = x - x-, dF = F - F-, s = (dF - K^ dx) . dx, for steps that are not much shorter
+than recent ones::
 
     s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
     s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
-A step much shorter than recent ones is not used. A step into a one-sided contact that is stiffer
-than known counts ``LEAP`` times its secant. Up to |K^| T = b/2 the line is not used and F' = F-:
-decoding late is passive there (2B <= 0.35 b). An environment in which a user moved without force
-is taken as one-sided: its force keeps its sign, and where it ended there is a face.
+A step into a one-sided contact that is stiffer than known counts ``LEAP`` times its secant. Up to
+|K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= 0.35 b). An
+environment in which a user moved without force is taken as one-sided: its force keeps its sign,
+and where it ended there is a face.
 
 A force that jumps while hardly anything moved is a fault of the environment. With s the longest
-way in this step of any avatar or of the object (fading over ``MEMORY_S``), a change of force since
-the last one that was used, n steps ago, is accepted up to
+way in this step of any avatar or of the object (fading over 0.5 s), a change since the last
+force that was used, n steps ago, is accepted up to the stiffest contact that the port can learn,
+and soon where it stays::
 
     |F - F-| <= 100 (b/T) s + b n ``KICK_M_S``
-
-The first term is the stiffest contact that the port can learn (``LARGEST``); by the second a force
-that stays is accepted soon.
 
 Equations: docs/theory.md 5.3, 5.5, 5.13.
 """
@@ -116,26 +115,23 @@ def line(s: Secant, position: Vector, weight: float) -> Line:
 
 
 def decoded(to: Line, impedance: Any, free: Vector) -> tuple[Vector, bool]:
-    """Return xd [m/s] from that without a force, and whether it was decoded with one."""
-    met = _solved(impedance, to.slope, minus(damper(impedance, free), to.force))
-    force = plus(to.force, applied(to.slope, met))
-    pushes = dot(to.along, force) >= 0.0 and not is_zero(force)
-    return (met if pushes else free), pushes
+    """Return xd [m/s] from that without a force, and whether it was decoded with one.
 
-
-def _solved(impedance: Any, slope: Rows, right: Vector) -> Vector:
-    """Return x of (B + G) x = right, by conjugate gradients: exact after a step per axis, and
-    once more for rounding.
+    (B + G) xd = B free - F0 by conjugate gradients: exact after a step per axis, and once more for
+    rounding.
     """
-    x, left, way, size = zero(right), right, right, squared(right)
-    for _ in range(2 * len(right)):
+    left = way = minus(damper(impedance, free), to.force)
+    xd, size = zero(left), squared(left)
+    for _ in range(2 * len(left)):
         if size > NOTHING:
-            image = plus(damper(impedance, way), applied(slope, way))
+            image = plus(damper(impedance, way), applied(to.slope, way))
             step = size / dot(way, image)
-            x, left = plus(x, scaled(way, step)), minus(left, scaled(image, step))
+            xd, left = plus(xd, scaled(way, step)), minus(left, scaled(image, step))
             after = squared(left)
             way, size = plus(left, scaled(way, after / size)), after
-    return x
+    force = plus(to.force, applied(to.slope, xd))
+    pushes = dot(to.along, force) >= 0.0 and not is_zero(force)
+    return (xd if pushes else free), pushes
 
 
 def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
@@ -198,7 +194,6 @@ def _direction(a: Vector) -> Vector:
 REPAID = 0.3  # of what is undelivered per step
 LARGEST_N = 1e6  # more is no force
 KICK_M_S = 0.4  # change of force over b
-MEMORY_S = 0.5
 
 
 class Seen(NamedTuple):
@@ -212,11 +207,6 @@ class Seen(NamedTuple):
     steps: int  # since F-
     usable: bool  # the force that the environment answered in the last step with, if it did
     jumped: bool
-
-
-def faded(way_m: float, period_s: float) -> float:
-    """Return what is left of the longest way after a step [m]."""
-    return max(1.0 - period_s / MEMORY_S, 0.0) * way_m
 
 
 def resting_seen(position: Vector, scale: float) -> Seen:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Environments that are known by their forces only, chosen by the type of their state; here wall
-and cube, with the contact laws of the other couplings.
+"""Environments that are known by their forces only; here wall and cube, with the contact laws of
+the other couplings.
 
 The wall uses the force at the end of a step and moves by h xd (backward Euler), so K e(n) [e(n) -
 e(n-1)] is at least the gain of its spring. Of a sloped wall the port knows K dt + B in contact
@@ -36,9 +36,17 @@ from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, z
 from pmwvc_core.law.wave.wave import Rows, free_velocity
 
 Vectors = tuple[Vector, ...]
+
+
+def _no_line(s: Any, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
+    rest = each(zero, (positions,))
+    return rest, rest
+
+
 visited = Family("visited")  # (s, there, begins, positions) -> s: who is there, who begins anew
 moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces, stored [J])
-local_line = Family("local_line")  # (s, positions, weight_s, p) -> (forces at rest, slopes)
+# (s, positions, weight_s, p) -> (forces at rest, slopes)
+local_line = Family("local_line", _no_line)
 
 
 class Visitor(NamedTuple):
@@ -156,12 +164,6 @@ def _slope(s: Visitor, position: Vector, weight_s: float) -> tuple[Vector, Vecto
 
 def _one(x: float) -> float:
     return 1.0
-
-
-@local_line.member(FreeCube)
-def _no_line(s: Any, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
-    rest = each(zero, (positions,))
-    return rest, rest
 
 
 def _springs_j(visitors: tuple[Visitor, ...]) -> float:

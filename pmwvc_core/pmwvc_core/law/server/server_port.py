@@ -18,12 +18,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
-from pmwvc_core.law.safety.brakes import (
-    brake_ratio,
-    braked,
-    released_brake,
-    unbraked,
-)
+from pmwvc_core.law.safety.brakes import brake_ratio, braked, released_brake, unbraked
 from pmwvc_core.law.server.contacts import (
     Avatar,
     attached,

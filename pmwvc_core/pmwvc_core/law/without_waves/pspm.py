@@ -31,13 +31,7 @@ from pmwvc_core.law.server.contacts import Avatar, offset_of
 from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import (
-    DeviceEnd,
-    DeviceEndParams,
-    Met,
-    meet,
-    pulled,
-)
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet, pulled
 
 
 class Pspm(NamedTuple):
