@@ -12,7 +12,7 @@ along axis 0, whose unit vector is e_0::
 which leaves the law along axis 0 behind a number b' > 0 (a Schur complement). The force falls with
 the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, s_0 the slope of the law along axis 0.
 
-The implicit step (:mod:`.implicit`) is one vector equation for the object. With r(v) the force
+The implicit step (:mod:`.couplings`) is one vector equation for the object. With r(v) the force
 that is missing at a mean velocity v, dr/dv is symmetric and at least 2 m_o/h + b_o, so r has one
 root. Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which never falls with t,
 until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the forces once
@@ -26,11 +26,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.channel.packet import ROUNDING
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
-from pmwvc_core.law.server.contacts import Avatar, Contact, contact_unwrapped, couple, touching
-from pmwvc_core.law.server.implicit import ROUNDING, advanced_avatar
-from pmwvc_core.law.server.springs import ContactLaw, Spring, spring_answer, unwrapped_axis
+from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
+from pmwvc_core.law.server.couplings import advanced_avatar, solved_contact
+from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring, spring_answer, unwrapped_axis
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
@@ -44,26 +44,7 @@ from pmwvc_core.law.vectors import (
     total,
     zero,
 )
-from pmwvc_core.law.wave.wave import (
-    Impedance,
-    MatrixImpedance,
-    Rows,
-    applied,
-    free_velocity,
-    loaded,
-    outer,
-)
-
-# (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance
-solved_contact = Family("solved_contact")
-
-
-class CoupledAnswer(NamedTuple):
-    """The answer of a contact to the velocity that its avatar would have without it."""
-
-    force: Vector  # [N] on the object
-    rate: Vector  # [m/s] relative velocity, mean over the step
-    slope: Rows  # [N s/m] by how much the force falls per velocity of the object
+from pmwvc_core.law.wave.wave import MatrixImpedance, Rows, applied, free_velocity, loaded, outer
 
 
 def loop_inverse(loop: Rows, numbers: tuple[int, ...]) -> Rows:
@@ -108,18 +89,18 @@ def across(
     return held, lean, slope, dot(mobility[0], held), 1.0 / dot(mobility[0], lean)
 
 
-def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> CoupledAnswer:
+def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> Answer:
     """Return the mean force over a step of h [s] for which rate = free - B^-1 force."""
     law = c.law
     gain = 0.5 * law.stiffness * h + law.damping
     held, lean, slope, less, alone = across(c, gain, free, zero(free), b)
     if not c.springs[0].one_sided:
-        return CoupledAnswer(held, loaded(b, free, held), slope)
+        return Answer(held, loaded(b, free, held), slope)
     along = spring_answer(c.springs[0], free[0] - less, alone, h, touching(c), law)
     force = _with_face(held, lean, along.force, b)
     rate = each(_faced, (loaded(b, free, force), b.numbers), along.rate)
     slope = each(plus, (slope, outer(lean, scaled(lean, along.slope))))
-    return CoupledAnswer(force, rate, slope)
+    return Answer(force, rate, slope)
 
 
 def _with_face(held: Vector, lean: Vector, push: float, b: MatrixImpedance) -> Vector:
@@ -129,11 +110,6 @@ def _with_face(held: Vector, lean: Vector, push: float, b: MatrixImpedance) -> V
 
 def _faced(signal: float, number: int, along: float) -> float:
     return along if number == 0 else signal
-
-
-@solved_contact.member(Impedance)
-def _solved(b: Impedance, c: Contact, free: Vector, xd_o: Vector, weight: float) -> Vector:
-    return contact_unwrapped(c, free, xd_o, b.b, weight)
 
 
 @solved_contact.member(MatrixImpedance)
@@ -163,7 +139,7 @@ class Looked(NamedTuple):
     """The equation at one velocity."""
 
     velocity: Vector
-    answers: tuple[CoupledAnswer, ...]
+    answers: tuple[Answer, ...]
     missing: Vector  # [N] r
     change: Vector  # [m/s] Newton's step
     settled: bool  # to rounding
@@ -175,18 +151,6 @@ def implicit_coupled(
     p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
 ) -> tuple[tuple[Avatar, ...], Body, float, bool]:
     """Go one step on."""
-    found = _root(avatars, body, law)
-    after, lost_j = drifted(body, found.velocity, law)
-    moved, heats = columns(each(_advanced, (avatars, found.answers), law.period_s))
-    return moved, after, total(lost_j, heats), found.close
-
-
-def _advanced(a: Avatar, answer: CoupledAnswer, h: float) -> tuple[Avatar, float]:
-    return advanced_avatar(a, answer.force, answer.rate, h) if a.present else (a, 0.0)
-
-
-def _root(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Looked:
-    """Return the equation at its root."""
     here = _look(avatars, body.xd, body.xd, law)
     for _ in range(STEPS):
         if here.settled:
@@ -196,7 +160,10 @@ def _root(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Looked:
         if there.velocity == here.velocity or (here.close and slow):
             break
         here = there
-    return here
+    after, lost_j = drifted(body, here.velocity, law)
+    forces, rates, _ = columns(here.answers)
+    moved, heats = columns(each(advanced_avatar, (avatars, forces, rates), law.period_s))
+    return moved, after, total(lost_j, heats), here.close
 
 
 def _downhill(avatars: tuple[Avatar, ...], xd: Vector, here: Looked, law: BodyLaw) -> Looked:
@@ -238,11 +205,11 @@ def _look(avatars: tuple[Avatar, ...], velocity: Vector, xd: Vector, law: BodyLa
     return Looked(velocity, answers, missing, step, settled, close)
 
 
-def _answer(a: Avatar, velocity: Vector, h: float) -> CoupledAnswer:
+def _answer(a: Avatar, velocity: Vector, h: float) -> Answer:
     b: MatrixImpedance = a.impedance
     free = minus(free_velocity(b, a.u), velocity)
     if not a.present:
-        return CoupledAnswer(zero(velocity), free, each(scaled, (b.b,), 0.0))
+        return Answer(zero(velocity), free, each(scaled, (b.b,), 0.0))
     return coupled_answer(a.contact, free, b, h)
 
 
