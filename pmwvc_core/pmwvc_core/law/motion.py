@@ -25,7 +25,6 @@ from typing import NamedTuple
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared, zero
 
 SERIES_BELOW = 0.1  # phi2 by its series there: the closed form loses digits to cancellation
-TERMS = 10
 
 
 class Motion(NamedTuple):
@@ -44,7 +43,7 @@ def motion(mass: float, damping: float, time_s: float) -> Motion:
     if z >= SERIES_BELOW:
         phi2 = (z + math.expm1(-z)) / (z * z)
     else:
-        for n in range(TERMS):
+        for n in range(10):
             phi2 += term
             term *= -z / (n + 3)
     return Motion(time_s * phi1, time_s * rate * phi2, math.exp(-z), rate * phi1)
@@ -61,10 +60,9 @@ def _advanced(x: float, xd: float, force: float, p: Motion) -> tuple[float, floa
 
 
 def time_to_rest(mass: float, damping: float, speed: float, force: float) -> float:
-    """Return when a constant force has stopped the mass [s].
+    """Return when a constant force that opposes the velocity has stopped the mass [s].
 
-    From xd(t) = 0: t = -(m xd/F) ln(1 + r)/r with r = -b xd/F. The force opposes the velocity;
-    where it does not, the result has no meaning.
+    From xd(t) = 0: t = -(m xd/F) ln(1 + r)/r with r = -b xd/F.
     """
     undamped = -mass * speed / force
     r = undamped * damping / mass
@@ -114,8 +112,8 @@ def kinetic_j(s: Body, p: BodyLaw) -> float:
 
 
 def pushed_body(s: Body, force: Vector, p: BodyLaw) -> tuple[Body, Vector, float]:
-    """Go one step on exactly under a held force [N]; return displacement [m] and the energy
-    lost to ground [J], work minus gain in motion.
+    """Go one step on exactly under a held force [N]; return displacement [m] and the energy lost
+    to ground [J], work minus gain in motion.
     """
     if p.fixed:
         return s, zero(force), 0.0

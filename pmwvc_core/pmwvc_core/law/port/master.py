@@ -11,10 +11,15 @@ velocity, and the limits let no force through.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, same
 from pmwvc_core.law.vectors import Vector, each, zero
+
+
+def _waves(s: Any) -> Any:
+    return s.waves
+
 
 port_measure = Family("port_measure")  # (s, x, xd, p) -> s: motion at a frame start
 # (s, arrivals, frame_s, number, held_j, p) -> (s, arrivals, Sent); held_j: what the brake stores
@@ -23,7 +28,7 @@ port_packet = Family("port_packet")  # (s, arrivals, packet, p) -> s: the newest
 port_answer = Family("port_answer")  # (s, wave, silent, frame_s, p) -> s: its wave, or a silence
 port_tick = Family("port_tick")  # (s, arrivals, x, xd, p) -> (s, arrivals, force wanted [N])
 port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the limits let through
-port_signals = Family("port_signals")  # (s) -> (u_m, u_m_lp, v_m)
+port_signals = Family("port_signals", _waves)  # (s) -> (u_m, u_m_lp, v_m)
 # (s, arrivals, p) -> energies since the start [J]: of u_m, sent, received, v_m, and the port's own
 port_energies = Family("port_energies")
 port_opened = Family("port_opened", same)  # (s) -> s: lists made here, where a session is compiled

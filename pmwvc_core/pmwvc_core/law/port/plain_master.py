@@ -141,11 +141,6 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     )  # fmt: skip
 
 
-@master.port_signals.member(PlainMaster)
-def _signals(s: PlainMaster) -> tuple[Vector, Vector, Vector]:
-    return s.waves
-
-
 @master.port_energies.member(PlainMaster)
 def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
     own = s.u_m_j, s.u_tx_j, s.v_rx_j, s.v_m_j

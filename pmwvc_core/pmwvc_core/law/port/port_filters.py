@@ -8,7 +8,7 @@ with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
 
     v_m = w + v0 + g u_m,   u_m = (sqrt(2b) xd - w - v0)/(1 + g)
 
-One that filters the velocity of the force alone has no part in the waves. Order within a tick:
+Order within a tick:
 ``answered``, ``force_velocity``, then ``wave_shortened`` where the limits let another force
 through, and ``filters_up``. By default nothing is between.
 

@@ -14,9 +14,9 @@ and per packet, for the mean wave w of its frame::
             (never what the brake stores)
     J <- J + paid,   node <- node - paid
 
-So J never exceeds what channel and hand provided; limits, encoder, filters or late ticks delay the
-payment, not the displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the
-port is a damper. The packet carries w, without an anti-aliasing filter.
+So J never exceeds what channel and hand provided; what is late delays the payment, not the
+displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the port is a
+damper. The packet carries w, without an anti-aliasing filter.
 
 The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a
 deficit (counted ``TWICE``) behind an encoder, ``ASKED`` while a playout is short, and all of b xd
@@ -213,11 +213,6 @@ def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     u_m, _, v_m = s.waves
     u_m_j, v_m_j = s.u_m_j + wave_j(u_m, p.tick_s), s.v_m_j + wave_j(v_m, p.tick_s)
     return s._replace(f=f, settled=False, u_m_j=u_m_j, v_m_j=v_m_j)
-
-
-@master.port_signals.member(StrictMaster)
-def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
-    return s.waves
 
 
 @master.port_energies.member(StrictMaster)

@@ -80,8 +80,8 @@ def brake_limit(s: BrakeForce) -> float:
 
 
 def brake_force(s: BrakeForce, waits: bool, f: Vector, h: float, return_s: float) -> BrakeForce:
-    """Go one step of h [s] on: whether no waves come, at this end or at the other one, and the
-    force rendered in the last step [N].
+    """Go one step of h [s] on; ``waits``: no waves come at one of the ends; ``f`` was rendered in
+    the last step [N].
     """
     mean, held = s.mean, s.held
     if s.left <= 0.0:
@@ -119,10 +119,8 @@ def brake_stored_j(s: HandBrake, k: float) -> float:
 def holding(
     s: HandBrake, waits: bool, x: Vector, f: Vector, tick_s: float, k: float
 ) -> tuple[HandBrake, bool]:
-    """Go one tick on; tell whether anything is held.
-
-    Whether no waves come; the position [m]: where it is no number nothing begins to be held; and
-    the force on the device in the tick before [N].
+    """Go one tick on; tell whether anything is held. ``f`` is the force on the device in the tick
+    before [N]; where the position [m] is no number nothing begins to be held.
     """
     known = within(x, LARGEST_M)
     largest = brake_force(s.largest, waits and known, f, tick_s, HAND_RETURN_S)
@@ -179,9 +177,7 @@ def _released(s: AvatarBrake) -> AvatarBrake:
 def brake_ratio(
     s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
 ) -> tuple[AvatarBrake, float]:
-    """Return N for a step of h [s], from the wave received [sqrt(W)] and the contact force of the
-    last step [N]; 1 where nothing brakes.
-    """
+    """Return N for a step of h [s], from the wave received and the contact force before."""
     largest = brake_force(s.largest, waits, f_s, h, AVATAR_RETURN_S)
     limit, ratio = brake_limit(largest), 1.0
     if limit > 0.0:

@@ -58,10 +58,8 @@ LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 
 
 class Limits(NamedTuple):
-    """State of the limits.
-
-    They intervene (``events``) where damping, a fault or values that are not finite begin, and
-    every stretch of ticks with too large a force or change.
+    """State of the limits. They intervene (``events``) where damping, a fault or values that are
+    not finite begin, and every stretch of ticks with too large a force or change.
     """
 
     f: Vector  # as applied last [N]
@@ -152,8 +150,10 @@ def limits(
     force = active and good and not faulty
     gain, push, returns = _faded(s, force, damped, fast, released, p)
     ready = s.ready or (gain >= 1.0 and not damped)
-    if damped:
-        f = _damping(f, xd, push)
+    if damped:  # what opposes the motion, and what is left of the rest
+        power = dot(f, xd)
+        kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
+        f = plus(kept, scaled(minus(f, kept), push))
     if holds:
         brake, more = brake_push(brake, f, p.brake_stiffness)
         f = f if fast or outside else plus(f, more)
@@ -217,10 +217,3 @@ def _faded(
     if damped:
         push = 0.0 if fast else max(s.push - p.tick_s / FADE_S, 0.0)
     return gain if force else 0.0, push, returns
-
-
-def _damping(f: Vector, xd: Vector, push: float) -> Vector:
-    """Return the part of a force [N] that opposes the motion, and what is left of the rest."""
-    power, speed = dot(f, xd), squared(xd)
-    kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
-    return plus(kept, scaled(minus(f, kept), push))

@@ -51,6 +51,9 @@ from pmwvc_core.law.server.springs import Answer, Row, solved_axis
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import Impedance, free_velocity, loaded, wave_velocity
 
+Pushed = tuple[tuple[Avatar, ...], Body, float]
+Step = tuple[tuple[Avatar, ...], Body, float, bool]
+
 
 class Implicit(NamedTuple):
     """The coupling; it has no parameters."""
@@ -59,9 +62,7 @@ class Implicit(NamedTuple):
 
 
 @couple.member(Implicit)
-def implicit(
-    p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
-) -> tuple[tuple[Avatar, ...], Body, float, bool]:
+def implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     """Go one step on."""
     rows = columns(each(_rows, (avatars,)))
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
@@ -123,10 +124,6 @@ class OneFrameLate(NamedTuple):
     """The coupling; it has no parameters."""
 
     none: int
-
-
-Pushed = tuple[tuple[Avatar, ...], Body, float]
-Step = tuple[tuple[Avatar, ...], Body, float, bool]
 
 
 def weights(integrator: str, period_s: float) -> tuple[float, float]:
