@@ -49,7 +49,8 @@ def never(first: Any, *others: Any) -> bool:
 
 
 class Family:
-    """Laws by the type of their first argument, or the default; KeyError where there is neither."""
+    """Laws by the type of their first argument, or the default; KeyError where there is neither.
+    """
 
     def __init__(self, name: str, default: Callable[..., Any] | None = None) -> None:
         self.name = name

@@ -22,7 +22,7 @@ Equations: docs/theory.md 1.7, 4.2.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 
 SERIES_BELOW = 0.1  # phi2 by its series there: the closed form loses digits to cancellation
 
@@ -51,12 +51,8 @@ def motion(mass: float, damping: float, time_s: float) -> Motion:
 
 def advanced(x: Vector, xd: Vector, force: Vector, p: Motion) -> tuple[Vector, Vector]:
     """Return position [m] and velocity [m/s] after the time; the force [N] is constant."""
-    moved: tuple[Vector, Vector] = columns(each(_advanced, (x, xd, force), p))
-    return moved
-
-
-def _advanced(x: float, xd: float, force: float, p: Motion) -> tuple[float, float]:
-    return x + p.xd_x * xd + p.f_x * force, p.xd_xd * xd + p.f_xd * force
+    x = plus(plus(x, scaled(xd, p.xd_x)), scaled(force, p.f_x))
+    return x, plus(scaled(xd, p.xd_xd), scaled(force, p.f_xd))
 
 
 def time_to_rest(mass: float, damping: float, speed: float, force: float) -> float:

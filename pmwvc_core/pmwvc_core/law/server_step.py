@@ -98,11 +98,7 @@ class Answer(NamedTuple):
 
 
 def server_step(
-    s: Server,
-    now_ns: int,
-    packets: tuple[list[Packet], ...],
-    missed_s: float,
-    p: ServerStepParams,
+    s: Server, now_ns: int, packets: tuple[list[Packet], ...], missed_s: float, p: ServerStepParams
 ) -> tuple[Server, tuple[Answer, ...]]:
     """Take in what has come since the last step, advance the environment by its period, answer."""
     before = s.environment

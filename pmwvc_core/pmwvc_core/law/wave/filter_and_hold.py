@@ -98,14 +98,8 @@ def _section(s: Delays, u: float, p: Section) -> tuple[Delays, float]:
     return Delays(p.b1 * u - p.a1 * y + s.s2, p.b2 * u - p.a2 * y), y
 
 
-class Passing(NamedTuple):
-    """No filter: the wave of the last tick."""
-
-    y: Vector
-
-
 class FirstOrder(NamedTuple):
-    """The output."""
+    """The output; that of no filter, with its pole at zero, is the wave of the last tick."""
 
     y: Vector
 
@@ -134,7 +128,7 @@ def filter_params(params: FilterParams, *, tick_s: float, rate_drop: int) -> Any
         return sections_of(design(params, tick_s=tick_s))
     if params.kind == "first_order":
         return math.exp(-float(pole_of(params)) * tick_s)
-    return rate_drop
+    return 0.0 if params.kind == "none" else rate_drop
 
 
 def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
@@ -142,17 +136,10 @@ def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
     nothing = (0.0,) * axes
     if params.kind == "butterworth":
         return Butterworth(nothing, (resting_cascade(p),) * axes)
-    if params.kind == "first_order":
-        return FirstOrder(nothing)
-    return Passing(nothing) if params.kind == "none" else Mean(nothing, 0)
+    return Mean(nothing, 0) if params.kind == "integrate_and_dump" else FirstOrder(nothing)
 
 
-@filter_step.member(Passing)
-def _pass(s: Passing, u: Vector, p: int) -> tuple[Passing, Vector]:
-    return Passing(u), u
-
-
-@filter_sample.member(Passing, FirstOrder, Butterworth)
+@filter_sample.member(FirstOrder, Butterworth)
 def _latest(s: Any, p: Any) -> tuple[Any, Vector]:
     return s, s.y
 

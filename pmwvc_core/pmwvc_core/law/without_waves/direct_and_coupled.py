@@ -26,7 +26,7 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
 from pmwvc_core.law.server.server_port import Came, UserPort
-from pmwvc_core.law.vectors import Vector, each, minus, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
 from pmwvc_core.law.without_waves import ends
 from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, meet, pulled
 
@@ -104,11 +104,8 @@ def _hears(s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndPar
 
 @ends.device_force.member(AvatarSeen)
 def _pull(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
-    return s, each(_spring, (x, xd, s.p, s.pd), p.law) if s.coupled else zero(x)
-
-
-def _spring(x: float, xd: float, p: float, pd: float, law: VirtualCoupling) -> float:
-    return law.stiffness * (x - p) + law.damping * (xd - pd)
+    pull, drag = scaled(minus(x, s.p), p.law.stiffness), scaled(minus(xd, s.pd), p.law.damping)
+    return s, plus(pull, drag) if s.coupled else zero(x)
 
 
 @meet.member(VirtualCoupling)

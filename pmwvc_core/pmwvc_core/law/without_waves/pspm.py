@@ -17,8 +17,7 @@ the work put in less the gain of the spring::
 
     work put in + received = spring + (tank - initial) + sent + dropped
 
-Passive with any delay, loss and order of packets for B > K T_c/2 at the device. A tank below zero
-moves the set point only where that pays the tank back.
+Passive with any delay, loss and order of packets for B > K T_c/2 at the device.
 """
 
 import math
@@ -29,7 +28,7 @@ from pmwvc_core.law.motion import Body
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.contacts import Avatar, offset_of
 from pmwvc_core.law.server.server_port import Came, UserPort
-from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet, pulled
 
@@ -79,9 +78,7 @@ def taken_in(s: ModulatedSpring, received_j: float) -> ModulatedSpring:
 
 
 def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> ModulatedSpring:
-    """Take note that this end is at x [m] and its set point at q [m], while this work was put in
-    at its port.
-    """
+    """Note that this end is at x and its set point at q [m], with this work put in at its port."""
     spring_j = 0.5 * p.stiffness * squared(minus(x, q))
     tank_j = s.tank_j + work_j - (spring_j - s.spring_j)
     return s._replace(q=q, tank_j=tank_j, spring_j=spring_j)
@@ -144,11 +141,8 @@ def _answer(
 
 @ends.device_force.member(PspmDevice)
 def _force(s: PspmDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
-    return s, each(_wanted, (x, xd, s.spring.q), p.law) if s.coupled else zero(x)
-
-
-def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
-    return law.damping * xd + law.stiffness * (x - q)
+    pull = scaled(minus(x, s.spring.q), p.law.stiffness)
+    return s, plus(scaled(xd, p.law.damping), pull) if s.coupled else zero(x)
 
 
 @ends.device_applied.member(PspmDevice)

@@ -25,7 +25,7 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
 from pmwvc_core.law.server.server_port import Came, UserPort
-from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
 from pmwvc_core.params.baselines import TdpaParams
@@ -166,20 +166,8 @@ def _meet(p: Tdpa, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> 
     rate = minus(came.wave, body.xd)
     f = contact_force(contact, rate)
     excess_j = overdraft_j(observer, h * dot(f, came.wave))
-    wanted = each(_made_up, (came.wave, came.position, x_s), p.drift_share / h)
-    xd = _within(observer, f, wanted, h)
+    xd, size = plus(came.wave, scaled(minus(came.position, x_s), p.drift_share / h)), squared(f)
+    if size > LEAST:  # the nearest velocity that gives out no more than may be
+        xd = minus(xd, scaled(f, overdraft_j(observer, h * dot(f, xd)) / (h * size)))
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
     return Met(observer, xd, f, contact, rate, observer.in_j, lost_j)
-
-
-def _made_up(velocity: float, position: float, x_s: float, rate: float) -> float:
-    return velocity + (position - x_s) * rate
-
-
-def _within(s: Observer, f: Vector, velocity: Vector, h: float) -> Vector:
-    """Return the velocity nearest to the one wanted [m/s] that gives out no more than may be."""
-    size = squared(f)
-    if size <= LEAST:
-        return velocity
-    excess_j = overdraft_j(s, h * dot(f, velocity))
-    return minus(velocity, scaled(f, excess_j / (h * size)))
