@@ -49,8 +49,7 @@ def never(first: Any, *others: Any) -> bool:
 
 
 class Family:
-    """Laws by the type of their first argument, or the default; KeyError where there is neither.
-    """
+    """Laws by the type of the first argument, or a default; KeyError where there is neither."""
 
     def __init__(self, name: str, default: Callable[..., Any] | None = None) -> None:
         self.name = name

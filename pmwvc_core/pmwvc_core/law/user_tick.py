@@ -11,9 +11,7 @@
 Frames begin at the multiples of their length M. Where M changes, or ticks were skipped, the frame
 that begins is as long as it takes to the next multiple, so that both ends keep their phases. A
 frame whose first ticks were skipped starts, and takes its answer, with the first tick that runs.
-
-A caller whose answers come within the same instant starts the frame itself, before the tick; and
-one that changes parameters sends, changes, and begins the frame (``send``, ``begin``).
+The caller sends and begins frames (``send``, ``begin``), with other parameters where they change.
 """
 
 from typing import Any, NamedTuple

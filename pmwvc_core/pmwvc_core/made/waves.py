@@ -12,7 +12,7 @@ from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, bank_of, resting_bank
-from pmwvc_core.law.port.plain_master import PlainMaster, PlainMasterParams
+from pmwvc_core.law.port.master import PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import (
     Filtered,
     FilteredParams,

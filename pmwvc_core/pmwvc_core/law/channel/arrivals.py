@@ -10,7 +10,6 @@ zeroing  the newest wave for one step, then zero
 strict   segments of displacement and energy, played out
 ======== ==========================================================================================
 
-Whether a packet is accepted is not decided here: numbers, senders and sizes are the receiver's.
 A playout without the free energy for what is undelivered is *short*; the other direction then
 passes on what it can spare.
 
@@ -50,22 +49,18 @@ PASSED_S = 0.1  # time constant with which an excess is passed on
 
 
 class ArrivalsParams(NamedTuple):
-    """Rules of a receiver: when the other end is silent at the earliest [s], the longest legal
-    wave [sqrt(W)], whether a wave counts once; and its playout.
-    """
+    """Rules of a receiver."""
 
-    timeout_s: float
-    longest: float
-    once: bool
+    timeout_s: float  # silent at the earliest
+    longest: float  # legal wave [sqrt(W)]
+    once: bool  # counts a wave
     plays_on: bool  # in a silence: the strict channel
     playout: PlayoutParams
 
 
 class PlainArrivals(NamedTuple):
-    """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m].
-
-    The newest packet contains all earlier ones. What an earlier life of the peer sent, or was sent
-    before its first packet came, does not count: it is lost, never gained.
+    """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m]. What came
+    before the first packet of this life of the peer is lost, never gained.
     """
 
     silence: Silence
@@ -192,9 +187,7 @@ def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]
 
 
 def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
-    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]; what
-    is needed here stays.
-    """
+    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]."""
     if not wanted:
         return s, 0.0
     return release(s, max(free_j(s) - _needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)

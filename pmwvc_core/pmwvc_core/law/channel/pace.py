@@ -21,8 +21,7 @@ except within ``BURST_S`` after an outage, a standstill or the start. More than 
 store (then: more than one segment) is skipped.
 
 A segment has its integral and the reserve of energy that its smoothest wave takes, |dU|^2/(2 dt).
-Of the knots between segments the first is the beginning of the first segment, at zero. Their list
-is never changed: whoever adds or drops one makes another list.
+The first knot is the beginning of the first segment, at zero. Lists of knots are never changed.
 
 Equations: docs/theory.md 17.18.
 """
@@ -73,17 +72,8 @@ def pace_arrive(s: Pace, lasted_s: float) -> Pace:
     return Pace(s.store_s + lasted_s, 0.0, shift_s, s.ratio, burst_s, segment_s, False)
 
 
-def pace_pass_by(s: Pace, lasted_s: float) -> Pace:
-    """Let time go by in which the loop did not run [s]: what is in store is skipped."""
-    store_s = s.store_s - max(min(lasted_s, s.store_s), 0.0)
-    burst_s = BURST_S if lasted_s > OUTAGE_S else s.burst_s
-    return s._replace(store_s=store_s, burst_s=burst_s)
-
-
 def pace_step(s: Pace, h: float) -> tuple[Pace, float, float]:
-    """Go on by h [s]; return also what is skipped before, and what is played beyond what has come
-    [s].
-    """
+    """Go on by h; return also what is skipped before and played beyond what has come [s]."""
     longest_s = s.segment_s if s.burst_s > 0.0 else LONGEST_S
     skipped_s = max(s.store_s - h - longest_s, 0.0)
     store_s = s.store_s - skipped_s

@@ -8,9 +8,8 @@ what a receiver notes and believes of them. A packet is what the laws see of a m
     integral <- integral + w T          energy <- energy + |w|^2 T/2
     held back where  |w - w_sent| <= ratio |w_sent|
 
-A wave that differs too little from the one sent last to be felt needs no packet of its own
-(Hinterseer et al., 2008), unless the next packet would then stand for more than the longest time
-allowed. The packet after it stands for the time of both and carries their mean.
+A wave that differs too little from the one sent last to be felt needs no packet (Hinterseer et
+al., 2008), unless the next one would then stand for too long; that carries the mean of both.
 
 The other end is silent after three intervals of its packets (a longer one counts at once) and,
 on the strict channel, the lateness that they usually have. A packet also tells whether its sender
@@ -114,8 +113,8 @@ def pack(
     s: Packing, sent: Sent, period_s: float, now_ns: int, short: bool, waits: bool, anew: bool,
     leaves: bool, echo: int, events: int, p: PackingParams,
 ) -> tuple[Packing, Packet, bool]:  # fmt: skip
-    """Add a sample; return its packet, and whether that is sent: new events of the limits, and all
-    else that it says beside the sample, need a packet.
+    """Add a sample; return its packet, and whether that is sent: anything new that it says beside
+    the sample, and events of the limits, need one.
     """
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
@@ -212,8 +211,7 @@ def counted(
     s: Counting, packet: Packet, passed_s: float, longest: float
 ) -> tuple[Counting, bool, Vector, float, float]:
     """Return the segment that an accepted packet adds: whether it goes on with the one before, its
-    integral, energy and length. ``passed_s`` is the time since the packet before, by this end's
-    clock.
+    integral, energy and length. ``passed_s``: since the packet before, by this end's clock.
     """
     lasted_s = period_s = packet.period_s
     noted = Counting(packet.integral, packet.energy_j, packet.sent_ns, packet.anew, period_s,

@@ -18,7 +18,7 @@ what is free, spread over ``SPREAD_S``. Between packets the avatar's position fo
 There in free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e
 counts as far as the avatar feels a force (by the server's wave and the way of the avatar in the
 packets), in full from ``FORCE_N`` on. A gain that adapts grows by up to ``MOST`` as less is left
-of the loan, so that slow presses return what they took.
+of the loan, so that slow presses return what they took (17.17).
 
 Equations: docs/theory.md 17.8, 17.16.
 """
