@@ -3,16 +3,15 @@
 """The brakes, which hold on while no waves come: the hand where it was, and the avatar's contact.
 
 The largest force F_L of either is ``RATIO`` times the mean force over ``MEAN_S`` before the wait.
-It grows over ``RISE_S``, stays while the end waits, and fades over ``return_s`` once waves are
-back; a wait meanwhile takes it up from there.
+It grows over ``RISE_S``, stays while the end waits, and fades over ``return_s`` afterwards.
 
 At the device an elastic-plastic spring z beside the damper b gives what is missing of F_L::
 
     z <- z + dx,   F = k z,   k = b/STALL_S
     z shortened to |k z| <= F_L, |f + k z| <= max(F_L, |f|)      f: asked for without it
 
-z begins at zero and is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling
-generates is less than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
+z is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling generates is less
+than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
 
 At the avatar: a damper (N - 1) b beside the port. The coupling then solves a port of impedance
 N b, and the waves of the user are those in front of the damper::

@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The limits between any controller and the device. Research software: not a certified safeguard.
-
-What reaches the device, for whatever a controller asks, including values that are not numbers:
+"""What reaches the device, for whatever a controller asks, including values that are not numbers.
+Research software: not a certified safeguard.
 
 * the force starts at zero, changes by at most ``max_slew * tick_s`` in a tick and is never longer
   than ``max_force`` (a vector keeps its direction);
@@ -16,10 +15,9 @@ What reaches the device, for whatever a controller asks, including values that a
 * **device silent**: no force while the device senses nothing; after ``LOST_S`` a fault, which ends
   with the next sample;
 * a value that is not a finite number counts as a force of zero;
-* **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
+* **fault**: above ``fault_velocity`` the force goes to zero, at the same slew, until ``rearm``.
 
-The slew limit holds on the way to zero as well. On the strict channel a brake holds the hand while
-no waves come (:mod:`.brakes`).
+On the strict channel a brake holds the hand while no waves come (:mod:`.brakes`).
 
 Equations: docs/theory.md 10.2.
 """

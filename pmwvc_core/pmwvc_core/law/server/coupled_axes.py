@@ -26,11 +26,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.law.channel.packet import ROUNDING
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
 from pmwvc_core.law.server.couplings import advanced_avatar, solved_contact
-from pmwvc_core.law.server.springs import Answer, ContactLaw, Spring, spring_answer, unwrapped_axis
+from pmwvc_core.law.server.springs import (
+    ROUNDING,
+    Answer,
+    ContactLaw,
+    Spring,
+    spring_answer,
+    unwrapped_axis,
+)
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
