@@ -184,7 +184,6 @@ def _give(
     s: Seen, before: UserPort, port: UserPort, came: Came, ratio: float, v_s: Vector,
     p: BlackBoxParams,
 ) -> tuple[Seen, UserPort]:  # fmt: skip
-    """Give the wave that is returned to the user, through the brake."""
     a, b, h, brake = port.avatar, before.avatar.impedance, p.body.period_s, port.brake
     if not a.present:
         return s, port

@@ -186,7 +186,6 @@ def _decayed(slope: Rows, course: Vector, secant: Vector) -> Rows:
 
 
 def _direction(a: Vector) -> Vector:
-    """Return the unit vector; nothing where there is none."""
     size = length(a)
     return scaled(a, 1.0 / size) if size > 0.0 else a
 

@@ -7,10 +7,7 @@ The wall uses the force at the end of a step and moves by h xd (backward Euler),
 e(n-1)] is at least the gain of its spring. Of a sloped wall the port knows K dt + B in contact
 (App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along axis 0. The cube moves by the
 midpoint rule with the mean force over the step (:mod:`.couplings`): sum f_i xd_i h is stored or
-heat.
-
-Forces act from the avatars on the environment; positions and velocities are those of the avatars
-at the end of the step.
+heat. Positions and velocities are those of the avatars at the end of the step.
 """
 
 import math

@@ -10,15 +10,14 @@ in store, or, below zero, -c, the time concealed by a predicted wave. Per step h
     rate  = 1 + shift/CORRECT_S     within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
     ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
 
-A predicted wave lasts ``HOLD_S`` and then fades; after ``REPORTED_S`` without a segment the other
-end is told, after ``OUTAGE_S`` this end brakes. The lag follows the lateness of segments; the
-first one of a step, of length dt, shifts p by::
+After ``REPORTED_S`` without a segment the other end is told, after ``OUTAGE_S`` this end brakes.
+The lag follows the lateness of segments; the first one of a step, of length dt, shifts p by::
 
     shift <- shift - c dt/LATE_S    where it comes c too late
     shift <- shift + a dt/EARLY_S   where a was still in store
 
-except within ``BURST_S`` after an outage, a standstill or the start. More than ``LONGEST_S`` in
-store (then: more than one segment) is skipped.
+except within ``BURST_S`` after an outage, a standstill or the start, where all but one segment is
+skipped, as is what exceeds ``LONGEST_S`` else.
 
 A segment has its integral and the reserve of energy that its smoothest wave takes, |dU|^2/(2 dt).
 The first knot is the beginning of the first segment, at zero. Lists of knots are never changed.

@@ -132,13 +132,11 @@ def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
 
 @local_stored_j.member(LocalModel)
 def _stored_j(s: LocalModel, p: SpringDamper) -> float:
-    """K |x|^2/2."""
     return squared(s.x) * p.stiffness * 0.5
 
 
 @changed_local.member(LocalModel)
 def _changed(s: LocalModel, old: SpringDamper, p: SpringDamper) -> LocalModel:
-    """Drop the old spring."""
     if p == old:
         return s
     lost_j = s.dissipated_j + local_stored_j(s, old)

@@ -168,7 +168,6 @@ def _answer(
 def _tick(
     s: PlainMaster, arrivals: Any, x: Vector, xd: Vector, p: PlainMasterParams
 ) -> tuple[PlainMaster, Any, Vector]:
-    """Form the waves and the force of a tick; it pushes against the hand."""
     x, xd = known_motion(x, xd, s.x)
     held, v = hold(s.hold, p.hold_ticks)
     position, v = position_down(s.position, v, x, 0.0, v, p.position)

@@ -1,15 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The position error between device and avatar, the part of it that waves in flight explain, and
-the change of the returning wave that it asks for: - K_p e (App. E, Eq. 3).
+"""The position error between device and avatar, and the part of it that waves in flight explain;
+it asks for a change of the returning wave, - K_p e (App. E, Eq. 3).
 
 At either port xd = (u + v)/sqrt(2b), so with U, V the integrals of the waves
 
     sqrt(2b) (x_m - x_s - x_ref) = (U_m - U_s) - (V_s - V_m),
 
-the waves on the uplink less those on the downlink. Known are the wave in the filter (group delay
-tau), those sent after the packet that the server answered (its echo), and those still to be
-played::
+the waves on the uplink less those on the downlink: in the filter (group delay tau), sent after the
+packet that the server answered (its echo), and still to be played::
 
     lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - down
     down = w T + (M-1)/2 T_c v (first-order hold), or what the playout holds

@@ -194,7 +194,6 @@ def _strict_down(
 
 @position_there.member(Published, Budgeted, OnStrict)
 def _seen_there(s: Any, there: bool) -> Any:
-    """Note whether the server is there."""
     return s._replace(error=s.error._replace(there=there))
 
 
@@ -208,7 +207,6 @@ def _wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> 
 def _wave_sent(
     s: Any, wave: Vector, number: int, frame_s: float, p: PositionParams
 ) -> tuple[Any, Vector]:
-    """Note the wave that is sent, as it is."""
     return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
 
 

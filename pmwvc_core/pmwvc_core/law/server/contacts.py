@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
 
-The avatar stands at ``x_s = x_o + position`` with ``position = rest + deflection``; the deflection
-is the state. Forces act from the avatar on the object.
+The avatar stands at ``x_s = x_o + rest + deflection``. Forces act from it on the object.
 
 Two-sided it is at rest where the avatar joined. A grip pushes along axis 0 only; across it an
 anchor is set where contact begins and let go at the end of the step in which the avatar comes out,

@@ -13,9 +13,9 @@ of the object over the step and w_i = xd_si - v::
 axis by axis (:func:`.solved_axis`), or where a wave impedance couples the axes, all at once
 (:mod:`.coupled_axes`).
 
-Else the object moves exactly under the held forces. Energy balances only as the step goes to zero;
-the heat counts B |xd_s - xd_o|^2 at the instants. With the weights (old, new) [s] of old and new
-velocity in an avatar's displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
+Else the object moves exactly under the held forces; energy balances only as the step goes to zero.
+With the weights (old, new) [s] of old and new velocity in an avatar's displacement: forward Euler
+(h, 0), backward (0, h), trapezoid (h/2, h/2).
 
 one-step delay (App. B, Eq. 4): decoded with the force of the step before
     xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b

@@ -8,8 +8,8 @@ room, at most ``SLIDE_M_S``::
 
     offset <- offset + w h,   x_s <- x_s + w h,   where the avatar is outside before and after
 
-which neither stores nor releases energy (phi(p) = 0 for p <= 0). Decoding belongs to the coupling;
-encoding is v_s = u_s - sqrt(2/b) f_s, so that f_s xd_s = (|u_s|^2 - |v_s|^2)/2.
+which neither stores nor releases energy (phi(p) = 0 for p <= 0). The wave returned is v_s = u_s -
+sqrt(2/b) f_s, so that f_s xd_s = (|u_s|^2 - |v_s|^2)/2.
 
 Equations: docs/theory.md 17.20.
 """
@@ -155,7 +155,6 @@ def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort,
 def _give(
     s: UserPort, a: Avatar, came: Came, ratio: float, body: Body, h: float
 ) -> tuple[UserPort, float]:
-    """Give the wave that the step returned to the user, through the brake."""
     if not a.present:
         return s, 0.0
     offset, contact, dropped_j, brake, wave = s.offset, a.contact, 0.0, s.brake, came.wave

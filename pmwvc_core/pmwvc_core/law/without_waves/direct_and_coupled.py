@@ -55,7 +55,6 @@ def _force(s: Held, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Held, Ve
 
 @meet.member(Direct)
 def _meet(p: Direct, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
-    """Put the avatar where the device is and form the force."""
     place = plus(body.x, offset_of(a.contact))
     contact, lost_j = slid(a.contact, minus(came.position, place))
     rate = minus(came.wave, body.xd)
@@ -110,6 +109,5 @@ def _pull(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Ava
 
 @meet.member(VirtualCoupling)
 def _pulled(p: VirtualCoupling, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
-    """Pull the avatar towards the device."""
     stretch = minus(came.position, s.x_s)
     return pulled(s.brake, a.contact, stretch, came.wave, p, body, h)

@@ -12,8 +12,7 @@ q follows the other end as received (``aimed``). With x where an end is, moving 
     dE = K/2 (|x - q'|^2 - |x - q|^2)
 
 out of a tank; q' is the nearest point on the way that the tank can pay for. The tank gets what the
-damper turns to heat, and what the peer sends; above a cap the rest goes to the peer. The heat is
-the work put in less the gain of the spring::
+damper turns to heat, and what the peer sends; above a cap the rest goes to the peer::
 
     work put in + received = spring + (tank - initial) + sent + dropped
 
