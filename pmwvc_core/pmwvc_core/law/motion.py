@@ -108,9 +108,7 @@ def kinetic_j(s: Body, p: BodyLaw) -> float:
 
 
 def pushed_body(s: Body, force: Vector, p: BodyLaw) -> tuple[Body, Vector, float]:
-    """Go one step on exactly under a held force [N]; return displacement [m] and the energy lost
-    to ground [J], work minus gain in motion.
-    """
+    """Go one step on exactly under a held force [N]; return the way [m] and what is lost [J]."""
     if p.fixed:
         return s, zero(force), 0.0
     moved, xd = advanced(zero(s.x), s.xd, force, p.motion)
@@ -119,9 +117,7 @@ def pushed_body(s: Body, force: Vector, p: BodyLaw) -> tuple[Body, Vector, float
 
 
 def imbalance(xd: float, velocity: float, force: float, p: BodyLaw) -> float:
-    """Return the force missing along an axis, (2 m/h + b_o) v - 2 m/h v0 - force [N]; a wall bears
-    any force.
-    """
+    """Return the force missing along an axis [N], (2 m/h + b_o) v - 2 m/h v0 - force."""
     return 0.0 if p.fixed else p.inertance * (velocity - xd) + p.damping * velocity - force
 
 

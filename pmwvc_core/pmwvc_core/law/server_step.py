@@ -71,13 +71,11 @@ class GuestParams(NamedTuple):
 
 
 class Server(NamedTuple):
-    """All users, the environment between them, and the time of the task [s]: infinite until all
-    have been together, then from minus a soft start on.
-    """
+    """All users, the environment between them, and the time of the task [s]."""
 
     guests: tuple[Guest, ...]
     environment: Environment
-    task_s: float
+    task_s: float  # infinite until all have been together, then from minus a soft start on
 
 
 class ServerStepParams(NamedTuple):

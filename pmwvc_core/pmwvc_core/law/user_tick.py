@@ -119,9 +119,7 @@ def receive(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
 def user_tick(
     s: User, tick: int, now_ns: int, sample: Sample, packets: list[Packet] | None, p: UserParams
 ) -> tuple[User, Vector, Vector]:
-    """Run one tick of a frame that has begun; ``packets`` are None where none came. Return the
-    force wanted and the force for the device [N].
-    """
+    """Run a tick of a frame that has begun; return the forces wanted and for the device [N]."""
     if packets is not None:
         s = receive(s, packets, now_ns, p)
     next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0

@@ -62,10 +62,7 @@ MEMORY_S = 0.5  # in which the longest way fades
 
 
 class Accounts(NamedTuple):
-    """Energies of all users together since the start [J].
-
-    Their sum is what went in at the ports, less the heat of the avatars' brakes.
-    """
+    """Energies since the start [J]; in all what went in at the ports, less the brakes' heat."""
 
     environment_j: float  # sum F . xd h
     late_j: float  # decoding with another force than F

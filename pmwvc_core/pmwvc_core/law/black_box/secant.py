@@ -115,10 +115,8 @@ def line(s: Secant, position: Vector, weight: float) -> Line:
 
 
 def decoded(to: Line, impedance: Any, free: Vector) -> tuple[Vector, bool]:
-    """Return xd [m/s] from that without a force, and whether it was decoded with one.
-
-    (B + G) xd = B free - F0 by conjugate gradients: exact after a step per axis, and once more for
-    rounding.
+    """Return xd [m/s] from that without a force, and whether it was decoded with one: of (B + G)
+    xd = B free - F0 by conjugate gradients, exact after a step per axis, and again for rounding.
     """
     left = way = minus(damper(impedance, free), to.force)
     xd, size = zero(left), squared(left)

@@ -59,13 +59,11 @@ class ArrivalsParams(NamedTuple):
 
 
 class PlainArrivals(NamedTuple):
-    """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m]. What came
-    before the first packet of this life of the peer is lost, never gained.
-    """
+    """Of the plain and the zeroing channel. What is older than a peer's first packet is lost."""
 
     silence: Silence
-    wave: Vector
-    position: Vector
+    wave: Vector  # the newest [sqrt(W)]
+    position: Vector  # [m]
     fresh: bool  # not given out yet
     sum_j: float  # of the newest packet
     received_j: float  # by how much the sums have grown

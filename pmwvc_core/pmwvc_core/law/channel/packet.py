@@ -113,9 +113,7 @@ def pack(
     s: Packing, sent: Sent, period_s: float, now_ns: int, short: bool, waits: bool, anew: bool,
     leaves: bool, echo: int, events: int, p: PackingParams,
 ) -> tuple[Packing, Packet, bool]:  # fmt: skip
-    """Add a sample; return its packet, and whether that is sent: anything new that it says beside
-    the sample, and events of the limits, need one.
-    """
+    """Add a sample; return its packet, and whether that is sent: anything new in it needs one."""
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
     flags = (events != s.events) * 8 + waits * 4 + anew * 2 + leaves

@@ -80,13 +80,11 @@ class Playout(NamedTuple):
 
 
 class PlayoutParams(NamedTuple):
-    """Longest wave that makes up what is undelivered [sqrt(W)], the time in which it grows so long
-    [s], and E0 [J].
-    """
+    """Parameters of a playout."""
 
-    most_repaid: float
-    rises_s: float
-    store_j: float
+    most_repaid: float  # longest wave that makes up what is undelivered [sqrt(W)]
+    rises_s: float  # in which it grows so long
+    store_j: float  # E0
 
 
 def resting_playout(rest: Vector, moved: Moved) -> Playout:
@@ -108,9 +106,7 @@ def _balance_j(m: Moved) -> float:
 
 
 def free_j(s: Playout) -> float:
-    """Return the energy beyond what was given out and what the segments in store need; below zero:
-    taken from E0 [J].
-    """
+    """Return the energy beyond what segments in store need; below zero: taken from E0 [J]."""
     return _free_j(s.moved, s.knots, s.played_j)
 
 

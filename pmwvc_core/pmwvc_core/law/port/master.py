@@ -80,17 +80,13 @@ class Sample(NamedTuple):
 
 
 def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
-    """Return how old a sample is, the newest before having been taken at ``measured_ns``; infinite
-    where it is none.
-    """
+    """Return how old a sample is, or the newest before, of ``measured_ns``; infinite: none."""
     old = now_ns - max(measured_ns, sample.measured_ns)
     return float(old) if sample.valid and old >= 0 else math.inf
 
 
 def known_motion(x: Vector, xd: Vector, last: Vector) -> tuple[Vector, Vector]:
-    """Return position and velocity; what is not finite counts as the last position and as no
-    velocity.
-    """
+    """Return position and velocity; what is not finite is the last position and no velocity."""
     for i in range(len(x)):
         if not math.isfinite(x[i] + xd[i]):
             return each(_finite, (x, last)), each(_finite, (xd, zero(xd)))

@@ -92,15 +92,13 @@ part_velocity = Family("part_velocity", passed)
 
 
 class Filtered(NamedTuple):
-    """A port with filters: that nearest to the device, the other one, and that of the force's
-    velocity; what is in v_m whatever u_m is, and the gains of their answer.
-    """
+    """A port with filters."""
 
-    near: Any
+    near: Any  # to the device
     far: Any
-    force: Any
-    held: Vector  # w + v0 [sqrt(W)]
-    gains: Vector
+    force: Any  # of its velocity
+    held: Vector  # w + v0 [sqrt(W)]: what is in v_m whatever u_m is
+    gains: Vector  # of their answer
 
 
 class FilteredParams(NamedTuple):
@@ -187,13 +185,11 @@ class InForce(NamedTuple):
 
 
 class VelocityParams(NamedTuple):
-    """Filters of what comes back, and of both waves (H_1; without sections a wire); the share s
-    that comes back, and the tick.
-    """
+    """Parameters of a velocity filter."""
 
-    high: Sections
-    low: Sections
-    share: float
+    high: Sections  # of what comes back
+    low: Sections  # H_1 of both waves; without sections a wire
+    share: float  # s
     tick_s: float
 
 

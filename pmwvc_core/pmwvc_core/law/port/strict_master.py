@@ -58,9 +58,7 @@ SPARED_J = 1e-3  # left to the playout for catching up when the node takes what 
 
 
 class StrictMaster(NamedTuple):
-    """The wave port of a device on the strict channel; energies at its node, and those of its
-    waves since the start [J].
-    """
+    """The wave port of a device on the strict channel; energies [J], of waves since the start."""
 
     node_j: float  # came in from both sides and is not paid to a packet yet
     deficit_j: float  # packets needed it and have not been paid with it yet

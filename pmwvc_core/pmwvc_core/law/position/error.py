@@ -39,9 +39,7 @@ class Posted(NamedTuple):
 
 
 class PositionError(NamedTuple):
-    """What is known of the error: what goes to the server, the avatar by its newest packet, and
-    what follows. The list is never changed in place.
-    """
+    """What is known of the error. The list is never changed in place."""
 
     sent: Vector  # integral of the packets so far [sqrt(W) s]
     sent_s: float  # for which they stand

@@ -139,13 +139,11 @@ def _budgeted_energies(s: Budgeted) -> Vector:
 
 
 class OnStrict(NamedTuple):
-    """Feedback paid out of the node: the avatar's position and the share of the error that counts,
-    on a line from packet to packet.
-    """
+    """Feedback paid out of the node; position and share go on a line from packet to packet."""
 
     error: PositionError
-    x: Vector  # [m]
-    share: float
+    x: Vector  # [m] of the avatar
+    share: float  # of the error that counts
     under: float  # the share by the newest packet's force
     left_s: float  # until the line is there
     integral: Vector  # of the newest packet [sqrt(W) s]

@@ -79,9 +79,7 @@ def brake_limit(s: BrakeForce) -> float:
 
 
 def brake_force(s: BrakeForce, waits: bool, f: Vector, h: float, return_s: float) -> BrakeForce:
-    """Go one step of h [s] on; ``waits``: no waves come at one of the ends; ``f`` was rendered in
-    the last step [N].
-    """
+    """Go one step of h [s] on: whether no waves come; the force rendered in the last one [N]."""
     mean, held = s.mean, s.held
     if s.left <= 0.0:
         mean = between(mean, f, min(h / MEAN_S, 1.0))
@@ -195,9 +193,7 @@ def braked(b: Any, u: Vector, ratio: float) -> tuple[Any, Vector]:
 def unbraked(
     s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, h: float
 ) -> tuple[AvatarBrake, Any, Vector]:
-    """Return the impedance of the port itself and the wave in front of the damper [sqrt(W)], given
-    the wave received and u' + v'.
-    """
+    """Return impedance and wave in front of the damper, given the wave received and u' + v'."""
     heat_j = s.heat_j + (1.0 - 1.0 / ratio) * (0.5 * h) * squared(both)
     wave = minus(scaled(both, 1.0 / math.sqrt(ratio)), u)
     return AvatarBrake(s.largest, heat_j), firmer(b, 1.0 / ratio), wave

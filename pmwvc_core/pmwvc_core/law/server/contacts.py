@@ -84,9 +84,7 @@ def _detached(s: Spring, law: ContactLaw) -> Spring:
 
 
 def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Contact, float]:
-    """Take K and B over; return the energy that the springs lose [J]: none, but where there is no
-    spring any more.
-    """
+    """Take K and B over; return the energy lost [J]: none, but where there is no spring now."""
     old = c.law
     law = old._replace(stiffness=stiffness, damping=damping)
     lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
@@ -138,9 +136,7 @@ def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: 
 
 
 def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple[Contact, float]:
-    """Move by the mean relative velocity of a step of h [s], with the mean force; return what
-    became heat or was dropped [J].
-    """
+    """Move by the mean velocity of a step of h [s] with the mean force; return the heat [J]."""
     held, law, heat_j = touching(c), c.law, 0.0
     springs = each(_moved, (c.springs, scaled(rate, h)), held, law)
     for i in range(len(rate)):
@@ -179,9 +175,7 @@ def _loosened(c: Contact) -> tuple[Contact, float]:
 
 
 def cleared(c: Contact, displacement: Vector) -> Vector:
-    """Return the part of a displacement [m] that leads to no contact; zero in contact, and across:
-    it ends at least the gap outside the face.
-    """
+    """Return the part of a way [m] to the gap before the face; zero in contact, and across."""
     if touching(c):
         return zero(displacement)
     return each(_cleared, (c.springs, displacement), c.law)

@@ -94,9 +94,7 @@ environment_step = Family("environment_step")
 
 
 def joined(s: UserPort, position: Vector, body: Body) -> tuple[UserPort, float]:
-    """Join with an avatar at the device's position [m]; no force. One who is present leaves first:
-    return the energy dropped [J].
-    """
+    """Join at the device's position [m], without force; return what leaving first dropped [J]."""
     s, dropped_j = left(s)
     a, nothing = s.avatar, zero(position)
     contact = attached(a.contact, minus(position, body.x))

@@ -104,9 +104,7 @@ def unwrapped_axis(
 def spring_answer(
     s: Spring, free: float, b: float, h: float, held: bool, law: ContactLaw
 ) -> Answer:
-    """Return the mean force over a step of h [s] for which rate = free - force/b; with an infinite
-    b the avatar moves as it is told.
-    """
+    """Return the mean force of a step of h [s] for rate = free - force/b; b may be infinite."""
     inward = law.inward if s.one_sided else 1.0
     p0, c = inward * s.deflection, inward * free
     push = Answer(0.0, c, 0.0)
@@ -177,9 +175,7 @@ class Row(NamedTuple):
 def solved_axis(
     rows: tuple[Row, ...], xd: float, law: BodyLaw
 ) -> tuple[float, tuple[Answer, ...], bool]:
-    """Return the object's mean velocity along an axis [m/s], the answers of all contacts, and
-    whether they fit to rounding.
-    """
+    """Return the object's mean velocity [m/s], the answers, and whether they fit to rounding."""
     velocity, settled = xd, False
     low = high = xd
     answers = each(_answer, (rows,), velocity, law.period_s)

@@ -43,11 +43,6 @@ class Direct(NamedTuple):
     none: int
 
 
-@ends.device_answer.member(Held)
-def _answer(s: Held, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> Held:
-    return Held(zero(wave) if silent else wave)
-
-
 @ends.device_force.member(Held)
 def _force(s: Held, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Held, Vector]:
     return s, s.force

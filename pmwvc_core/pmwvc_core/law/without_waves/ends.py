@@ -66,6 +66,10 @@ def _no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
     return law, -1.0
 
 
+def _held(law: Any, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> Any:
+    return law._replace(force=zero(wave) if silent else wave)
+
+
 # (law, before, x, xd, p) -> law: moved since the last tick, when the end was that
 device_moved = Family("device_moved", same)
 # (law, p) -> (law, running sum of energy; below zero: none)
@@ -73,7 +77,7 @@ device_sends = Family("device_sends", _no_energy)
 # (law, packet, received_j, p) -> law: once a frame
 device_receives = Family("device_receives", same)
 # (law, wave, silent, x, p) -> law: what the newest packet carries, or let go
-device_answer = Family("device_answer")
+device_answer = Family("device_answer", _held)
 device_force = Family("device_force")  # (law, x, xd, p) -> (law, force wanted [N])
 # (state at either end) -> accounts [J]
 controller_energies = Family("controller_energies", no_accounts)

@@ -53,15 +53,13 @@ class Observer(NamedTuple):
 
 
 class TdpaDevice(NamedTuple):
-    """The device's end: observer, force as last received [N], the controller's damper [N s/m]; the
-    force on the device since the last tick [N], and that damper in it.
-    """
+    """The device's end."""
 
     observer: Observer
-    force: Vector
-    damping: float
-    held: Vector
-    braked: float
+    force: Vector  # as last received [N]
+    damping: float  # of the controller [N s/m]
+    held: Vector  # force on the device since the last tick [N]
+    braked: float  # that damper in it
 
 
 def tdpa_law(params: TdpaParams, tick_s: float) -> Tdpa:
@@ -121,13 +119,6 @@ def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
 @ends.device_receives.member(TdpaDevice)
 def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
     return s._replace(observer=informed(s.observer, received_j))
-
-
-@ends.device_answer.member(TdpaDevice)
-def _answer(
-    s: TdpaDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
-) -> TdpaDevice:
-    return s._replace(force=zero(wave) if silent else wave)
 
 
 @ends.device_force.member(TdpaDevice)
