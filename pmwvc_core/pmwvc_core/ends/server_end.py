@@ -20,9 +20,9 @@ from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import arrivals_of, arrive, waits
-from pmwvc_core.law.channel.packet import Sent, pack
+from pmwvc_core.law.channel.packet import Packet, Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, left
-from pmwvc_core.law.server_step import ABSENT, Answer, server_step
+from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
@@ -217,11 +217,11 @@ class ServerEnd(ServerView):
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
         return sent, self._row()
 
-    def _answered(self, user: int, answer: Answer, now_ns: int) -> WavePacket | None:
+    def _answered(self, user: int, answer: tuple[Packet, bool], now_ns: int) -> WavePacket | None:
         """Return what goes back to a user; one that is to prove itself is asked to."""
-        inbox, packet = self.inboxes[user], answer.packet
+        inbox, (packet, sends) = self.inboxes[user], answer
         flags = inbox.flags
-        if not answer.sends:
+        if not sends:
             guest, port, p = self.s.guests[user], self.s.environment.ports[user], self.p
             if not (guest.presence == ABSENT and inbox.challenges(now_ns)):
                 return None

@@ -88,17 +88,10 @@ class ServerStepParams(NamedTuple):
     soft_start_s: float
 
 
-class Answer(NamedTuple):
-    """What goes back to a user, if it is sent."""
-
-    packet: Packet
-    sends: bool
-
-
 def server_step(
     s: Server, now_ns: int, packets: tuple[list[Packet], ...], missed_s: float, p: ServerStepParams
-) -> tuple[Server, tuple[Answer, ...]]:
-    """Take in what has come since the last step, advance the environment by its period, answer."""
+) -> tuple[Server, tuple[tuple[Packet, bool], ...]]:
+    """Take in what has come, advance the environment by its period; return whom to send what."""
     before = s.environment
     guests, ports, came, lost = columns(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
@@ -158,11 +151,11 @@ def _come(
 
 def _gone(
     s: Guest, port: UserPort, q: GuestParams, now_ns: int, period_s: float
-) -> tuple[Guest, UserPort, Answer]:
+) -> tuple[Guest, UserPort, tuple[Packet, bool]]:
     """Answer a user; energy that it lacks and its wave does not need here goes back to it."""
     arrivals, packing = s.arrivals, s.packing
     if s.presence == ABSENT:
-        return s, port, Answer(no_packet(zero(port.x_s), port.extra), False)
+        return s, port, (no_packet(zero(port.x_s), port.extra), False)
     arrivals, passed_j = sparing(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
         packing = packing._replace(energy_j=packing.energy_j + passed_j)
@@ -172,4 +165,4 @@ def _gone(
         packing, sent, period_s, now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
         arrivals.silence.number, 0, q.packing,
     )  # fmt: skip
-    return s._replace(arrivals=arrivals, packing=packing), port, Answer(packet, sends)
+    return s._replace(arrivals=arrivals, packing=packing), port, (packet, sends)

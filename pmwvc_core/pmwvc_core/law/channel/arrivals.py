@@ -20,12 +20,13 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
 from pmwvc_core.law.channel.packet import (
+    LATENESSES,
     NEVER_NS,
+    SMOOTHED,
     Counting,
     Packet,
     Silence,
     counted,
-    followed,
     is_unreceived,
     noted_packet,
 )
@@ -79,13 +80,6 @@ class StrictArrivals(NamedTuple):
     wanted: bool  # the other end lacks energy
 
 
-class StrictStart(NamedTuple):
-    """Strict arrivals before the first packet, which come every so often [s]."""
-
-    silence: Silence
-    period_s: float
-
-
 def _plays_on(s: Any, h: float, p: Any) -> tuple[Any, Vector]:
     return s, zero(s.position)
 
@@ -110,21 +104,21 @@ received_j = Family("received_j", none_j)
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
-@arrivals_of.member(StrictStart)
-def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
-    playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
-    counting = Counting(nothing, 0.0, 0, False, start.period_s, start.period_s, False)
-    return StrictArrivals(start.silence, playout, counting, nothing, False)
+@arrivals_of.member(StrictArrivals)
+def _opened(s: StrictArrivals, nothing: Vector) -> StrictArrivals:
+    return s._replace(playout=resting_playout(nothing, s.playout.moved))
 
 
 def start_of(
     strict: bool, axes: int, timeout_s: float, period_s: float
-) -> PlainArrivals | StrictStart:
-    """Return arrivals before the first packet."""
+) -> PlainArrivals | StrictArrivals:
+    """Return arrivals before the first packet, which come every so often [s]."""
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
     silence = Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
     if strict:
-        return StrictStart(silence, period_s)
+        playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
+        counting = Counting(nothing, 0.0, 0, False, period_s, period_s, False)
+        return StrictArrivals(silence, playout, counting, nothing, False)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
 
@@ -146,7 +140,12 @@ def _arrive_strict(
     silence = noted_packet(s.silence, packet.number, now_ns, packet.waits)
     playout = s.playout
     if goes_on:
-        silence = followed(silence, passed_s, lasted_s, packet.period_s, p.timeout_s)
+        lateness_s, interval_s = silence.lateness_s, silence.interval_s
+        lateness_s += SMOOTHED * (abs(passed_s - lasted_s) - lateness_s)
+        interval_s += SMOOTHED * (packet.period_s - interval_s)
+        interval_s = max(interval_s, packet.period_s)
+        limit_ns = round(max(p.timeout_s, 3.0 * interval_s + LATENESSES * lateness_s) * 1e9)
+        silence = silence._replace(limit_ns=limit_ns, interval_s=interval_s, lateness_s=lateness_s)
     else:
         playout = begin(playout)
     playout = add(playout, moved, paid_j, lasted_s)

@@ -167,17 +167,6 @@ def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
     return s._replace(accepted_ns=now_ns, unreceived_ns=unreceived_ns, number=number)
 
 
-def followed(
-    s: Silence, passed_s: float, lasted_s: float, period_s: float, timeout_s: float
-) -> Silence:
-    """Take over how packets come: this one so long [s] after the one before, for so much time."""
-    lateness_s = s.lateness_s + SMOOTHED * (abs(passed_s - lasted_s) - s.lateness_s)
-    interval_s = max(s.interval_s + SMOOTHED * (period_s - s.interval_s), period_s)
-    usual_s = 3.0 * interval_s + LATENESSES * lateness_s
-    limit_ns = round(max(timeout_s, usual_s) * 1e9)
-    return s._replace(limit_ns=limit_ns, interval_s=interval_s, lateness_s=lateness_s)
-
-
 def is_silent(s: Silence, now_ns: int) -> bool:
     """Tell whether nothing came for too long (also before the first packet)."""
     return s.accepted_ns == NEVER_NS or now_ns - s.accepted_ns > s.limit_ns
