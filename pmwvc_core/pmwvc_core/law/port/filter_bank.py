@@ -183,21 +183,19 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
     return Bank(low_up, low_down, high_up, high_down, local, nothing)
 
 
-@port_filters.part_down.member(Bank)
-def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
+@port_filters.part_in.member(Bank)
+def _bank_in(
+    s: Bank, v: Vector, x: Vector, p: BankFilters, impedance: Any
+) -> tuple[Bank, Vector, Vector, Vector]:
     low_in, low_out, high_in, high_out = s.energies
     energies = low_in, low_out + wave_j(v, p.tick_s), high_in, high_out
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
-    return s._replace(low_down=low_down, energies=energies), w
-
-
-@port_filters.part_offer.member(Bank)
-def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector, Vector]:
     local, v0, gains = local_offer(s.local, x, p.local, impedance)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
     answer = plus(down, scaled(plus(v0, along(impedance, gains, up)), gain_of(p.high_down)))
     through = each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
-    return s._replace(local=local), answer, through
+    s = s._replace(low_down=low_down, local=local, energies=energies)
+    return s, w, answer, through
 
 
 def _through(gain: float, of_filters: float) -> float:

@@ -27,13 +27,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.family import Family, same
-from pmwvc_core.law.port.port_filters import (
-    answered,
-    filters_energies,
-    filters_up,
-    force_velocity,
-    wave_shortened,
-)
+from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, wave_shortened
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
@@ -167,9 +161,8 @@ def _tick(
     x, xd = known_motion(x, xd, s.x)
     held, v = hold(s.hold, p.hold_ticks)
     position, v = position_down(s.position, v, x, 0.0, v, p.position)
-    filters, v_m = answered(s.filters, v, x, xd, p.filters, p.impedance)
+    filters, v_m, for_force = answered(s.filters, v, x, xd, p.filters, p.impedance)
     u_m = wave_u(p.impedance, xd, v_m)
-    filters, for_force = force_velocity(filters, xd, p.filters, p.impedance)
     f_m = wave_force(p.impedance, for_force, v_m)
     waves = u_m, s.waves[1], v_m
     s = s._replace(hold=held, filters=filters, position=position, waves=waves, x=x, xd=xd, f_m=f_m)

@@ -9,7 +9,7 @@ with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
     v_m = w + v0 + g u_m,   u_m = (sqrt(2b) xd - w - v0)/(1 + g)
 
 Order within a tick:
-``answered``, ``force_velocity``, then ``wave_shortened`` where the limits let another force
+``answered``, then ``wave_shortened`` where the limits let another force
 through, and ``filters_up``. By default nothing is between.
 
 The velocity filter; s is the share that comes back (half in App. D):
@@ -50,8 +50,16 @@ def _wave_shortened(
     return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
 
 
-def _no_answer(s: Any, x: Vector, p: Any, impedance: Any) -> tuple[Any, Vector, Vector]:
-    return s, zero(x), same_gain(impedance, 0.0)
+def _bare(
+    s: Any, v: Vector, x: Vector, xd: Vector, p: Any, impedance: Any
+) -> tuple[Any, Vector, Vector]:
+    return s, v, xd
+
+
+def _no_answer(
+    s: Any, v: Vector, x: Vector, p: Any, impedance: Any
+) -> tuple[Any, Vector, Vector, Vector]:
+    return s, v, zero(x), same_gain(impedance, 0.0)
 
 
 def same_gain(impedance: Any, gain: float) -> Vector:
@@ -71,18 +79,17 @@ def _closed(gain: float) -> float:
     return gain / (1.0 + gain)
 
 
-# (s, v, x, xd, p, impedance) -> (s, v_m): the wave at the port, with the answer to its own u_m
-answered = Family("answered", passed)
-# (s, xd, p, impedance) -> (s, velocity for the force)
-force_velocity = Family("force_velocity", passed)
+# (s, v, x, xd, p, impedance) -> (s, v_m, velocity for the force): the wave at the port, with the
+# answer to its own u_m
+answered = Family("answered", _bare)
 # (s, u_m, v_m, missing, impedance) -> (u_m, v_m, deficit): the longest wave that is paid for with
 # so much more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened", _wave_shortened)
 filters_energies = Family("filters_energies", no_accounts)  # (s, p) -> those of its parts [J]
 filters_up = Family("filters_up", passed)  # (s, u, p) -> (s, what of the outgoing wave goes on)
-part_down = Family("part_down", passed)  # (s, v, p) -> (s, what it lets through of the wave)
-# (s, x, p, impedance) -> (s, v0, gains): its answer v0 + g u to the wave of the tick
-part_offer = Family("part_offer", _no_answer)
+# (s, v, x, p, impedance) -> (s, w, v0, gains): what it lets through of the wave, and its answer
+# v0 + g u to the one of the tick
+part_in = Family("part_in", _no_answer)
 # (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
 part_up = Family("part_up", passed)
 # (s, p) -> sums and levels [J], as they are named
@@ -113,23 +120,14 @@ class FilteredParams(NamedTuple):
 @answered.member(Filtered)
 def _filtered(
     s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, impedance: Any
-) -> tuple[Filtered, Vector]:
-    far, v = part_down(s.far, v, p.far)
-    far, answer, gains = part_offer(far, x, p.far, impedance)
-    near, v = part_down(s.near, v, p.near)
-    near, own, others = part_offer(near, x, p.near, impedance)
+) -> tuple[Filtered, Vector, Vector]:
+    far, v, answer, gains = part_in(s.far, v, x, p.far, impedance)
+    near, v, own, others = part_in(s.near, v, x, p.near, impedance)
+    force, for_force = part_velocity(s.force, xd, p.force, impedance)
     held, gains = plus(v, plus(answer, own)), each(_sum, (gains, others))
     natural = wave_u(impedance, xd, held)
     v_m = plus(held, along(impedance, each(_closed, (gains,)), natural))
-    return Filtered(near, far, s.force, held, gains), v_m
-
-
-@force_velocity.member(Filtered)
-def _filtered_velocity(
-    s: Filtered, xd: Vector, p: FilteredParams, impedance: Any
-) -> tuple[Filtered, Vector]:
-    force, xd = part_velocity(s.force, xd, p.force, impedance)
-    return s._replace(force=force), xd
+    return Filtered(near, far, force, held, gains), v_m, for_force
 
 
 @wave_shortened.member(Filtered)
@@ -193,18 +191,14 @@ class VelocityParams(NamedTuple):
     tick_s: float
 
 
-@part_down.member(InWaves)
-def _velocity_down(s: InWaves, v: Vector, p: VelocityParams) -> tuple[InWaves, Vector]:
+@part_in.member(InWaves)
+def _velocity_in(
+    s: InWaves, v: Vector, x: Vector, p: VelocityParams, impedance: Any
+) -> tuple[InWaves, Vector, Vector, Vector]:
     down, passed = columns(each(cascade, (s.down, v), p.low))
-    return s._replace(down=down, w=v, passed=passed), passed
-
-
-@part_offer.member(InWaves)
-def _velocity_offer(
-    s: InWaves, x: Vector, p: VelocityParams, impedance: Any
-) -> tuple[InWaves, Vector, Vector]:
-    rest = each(rest_of, (s.back,), p.high)
-    return s, scaled(rest, p.share), same_gain(impedance, p.share * gain_of(p.high))
+    rest = scaled(each(rest_of, (s.back,), p.high), p.share)
+    s = s._replace(down=down, w=v, passed=passed)
+    return s, passed, rest, same_gain(impedance, p.share * gain_of(p.high))
 
 
 @part_up.member(InWaves)

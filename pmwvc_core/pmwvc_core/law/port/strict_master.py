@@ -34,7 +34,7 @@ from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_bac
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
 from pmwvc_core.law.port.master import known_motion
-from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
+from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
@@ -189,9 +189,8 @@ def _tick(
             playout, v = take_back(playout, v, p.tick_s), zero(v)
     spare_j = node_j - s.due_j
     position, w = position_down(s.position, v, x, spare_j, waiting(playout), p.position)
-    filters, v_m = answered(s.filters, w, x, xd, p.filters, b)
+    filters, v_m, for_force = answered(s.filters, w, x, xd, p.filters, b)
     u_m = wave_u(b, xd, v_m)
-    filters, for_force = force_velocity(filters, xd, p.filters, b)
     f_m = wave_force(b, for_force, v_m)
     more = min(s.deficit_j * (MORE / MUCH_J), MORE) if s.deficit_j > 0.0 else 0.0
     if s.wanted or s.short:
