@@ -69,13 +69,11 @@ def _depth(s: Dent, position: Vector, p: SoftBodyParams) -> float:
     return max(beneath - max(p.face + s.start, 0.0), 0.0)
 
 
-def _pressed(
-    s: Dent, position: Vector, velocity: Vector, p: SoftBodyParams
-) -> tuple[Dent, Vector]:
+def _pressed(s: Dent, position: Vector, xd: Vector, p: SoftBodyParams) -> tuple[Dent, Vector]:
     if not s.there:
         return s, zero(position)
     depth = _depth(s, position, p)
-    damped = max(1.0 + p.damping * s.inward[0] * velocity[0], 0.0)
+    damped = max(1.0 + p.damping * s.inward[0] * xd[0], 0.0)
     force = scaled(s.inward, s.stiffness * depth**p.exponent * damped)
     return s._replace(there=True, depth=depth), force
 

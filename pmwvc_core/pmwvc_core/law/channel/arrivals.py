@@ -99,8 +99,7 @@ anew = Family("anew", same)  # (s) -> s: the peer placed its position by the new
 missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
 waits = Family("waits", never)  # (s) -> nothing is at hand, so the other end is told
 lacks = Family("lacks", never)  # (s) -> energy is short
-# (s) -> energy brought by the sums of packets, without waves
-received_j = Family("received_j", none_j)
+received_j = Family("received_j", none_j)  # (s) -> energy by the sums of packets, without waves
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
@@ -132,9 +131,7 @@ def _arrive(s: PlainArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) ->
 
 
 @arrive.member(StrictArrivals)
-def _arrive_strict(
-    s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams
-) -> StrictArrivals:
+def _segment(s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) -> StrictArrivals:
     passed_s = (now_ns - s.silence.accepted_ns) * 1e-9
     counting, goes_on, moved, paid_j, lasted_s = counted(s.counting, packet, passed_s, p.longest)
     silence = noted_packet(s.silence, packet.number, now_ns, packet.waits)
@@ -191,9 +188,7 @@ def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
 
 
 @sparing.member(StrictArrivals)
-def _sparing_strict(
-    s: StrictArrivals, h: float, p: ArrivalsParams
-) -> tuple[StrictArrivals, float]:
+def _sparing(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, float]:
     playout, energy_j = spared(s.playout, h, s.wanted)
     return s._replace(playout=playout), energy_j
 

@@ -185,14 +185,14 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
 
 @port_filters.part_in.member(Bank)
 def _bank_in(
-    s: Bank, v: Vector, x: Vector, p: BankFilters, impedance: Any
+    s: Bank, v: Vector, x: Vector, p: BankFilters, b: Any
 ) -> tuple[Bank, Vector, Vector, Vector]:
     low_in, low_out, high_in, high_out = s.energies
     energies = low_in, low_out + wave_j(v, p.tick_s), high_in, high_out
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
-    local, v0, gains = local_offer(s.local, x, p.local, impedance)
+    local, v0, gains = local_offer(s.local, x, p.local, b)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
-    answer = plus(down, scaled(plus(v0, along(impedance, gains, up)), gain_of(p.high_down)))
+    answer = plus(down, scaled(plus(v0, along(b, gains, up)), gain_of(p.high_down)))
     through = each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
     s = s._replace(low_down=low_down, local=local, energies=energies)
     return s, w, answer, through
@@ -203,9 +203,9 @@ def _through(gain: float, of_filters: float) -> float:
 
 
 @port_filters.part_up.member(Bank)
-def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector]:
+def _bank_up(s: Bank, u: Vector, p: BankFilters, b: Any) -> tuple[Bank, Vector]:
     high_up, u2 = columns(each(cascade, (s.high_up, u), p.high_up))
-    local, v2 = local_answer(s.local, u2, p.local, impedance)
+    local, v2 = local_answer(s.local, u2, p.local, b)
     high_down, _ = columns(each(cascade, (s.high_down, v2), p.high_down))
     low_up, low = columns(each(cascade, (s.low_up, u), p.low_up))
     low_in, low_out, high_in, high_out = s.energies

@@ -38,7 +38,7 @@ from pmwvc_core.law.wave.wave import along, damper, wave_u
 
 
 def _wave_shortened(
-    s: Any, u_m: Vector, v_m: Vector, missing: float, impedance: Any
+    s: Any, u_m: Vector, v_m: Vector, missing: float, b: Any
 ) -> tuple[Vector, Vector, float]:
     """Shorten u_m to |u|^2 <= |u_m|^2 + missing."""
     natural = squared(u_m)
@@ -50,16 +50,12 @@ def _wave_shortened(
     return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
 
 
-def _bare(
-    s: Any, v: Vector, x: Vector, xd: Vector, p: Any, impedance: Any
-) -> tuple[Any, Vector, Vector]:
+def _bare(s: Any, v: Vector, x: Vector, xd: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector]:
     return s, v, xd
 
 
-def _no_answer(
-    s: Any, v: Vector, x: Vector, p: Any, impedance: Any
-) -> tuple[Any, Vector, Vector, Vector]:
-    return s, v, zero(x), same_gain(impedance, 0.0)
+def _no_answer(s: Any, v: Vector, x: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector, Vector]:
+    return s, v, zero(x), same_gain(b, 0.0)
 
 
 def same_gain(impedance: Any, gain: float) -> Vector:
@@ -79,23 +75,20 @@ def _closed(gain: float) -> float:
     return gain / (1.0 + gain)
 
 
-# (s, v, x, xd, p, impedance) -> (s, v_m, velocity for the force): the wave at the port, with the
+# (s, v, x, xd, p, b) -> (s, v_m, velocity for the force): the wave at the port, with the
 # answer to its own u_m
 answered = Family("answered", _bare)
-# (s, u_m, v_m, missing, impedance) -> (u_m, v_m, deficit): the longest wave that is paid for with
+# (s, u_m, v_m, missing, b) -> (u_m, v_m, deficit): the longest wave that is paid for with
 # so much more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened", _wave_shortened)
 filters_energies = Family("filters_energies", no_accounts)  # (s, p) -> those of its parts [J]
 filters_up = Family("filters_up", passed)  # (s, u, p) -> (s, what of the outgoing wave goes on)
-# (s, v, x, p, impedance) -> (s, w, v0, gains): what it lets through of the wave, and its answer
+# (s, v, x, p, b) -> (s, w, v0, gains): what it lets through of the wave, and its answer
 # v0 + g u to the one of the tick
 part_in = Family("part_in", _no_answer)
-# (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
-part_up = Family("part_up", passed)
-# (s, p) -> sums and levels [J], as they are named
-part_energies = Family("part_energies", no_accounts)
-# (s, xd, p, impedance) -> (s, velocity for the force)
-part_velocity = Family("part_velocity", passed)
+part_up = Family("part_up", passed)  # (s, u, p, b) -> (s, what of the outgoing wave goes on)
+part_energies = Family("part_energies", no_accounts)  # (s, p) -> sums and levels [J]
+part_velocity = Family("part_velocity", passed)  # (s, xd, p, b) -> (s, velocity for the force)
 
 
 class Filtered(NamedTuple):
@@ -119,25 +112,25 @@ class FilteredParams(NamedTuple):
 
 @answered.member(Filtered)
 def _filtered(
-    s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, impedance: Any
+    s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, b: Any
 ) -> tuple[Filtered, Vector, Vector]:
-    far, v, answer, gains = part_in(s.far, v, x, p.far, impedance)
-    near, v, own, others = part_in(s.near, v, x, p.near, impedance)
-    force, for_force = part_velocity(s.force, xd, p.force, impedance)
+    far, v, answer, gains = part_in(s.far, v, x, p.far, b)
+    near, v, own, others = part_in(s.near, v, x, p.near, b)
+    force, for_force = part_velocity(s.force, xd, p.force, b)
     held, gains = plus(v, plus(answer, own)), each(_sum, (gains, others))
-    natural = wave_u(impedance, xd, held)
-    v_m = plus(held, along(impedance, each(_closed, (gains,)), natural))
+    natural = wave_u(b, xd, held)
+    v_m = plus(held, along(b, each(_closed, (gains,)), natural))
     return Filtered(near, far, force, held, gains), v_m, for_force
 
 
 @wave_shortened.member(Filtered)
 def _filtered_shortened(
-    s: Filtered, u_m: Vector, v_m: Vector, missing: float, impedance: Any
+    s: Filtered, u_m: Vector, v_m: Vector, missing: float, b: Any
 ) -> tuple[Vector, Vector, float]:
     """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + twice the power: that is
     a s^2 - 2 c s <= p with a = |u|^2 - |g u|^2 > 0, c = w . g u.
     """
-    answer = along(impedance, s.gains, u_m)
+    answer = along(b, s.gains, u_m)
     a, c = squared(u_m) - squared(answer), dot(s.held, answer)
     most = a - 2.0 * c + missing  # without what is missing: what p has to be for s = 1
     ratio = 1.0
@@ -145,7 +138,7 @@ def _filtered_shortened(
         ratio = c + math.sqrt(max(c * c + a * most, 0.0))
         ratio = max(min(ratio / a if a > 0.0 else ratio, 1.0), 0.0)
     u_m = scaled(u_m, ratio)
-    v_m = plus(s.held, along(impedance, s.gains, u_m))
+    v_m = plus(s.held, along(b, s.gains, u_m))
     return u_m, v_m, max((a * ratio - 2.0 * c) * ratio - most, 0.0)
 
 
@@ -193,18 +186,16 @@ class VelocityParams(NamedTuple):
 
 @part_in.member(InWaves)
 def _velocity_in(
-    s: InWaves, v: Vector, x: Vector, p: VelocityParams, impedance: Any
+    s: InWaves, v: Vector, x: Vector, p: VelocityParams, b: Any
 ) -> tuple[InWaves, Vector, Vector, Vector]:
     down, passed = columns(each(cascade, (s.down, v), p.low))
     rest = scaled(each(rest_of, (s.back,), p.high), p.share)
     s = s._replace(down=down, w=v, passed=passed)
-    return s, passed, rest, same_gain(impedance, p.share * gain_of(p.high))
+    return s, passed, rest, same_gain(b, p.share * gain_of(p.high))
 
 
 @part_up.member(InWaves)
-def _velocity_up(
-    s: InWaves, u: Vector, p: VelocityParams, impedance: Any
-) -> tuple[InWaves, Vector]:
+def _velocity_up(s: InWaves, u: Vector, p: VelocityParams, b: Any) -> tuple[InWaves, Vector]:
     up, on = columns(each(cascade, (s.up, u), p.low))
     high, y = columns(each(cascade, (s.back, u), p.high))
     back = plus(s.passed, scaled(y, p.share))
@@ -213,10 +204,10 @@ def _velocity_up(
 
 
 @part_velocity.member(InForce)
-def _in_force(s: InForce, xd: Vector, p: VelocityParams, impedance: Any) -> tuple[InForce, Vector]:
+def _in_force(s: InForce, xd: Vector, p: VelocityParams, b: Any) -> tuple[InForce, Vector]:
     high, y = columns(each(cascade, (s.high, xd), p.high))
     less = scaled(y, 2.0 * p.share)
-    kept_j = s.kept_j - dot(damper(impedance, less), xd) * p.tick_s
+    kept_j = s.kept_j - dot(damper(b, less), xd) * p.tick_s
     return InForce(high, kept_j), minus(xd, less)
 
 

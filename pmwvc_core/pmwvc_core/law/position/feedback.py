@@ -63,8 +63,7 @@ position_down = Family("position_down", passed)
 position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of a tick that goes on
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
 position_opened = Family("position_opened", same)  # (s) -> s, its lists made here
-# (s) -> sums and levels [J], as they are named
-position_energies = Family("position_energies", no_accounts)
+position_energies = Family("position_energies", no_accounts)  # (s) -> sums and levels [J]
 
 
 class Published(NamedTuple):

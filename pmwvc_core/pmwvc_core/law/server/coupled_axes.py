@@ -28,7 +28,7 @@ import numpy as np
 
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
-from pmwvc_core.law.server.couplings import advanced_avatar, solved_contact
+from pmwvc_core.law.server.couplings import Step, advanced_avatar, solved_contact
 from pmwvc_core.law.server.springs import (
     ROUNDING,
     Answer,
@@ -155,7 +155,7 @@ class Looked(NamedTuple):
 @couple.member(ImplicitCoupled)
 def implicit_coupled(
     p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
-) -> tuple[tuple[Avatar, ...], Body, float, bool]:
+) -> Step:
     """Go one step on."""
     here = _look(avatars, body.xd, body.xd, law)
     for _ in range(STEPS):

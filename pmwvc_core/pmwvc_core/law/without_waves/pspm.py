@@ -110,11 +110,9 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
 
 
 @ends.device_moved.member(PspmDevice)
-def _moved(
-    s: PspmDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
-) -> PspmDevice:
+def _moved(s: PspmDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
-    q, work_j = s.spring.q if s.coupled else x, dot(s.force, minus(x, before.x))
+    q, work_j = s.spring.q if s.coupled else x, dot(s.force, minus(x, was.x))
     return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
 
 
@@ -130,9 +128,7 @@ def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndPara
 
 
 @ends.device_answer.member(PspmDevice)
-def _answer(
-    s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
-) -> PspmDevice:
+def _hear(s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> PspmDevice:
     if silent:
         return PspmDevice(spring_let_go(s.spring, x), s.force, False)
     return PspmDevice(aimed(s.spring, wave, x, p.law), s.force, True)

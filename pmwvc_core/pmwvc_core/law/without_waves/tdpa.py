@@ -99,12 +99,10 @@ def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float
 
 
 @ends.device_moved.member(TdpaDevice)
-def _moved(
-    s: TdpaDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
-) -> TdpaDevice:
+def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> TdpaDevice:
     """Book the work of the force held until here; the local damper is not the link's."""
-    way = minus(x, before.x)
-    drag = dot(before.xd, way)
+    way = minus(x, was.x)
+    drag = dot(was.xd, way)
     dissipated_j = s.braked * drag
     given_j = dissipated_j + p.law.damping * drag - dot(s.held, way)
     observer = observed(s.observer, given_j, dissipated_j, dissipated_j)
