@@ -21,8 +21,8 @@ Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import (
-    CompensationParams,
     PortWave,
+    Treatment,
     compensated,
     compensation_energies,
 )
@@ -87,7 +87,7 @@ class BlackBoxParams(NamedTuple):
     """Parameters of a black box and its ports."""
 
     environment: Any
-    compensation: CompensationParams
+    compensation: Treatment
     body: BodyLaw  # its period is the time step
     brakes: bool  # of the avatars (the strict channel)
     old_s: float  # weights of old and new velocity in an avatar's displacement

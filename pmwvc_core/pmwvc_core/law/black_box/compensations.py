@@ -40,8 +40,8 @@ class PortWave(NamedTuple):
     late_w: float  # F . (xd as it should have been - xd as decoded), mostly < 0
 
 
-class CompensationParams(NamedTuple):
-    """Time step, allowance and cap."""
+class Treatment(NamedTuple):
+    """Parameters of any compensation: time step, allowance and cap."""
 
     period_s: float
     grant_j: float  # most that is taken from the allowance in a step
@@ -70,33 +70,32 @@ class JointLedger(NamedTuple):
 
 
 Waves = tuple[Vector, ...]
+PortWaves = tuple[PortWave, ...]
 
 
-def compensation_params(params: ServerParams) -> CompensationParams:
+def compensation_params(params: ServerParams) -> Treatment:
     """Return the parameters of any compensation."""
     h = params.period_s
-    return CompensationParams(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
+    return Treatment(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
 
 
 def _shortened(wave: PortWave, ratio: float) -> Vector:
     return scaled(wave.v, ratio)
 
 
-def _untreated(
-    s: Any, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
-) -> tuple[Any, Waves]:
+def _untreated(s: Any, waves: PortWaves, held_j: float, p: Treatment) -> tuple[Any, Waves]:
     return s, each(_shortened, (waves,), 1.0)
 
 
-# (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
+# (s, waves, held_j, p) -> (s, waves to send); ``held_j`` is what can still come out of
 # environment and decoding, below zero where the environment does not report it
 compensated = Family("compensated", _untreated)
 compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
 
 
 @compensated.member(AsPublished)
-def _published(
-    s: AsPublished, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+def _printed(
+    s: AsPublished, waves: PortWaves, held_j: float, p: Treatment
 ) -> tuple[AsPublished, Waves]:
     late_j, longer = columns(each(_longer, (s.late_j, waves), p.period_s))
     return AsPublished(late_j), longer
@@ -111,7 +110,7 @@ def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
 
 @compensated.member(Corrected)
 def _corrected(
-    s: Corrected, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+    s: Corrected, waves: PortWaves, held_j: float, p: Treatment
 ) -> tuple[Corrected, Waves]:
     deficit_w, have_w = s.deficit_w, 0.0
     for i in range(len(waves)):
@@ -123,13 +122,13 @@ def _corrected(
 
 
 @compensation_energies.member(Corrected)
-def _deficit(s: Corrected, p: CompensationParams) -> Vector:
+def _deficit(s: Corrected, p: Treatment) -> Vector:
     return (p.period_s * s.deficit_w,)
 
 
 @compensated.member(JointLedger)
 def _ledger(
-    s: JointLedger, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+    s: JointLedger, waves: PortWaves, held_j: float, p: Treatment
 ) -> tuple[JointLedger, Waves]:
     have_j, cost_j = s.tank_j, 0.0
     for i in range(len(waves)):
@@ -140,11 +139,11 @@ def _ledger(
     ratio, left_j = 1.0, have_j - cost_j
     if cost_j > have_j:
         ratio, left_j = math.sqrt(have_j / cost_j), 0.0
-    tank_j = min(left_j, stored_j if stored_j >= 0.0 else p.cap_j)
+    tank_j = min(left_j, held_j if held_j >= 0.0 else p.cap_j)
     s = JointLedger(tank_j, s.granted_j + grant_j, s.capped_j + (left_j - tank_j))
     return s, each(_shortened, (waves,), ratio)
 
 
 @compensation_energies.member(JointLedger)
-def _tank(s: JointLedger, p: CompensationParams) -> Vector:
+def _tank(s: JointLedger, p: Treatment) -> Vector:
     return (s.tank_j, s.granted_j, s.capped_j)

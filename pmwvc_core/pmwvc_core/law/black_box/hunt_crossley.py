@@ -79,10 +79,8 @@ def _pressed(s: Dent, position: Vector, xd: Vector, p: SoftBodyParams) -> tuple[
 
 
 @touched.local_line.member(SoftBody)
-def _line(
-    s: SoftBody, positions: Vectors, weight_s: float, p: SoftBodyParams
-) -> tuple[Vectors, Vectors]:
-    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.dents, positions), weight_s, p))
+def _line(s: SoftBody, at: Vectors, weight_s: float, p: SoftBodyParams) -> tuple[Vectors, Vectors]:
+    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.dents, at), weight_s, p))
     return found
 
 

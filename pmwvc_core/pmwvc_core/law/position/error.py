@@ -105,11 +105,6 @@ def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
     return s._replace(since=plus(s.since, scaled(u, h)))
 
 
-def is_news(s: PositionError, packet: Packet) -> bool:
-    """Tell whether a packet is another one than the newest so far."""
-    return packet.epoch != s.epoch or packet.number != s.number
-
-
 def is_same_avatar(s: PositionError, packet: Packet) -> bool:
     """Tell whether a packet is of the avatar seen last."""
     return packet.epoch == s.epoch and packet.anew == s.anew
@@ -117,7 +112,7 @@ def is_same_avatar(s: PositionError, packet: Packet) -> bool:
 
 def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
     """Note the newest packet, where it is news."""
-    if not is_news(s, packet):
+    if packet.epoch == s.epoch and packet.number == s.number:
         return s
     posted, place, answered, round_trip_s = s.posted, -1, s.answered, s.round_trip_s
     for i in range(len(posted)):

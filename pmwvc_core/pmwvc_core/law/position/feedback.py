@@ -45,7 +45,6 @@ from pmwvc_core.law.position.error import (
     error_sent,
     error_taken,
     error_tick,
-    is_news,
     is_same_avatar,
 )
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
@@ -151,7 +150,7 @@ class OnStrict(NamedTuple):
 
 @position_packet.member(OnStrict)
 def _strict_packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
-    if not is_news(s.error, packet):
+    if packet.epoch == s.error.epoch and packet.number == s.error.number:
         return s
     x, under, left_s = s.x, s.under, s.left_s
     if is_same_avatar(s.error, packet):

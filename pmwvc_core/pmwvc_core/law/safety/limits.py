@@ -123,11 +123,10 @@ def limits(
     s: Limits, f: Vector, x: Vector, xd: Vector, silence_s: float, coupled: bool, sensed: bool,
     interrupted: bool, unreceived: bool, p: LimitsParams,
 ) -> tuple[Limits, Vector]:  # fmt: skip
-    """Return the force for the device [N] in the place of the one that a controller asks for.
-
-    ``silence_s`` is the time since the last accepted packet. ``coupled``: the server has answered;
-    ``sensed``: the device knows where it is and how it moves; ``interrupted``: no waves come, at
-    this end or at the server; ``unreceived``: the server has had none of this user for too long.
+    """Return the force for the device [N] in the place of the one asked for. ``coupled``: the
+    server has answered; ``sensed``: the device knows its motion; ``interrupted``: no waves come,
+    at this end or at the server; ``unreceived``: the server has had none of this user for too
+    long.
     """
     brake, holds = s.brake, False
     if p.brakes:
@@ -198,9 +197,8 @@ def limits(
 def _faded(
     s: Limits, force: bool, damped: bool, fast: bool, released: bool, p: LimitsParams
 ) -> tuple[float, float, bool]:
-    """Return gain and push of a tick, and whether the force returns: whether it is let through at
-    all; only damping; since it is too fast, so that what pushes goes at once; not even that any
-    more. With a brake, which holds the hand meanwhile, the force comes back whole.
+    """Return gain and push of a tick, and whether the force returns; when too fast, what pushes
+    goes at once. With a brake, which holds the hand meanwhile, the force comes back whole.
     """
     recovers, quiet, gain = s.damped and not damped, s.quiet and s.ready, s.gain
     returns = (quiet if recovers else s.returns) and force
