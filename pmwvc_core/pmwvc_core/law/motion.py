@@ -56,9 +56,8 @@ def advanced(x: Vector, xd: Vector, force: Vector, p: Motion) -> tuple[Vector, V
 
 
 def time_to_rest(mass: float, damping: float, speed: float, force: float) -> float:
-    """Return when a constant force that opposes the velocity has stopped the mass [s].
-
-    From xd(t) = 0: t = -(m xd/F) ln(1 + r)/r with r = -b xd/F.
+    """Return when a constant force against the velocity has stopped the mass, xd(t) = 0 [s]: t =
+    -(m xd/F) ln(1 + r)/r with r = -b xd/F.
     """
     undamped = -mass * speed / force
     r = undamped * damping / mass

@@ -156,15 +156,13 @@ def _filtered_energies(s: Filtered, p: FilteredParams) -> Vector:
 
 
 class InWaves(NamedTuple):
-    """The exact and the complementary velocity filter: cascades of every axis, the wave from the
-    server, what of it passed [sqrt(W)], and the energy kept [J].
-    """
+    """The exact and the complementary velocity filter: cascades of every axis."""
 
     up: tuple[Cascade, ...]
     down: tuple[Cascade, ...]
     back: tuple[Cascade, ...]
-    w: Vector
-    passed: Vector
+    w: Vector  # from the server [sqrt(W)]
+    passed: Vector  # what of it passed
     kept_j: float
 
 

@@ -136,10 +136,9 @@ def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> Positio
 def error_tick(
     s: PositionError, x: Vector, avatar_x: Vector, v: Vector, down: Vector, p: PositionParams
 ) -> tuple[PositionError, Vector]:
-    """Return e [m] for a device at x, once a tick: zero until an avatar's first packet.
-
-    ``avatar_x`` is where the avatar is taken to be, ``down`` the integral of the waves on their
-    way back [sqrt(W) s], v the wave of the tick.
+    """Return e [m] for a device at x, once a tick: zero until an avatar's first packet. The avatar
+    is at ``avatar_x``; ``down``: integral of the waves on their way back [sqrt(W) s]; v: of the
+    tick.
     """
     rest = reference = s.reference
     referenced, residual, left, error = s.referenced, s.residual, s.left, zero(x)

@@ -56,9 +56,7 @@ LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 
 
 class Limits(NamedTuple):
-    """State of the limits. They intervene (``events``) where damping, a fault or values that are
-    not finite begin, and every stretch of ticks with too large a force or change.
-    """
+    """State of the limits."""
 
     f: Vector  # as applied last [N]
     gain: float  # what is let through of the whole force
@@ -71,8 +69,8 @@ class Limits(NamedTuple):
     missing_s: float  # for how long it has not been
     faulty: bool  # it ran away
     brake: HandBrake
-    events: int
-    disturbed: bool  # in the tick before
+    events: int  # disturbances that began, and stretches of too large a force or change
+    disturbed: bool  # in the tick before: by damping, a fault or what is not finite
     limited: bool
     cause: int  # of the state in the last tick
     silence_s: float  # from which on the server counts as silent

@@ -34,15 +34,13 @@ LIMIT = 90  # then the bracket is as narrow as numbers are
 
 
 class ContactLaw(NamedTuple):
-    """K [N/m], B [N s/m]; of a grip the inward direction (1 or -1), where its face is, from the
-    centre of the object [m], and the least distance from it at the start [m].
-    """
+    """The law of a contact, and the face of a grip."""
 
-    stiffness: float
-    damping: float
-    inward: float
-    face: float
-    gap: float
+    stiffness: float  # K [N/m]
+    damping: float  # B [N s/m]
+    inward: float  # direction, 1 or -1
+    face: float  # from the centre of the object [m]
+    gap: float  # least distance from it at the start [m]
 
 
 class Spring(NamedTuple):
@@ -55,9 +53,7 @@ class Spring(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The answer of a contact to the velocity that its avatar would have without it: numbers of an
-    axis, vectors and a matrix where axes are coupled.
-    """
+    """The answer to an avatar's free velocity: numbers, or vectors and a matrix for coupled axes."""
 
     force: Any  # [N] on the object
     rate: Any  # [m/s] relative velocity, mean over the step
@@ -141,9 +137,8 @@ def _leaving(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer
 
 
 def _entering(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
-    """Inside at the end only: p1 is the positive root of a p^2 - 2 q p = g, g >= 0 (over b).
-
-    The depth without resistance, p0 + h c > 0, is the only small difference in it.
+    """Inside at the end only: p1 is the positive root of a p^2 - 2 q p = g, g >= 0 (over b). The
+    only small difference in it is the depth without resistance, p0 + h c > 0.
     """
     k, damping = law.stiffness, law.damping
     reach = max(p0 + h * c, 0.0)

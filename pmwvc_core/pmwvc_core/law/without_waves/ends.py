@@ -218,11 +218,8 @@ def pulled(
 ) -> Met:
     """Let the spring and damper of a law pull an avatar against its contact (backward Euler).
 
-    ::
-
-        f_s = K (stretch - h xd_s) + B (velocity - xd_s),   x_s += h xd_s
-
-    is xd_s = free - f_s/Z with Z = K h + B: solved as at a wave port, with the object as sampled.
+    f_s = K (stretch - h xd_s) + B (velocity - xd_s), x_s += h xd_s is xd_s = free - f_s/Z with Z =
+    K h + B: solved as at a wave port, with the object as sampled.
     """
     impedance = law.stiffness * h + law.damping
     free = each(_free, (stretch, velocity), law.stiffness, law.damping, impedance)

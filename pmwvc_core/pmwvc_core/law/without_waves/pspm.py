@@ -84,9 +84,8 @@ def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> 
 
 
 def aimed(s: ModulatedSpring, wanted: Vector, x: Vector, p: Pspm) -> ModulatedSpring:
-    """Move the set point towards a wanted one [m], as far as the tank allows.
-
-    The ratio s of the way w costs K/2 (s^2 |w|^2 - 2 s w . (x - q)).
+    """Move the set point towards a wanted one [m], as far as the tank allows: the ratio s of the
+    way w costs K/2 (s^2 |w|^2 - 2 s w . (x - q)).
     """
     way = minus(wanted, s.q)
     size, along = squared(way), dot(way, minus(x, s.q))
