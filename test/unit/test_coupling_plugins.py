@@ -17,7 +17,7 @@ from pmwvc_analysis.events.events import complete
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.law.server.contacts import couple
-from pmwvc_core.law.server.couplings import Implicit, OneStepDelay
+from pmwvc_core.law.server.coupling import Implicit, OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS

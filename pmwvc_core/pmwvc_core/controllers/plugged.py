@@ -32,7 +32,7 @@ from pmwvc_core.law.server.contacts import (
     offset_of,
     slid,
 )
-from pmwvc_core.law.server.couplings import object_pushed
+from pmwvc_core.law.server.coupling import object_pushed
 from pmwvc_core.law.server.server_port import (
     Environment,
     UserPort,

@@ -22,7 +22,7 @@ from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body, wall_la
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
-from pmwvc_core.law.server.couplings import Implicit, weights
+from pmwvc_core.law.server.coupling import Implicit, weights
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams

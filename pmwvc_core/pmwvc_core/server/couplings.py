@@ -12,13 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.server.couplings import (
-    Implicit,
-    OneFrameLate,
-    OneStepDelay,
-    Unwrapped,
-    weights,
-)
+from pmwvc_core.law.server.coupling import Implicit, OneFrameLate, OneStepDelay, Unwrapped, weights
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import Record, Records
 from pmwvc_core.server.compensations import COMPENSATIONS

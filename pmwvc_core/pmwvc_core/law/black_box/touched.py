@@ -6,7 +6,7 @@ the other couplings.
 The wall uses the force at the end of a step and moves by h xd (backward Euler), so K e(n) [e(n) -
 e(n-1)] is at least the gain of its spring. Of a sloped wall the port knows K dt + B in contact
 (App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along axis 0. The cube moves by the
-midpoint rule with the mean force over the step (:mod:`.couplings`): sum f_i xd_i h is stored or
+midpoint rule with the mean force over the step (:mod:`.coupling`): sum f_i xd_i h is stored or
 heat. Positions and velocities are those of the avatars at the end of the step.
 """
 
@@ -27,7 +27,7 @@ from pmwvc_core.law.server.contacts import (
     slid,
     touching,
 )
-from pmwvc_core.law.server.couplings import rows_of
+from pmwvc_core.law.server.coupling import rows_of
 from pmwvc_core.law.server.springs import Answer, Row, solved_axis
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, free_velocity

@@ -12,7 +12,7 @@ along axis 0, whose unit vector is e_0::
 which leaves the law along axis 0 behind a number b' > 0 (a Schur complement). The force falls with
 the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, s_0 the slope of the law along axis 0.
 
-The implicit step (:mod:`.couplings`) is one vector equation for the object. With r(v) the force
+The implicit step (:mod:`.coupling`) is one vector equation for the object. With r(v) the force
 that is missing at a mean velocity v, dr/dv is symmetric and at least 2 m_o/h + b_o, so r has one
 root. Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which never falls with t,
 until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the forces once
@@ -28,7 +28,7 @@ import numpy as np
 
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
-from pmwvc_core.law.server.couplings import Step, advanced_avatar, solved_contact
+from pmwvc_core.law.server.coupling import Step, advanced_avatar, solved_contact
 from pmwvc_core.law.server.springs import (
     ROUNDING,
     Answer,

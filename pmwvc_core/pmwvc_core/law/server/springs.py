@@ -53,7 +53,7 @@ class Spring(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The answer to an avatar's free velocity: numbers, or vectors and a matrix for coupled axes."""
+    """The answer to an avatar's free velocity: numbers, or vectors and a matrix."""
 
     force: Any  # [N] on the object
     rate: Any  # [m/s] relative velocity, mean over the step
