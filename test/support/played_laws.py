@@ -89,9 +89,9 @@ class Laws:
             up, packets = taken(up, rng)
             server, answers = self.step(server, now_ns, tuple(packets), 0.0, self.made.p)
             found += [server.environment, answers]
-            for i, answer in enumerate(answers):
-                if answer.sends and rng.random() < odds:
-                    down[i] = posted(down[i], answer.packet)
+            for i, (packet, sends) in enumerate(answers):
+                if sends and rng.random() < odds:
+                    down[i] = posted(down[i], packet)
         down, packets = taken(down, rng)
         for i, (p, sample) in enumerate(zip(self.made.users, samples, strict=True)):
             device = devices[i]

@@ -115,9 +115,9 @@ class Loop:
             server = server._replace(guests=tuple(map(sums_anew, server.guests)))
             server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
             for i, line in enumerate(self.lines):
-                answer = answers[line.ports[0]]
-                if answer.sends:
-                    down[i] += (Sent(tick, tick + line.delay_down, answer.packet),)
+                packet, sends = answers[line.ports[0]]
+                if sends:
+                    down[i] += (Sent(tick, tick + line.delay_down, packet),)
         out = []
         for i, sample in enumerate(samples):
             down[i], packets = arrived(down[i], tick)

@@ -229,8 +229,8 @@ class ServerEnd(ServerView):
             rest = zero(port.x_s)
             sent = Sent(rest, rest, port.account_j, port.extra)
             packing = p.guests[user].packing
-            says = now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1
-            packed, packet, _ = pack(guest.packing, sent, p.period_s, *says, packing)
+            about = now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1
+            packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, packing)
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE

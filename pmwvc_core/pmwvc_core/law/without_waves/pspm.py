@@ -127,7 +127,7 @@ def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndPara
 
 
 @ends.device_answer.member(PspmDevice)
-def _hear(s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> PspmDevice:
+def _aim(s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> PspmDevice:
     if silent:
         return PspmDevice(spring_let_go(s.spring, x), s.force, False)
     return PspmDevice(aimed(s.spring, wave, x, p.law), s.force, True)

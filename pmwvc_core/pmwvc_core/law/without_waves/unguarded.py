@@ -92,7 +92,7 @@ def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndPara
 
 
 @ends.device_answer.member(AvatarSeen)
-def _hears(s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> AvatarSeen:
+def _noted(s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> AvatarSeen:
     return s._replace(p=s.p if silent else wave, coupled=not silent)
 
 
