@@ -11,22 +11,21 @@ from pmwvc_core.compiled import compiled
 from pmwvc_core.law.black_box import compensations
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
-from pmwvc_core.law.black_box.seen import resting_seen
+from pmwvc_core.law.black_box.secant import resting_seen
 from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
+from pmwvc_core.law.family import NOTHING
+from pmwvc_core.law.motion import Body, body_law, wall_law
 from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, body_law, wall_law
-from pmwvc_core.law.server.contacts import Contact
-from pmwvc_core.law.server.server_port import Environment, UserPort, environment_step, joined
+from pmwvc_core.law.server.contacts import Avatar, Contact
+from pmwvc_core.law.server.server_port import Came, Environment, UserPort, environment_step, joined
 from pmwvc_core.law.server.springs import ContactLaw, Spring
-from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.vectors import scaled, zero
 from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.params import ServerParams
 
 H = 0.008
 TREATED = (
-    compensations.Untreated(0),
+    NOTHING,
     compensations.AsPublished((0.0, 0.0)),
     compensations.Corrected(0.0),
     compensations.JointLedger(0.0, 0.0, 0.0),

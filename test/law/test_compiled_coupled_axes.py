@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pmwvc_core.compiled import compiled
-from pmwvc_core.law.server.server_port import Environment, environment_step, joined
-from pmwvc_core.law.server_step import Came
+from pmwvc_core.law.server.server_port import Came, Environment, environment_step, joined
 from pmwvc_core.law.vectors import each
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.params.user import server_times

@@ -16,6 +16,7 @@ from pmwvc_core.law.channel.arrivals import (
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
+from pmwvc_core.law.motion import Body, body_law
 from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
@@ -24,20 +25,18 @@ from pmwvc_core.law.port.master import (
     port_send,
     port_tick,
 )
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, body_law
+from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import (
+    Came,
     Environment,
     UserPort,
     environment_step,
     joined,
     left,
 )
-from pmwvc_core.law.server_step import Came
 from pmwvc_core.law.wave.wave import impedance
-from pmwvc_core.law.without_waves import direct, pspm, tdpa, virtual_coupling
-from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
+from pmwvc_core.law.without_waves import pspm, tdpa, unguarded
+from pmwvc_core.law.without_waves.ends import AvatarEndParams, DeviceEndParams, resting_end
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
 from pmwvc_core.params.baselines import TdpaParams
@@ -66,10 +65,14 @@ def frame(end, arrivals, e, packet, x, xd, silent, p, q, rules):
 def test_both_ends(kind: str, axes: int) -> None:
     nothing, nobody = (0.0,) * axes, Nothing(0)
     state, law, kept = {
-        "direct": (direct.Held(nothing), direct.Direct(0), nobody),
+        "direct": (
+            unguarded.Held(nothing),
+            unguarded.Direct(0),
+            nobody,
+        ),
         "virtual_coupling": (
-            virtual_coupling.resting_coupling(axes),
-            virtual_coupling.VirtualCoupling(300.0, 3.0),
+            unguarded.resting_coupling(axes),
+            unguarded.VirtualCoupling(300.0, 3.0),
             nobody,
         ),
         "tdpa": (

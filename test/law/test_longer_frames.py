@@ -4,7 +4,7 @@
 
 import pytest
 
-from pmwvc_core.law.wave.anti_aliasing import (
+from pmwvc_core.law.wave.filter_and_hold import (
     filter_params,
     filter_sample,
     filter_step,

@@ -13,15 +13,8 @@ from support.filter_runs import Stage
 from support.strategies import TICK_S, amplitudes, poles_rad_s, signals
 from support.wave_power import power
 
-from pmwvc_core.law.wave.hold import Hold, hold, load
-from pmwvc_core.law.wave.wave import (
-    impedance,
-    wave_force,
-    wave_j,
-    wave_u,
-    wave_v,
-    wave_velocity,
-)
+from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
+from pmwvc_core.law.wave.wave import impedance, wave_force, wave_j, wave_u, wave_v, wave_velocity
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 from pmwvc_core.wave.design.filter_design import design, half_power_hz

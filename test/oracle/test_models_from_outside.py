@@ -23,8 +23,8 @@ from pmwvc_core import plugins
 from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.controllers.plugged import DeviceAnswer
-from pmwvc_core.law.server.avatar import couple
-from pmwvc_core.law.server.sampled import OneStepDelay, one_step_delay
+from pmwvc_core.law.server.contacts import couple
+from pmwvc_core.law.server.coupling import OneStepDelay, one_step_delay
 from pmwvc_core.law.vectors import minus, plus, scaled
 from pmwvc_core.server.couplings import COUPLINGS
 

@@ -26,8 +26,7 @@ from pmwvc_core.law.safety.brakes import (
     resting_hand_brake,
     unbraked,
 )
-from pmwvc_core.law.server.server_port import environment_step
-from pmwvc_core.law.server_step import Came
+from pmwvc_core.law.server.server_port import Came, environment_step
 from pmwvc_core.law.vectors import dot, plus, squared
 from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.params import ContactParams, ServerParams

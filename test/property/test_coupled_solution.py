@@ -9,7 +9,7 @@ from support import plain as scenarios
 from support.law_rigs import Users
 from support.laws import as_written
 
-from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
+from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.simulation.session import simulate_one

@@ -24,7 +24,7 @@ from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.stability import radii
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.port import plain_master
+from pmwvc_core.law.port import master
 from pmwvc_core.law.user_tick import user_tick
 
 BLACK_BOX = {"server__coupling": "unknown", "server__compensation": "none"}
@@ -181,13 +181,13 @@ def anew():
 
 
 def test_what_is_not_linear_is_found_by_superposition_and_named(monkeypatch, anew):
-    hold = plain_master.hold
+    hold = master.hold
 
     def rectified(s, ticks):
         s, v = hold(s, ticks)
         return s, tuple(map(abs, v))
 
-    monkeypatch.setattr(plain_master, "hold", rectified)
+    monkeypatch.setattr(master, "hold", rectified)
     send, begin, _, *others = loop.LIFTED
     monkeypatch.setattr(loop, "LIFTED", (send, begin, anew(), *others))
     words = "loop: superposition does not hold for .*user1.port.waves.*use 'pmwvc simulate'"

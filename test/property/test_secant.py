@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
 
-from pmwvc_core.law.black_box.secant import LARGEST, learn, resting_secant
-from pmwvc_core.law.black_box.seen import REPAID
+from pmwvc_core.law.black_box.secant import LARGEST, REPAID, learn, resting_secant
 from pmwvc_core.params import ContactParams, ServerParams
 
 PERIOD_S = 0.02

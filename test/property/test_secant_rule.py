@@ -11,9 +11,8 @@ from support.law_rigs import Users
 from support.laws import in_bulk
 
 from pmwvc_analysis.prediction.environment import rule
-from pmwvc_core.law.black_box import secant, seen
-from pmwvc_core.law.black_box.secant import Line, decoded
-from pmwvc_core.law.black_box.seen import REPAID
+from pmwvc_core.law.black_box import secant
+from pmwvc_core.law.black_box.secant import REPAID, Line, decoded
 from pmwvc_core.law.wave.wave import free_velocity, impedance, wave_v
 from pmwvc_core.params import ContactParams, ServerParams
 
@@ -123,7 +122,7 @@ def test_the_power_of_the_proof_is_that_of_the_loop(repaid):
 @pytest.mark.parametrize("repaid", [0.0, REPAID])
 def test_the_running_port_responds_like_that(monkeypatch, repaid):
     """With a slope that stays, no compensation and a wall that holds on both sides."""
-    monkeypatch.setattr(seen, "REPAID", repaid)
+    monkeypatch.setattr(secant, "REPAID", repaid)
     for name in ("_raised", "_decayed"):
         monkeypatch.setattr(secant, name, lambda slope, *_: slope)
     k, damping, b = 3000.0, 8.0, 25.0

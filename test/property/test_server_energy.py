@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from support.law_rigs import Users
 
 from pmwvc_analysis.models.elements import as_columns, leaves, lifted, stacked
-from pmwvc_core.law.server.server_port import environment_energies, environment_step
-from pmwvc_core.law.server_step import Came
+from pmwvc_core.law.server.server_port import Came, environment_energies, environment_step
 from pmwvc_core.params import ContactParams, ServerParams
 
 stiffnesses = st.one_of(st.just(0.0), st.floats(1e-2, 1e6))

@@ -18,8 +18,7 @@ from support.played_laws import Laws
 from pmwvc_analysis.models.elements import leaves, planted
 from pmwvc_core.law.channel import playout
 from pmwvc_core.law.channel.pace import forgotten
-from pmwvc_core.law.wave.anti_aliasing import filter_step
-from pmwvc_core.law.wave.hold import Hold, hold
+from pmwvc_core.law.wave.filter_and_hold import Hold, filter_step, hold
 from pmwvc_core.scenario.reader import parse_scenario
 
 FILTERS = [

@@ -5,13 +5,15 @@
 import numpy as np
 
 from pmwvc_core.ends.forms import value, vector
-from pmwvc_core.law.wave.anti_aliasing import (
+from pmwvc_core.law.wave.filter_and_hold import (
+    Hold,
     filter_params,
     filter_sample,
     filter_step,
+    hold,
+    load,
     resting_filter,
 )
-from pmwvc_core.law.wave.hold import Hold, hold, load
 from pmwvc_core.params import FilterParams
 from support.strategies import TICK_S
 

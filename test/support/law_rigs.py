@@ -30,13 +30,13 @@ from pmwvc_core.law.safety.limits import (
     resting_limits,
 )
 from pmwvc_core.law.server.server_port import (
+    Came,
     environment_energies,
     environment_step,
     joined,
     left,
     port_shown,
 )
-from pmwvc_core.law.server_step import Came
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import changed_master, resting_user, user_params
 from pmwvc_core.master.safety import state_of, text_of

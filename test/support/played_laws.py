@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.port.master import port_opened
-from pmwvc_core.law.port.sensing import Sample
+from pmwvc_core.law.port.master import Sample, port_opened
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.plant.device import device_step
@@ -90,9 +89,9 @@ class Laws:
             up, packets = taken(up, rng)
             server, answers = self.step(server, now_ns, tuple(packets), 0.0, self.made.p)
             found += [server.environment, answers]
-            for i, answer in enumerate(answers):
-                if answer.sends and rng.random() < odds:
-                    down[i] = posted(down[i], answer.packet)
+            for i, (packet, sends) in enumerate(answers):
+                if sends and rng.random() < odds:
+                    down[i] = posted(down[i], packet)
         down, packets = taken(down, rng)
         for i, (p, sample) in enumerate(zip(self.made.users, samples, strict=True)):
             device = devices[i]

@@ -5,7 +5,7 @@
 from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.port.port_filters import part_down, part_energies, part_offer, part_up
+from pmwvc_core.law.port.port_filters import part_energies, part_in, part_up
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.law.wave.wave import along
 from support.law_rigs import Port
@@ -23,13 +23,16 @@ class Part:
 
     def down(self, v):
         """Return what it lets through of the returning wave."""
-        self.s, w = part_down(self.s, vector(v, self.axes), self.p)
-        return value(w)
+        self._v = vector(v, self.axes)
+        return value(self._taken(0.0)[1])
 
     def offer(self, x=0.0):
         """Return its answer v0 + g u to the wave u of the tick, with the device at x."""
-        self.s, v0, gains = part_offer(self.s, vector(x, self.axes), self.p, self._impedance)
+        self.s, _, v0, gains = self._taken(x)
         return lambda u: value(plus(v0, along(self._impedance, gains, vector(u, self.axes))))
+
+    def _taken(self, x):
+        return part_in(self.s, self._v, vector(x, self.axes), self.p, self._impedance)
 
     def step(self, u):
         """Take the outgoing wave; return what of it goes on."""

@@ -20,7 +20,7 @@ from pmwvc_core.law.channel.arrivals import (
     start_of,
     wave_of,
 )
-from pmwvc_core.law.channel.packet import About, Sent, pack, packing_params, resting_packing
+from pmwvc_core.law.channel.packet import Sent, pack, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
 from pmwvc_core.params import DeadbandParams
 
@@ -83,8 +83,8 @@ class SendingEnd:
     def send(self, wave, now_ns=0, *, anew=False):
         """Add a sample; return its packet, None where the deadband holds it back."""
         sent = Sent(vector(wave, self.dof), (0.0,) * self.dof, -1.0, ())
-        about = About(now_ns, False, False, anew, False, 0, 0)
-        self.s, packet, sends = pack(self.s, sent, self.period_s, about, self.p)
+        says = now_ns, False, False, anew, False, 0, 0
+        self.s, packet, sends = pack(self.s, sent, self.period_s, *says, self.p)
         return message(packet, 1, 0, (0, 0, 0)) if sends else None
 
 

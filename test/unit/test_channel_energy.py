@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.strategies import TICK_S, rate_drops, signals
 
-from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
 from reproduction import channel_energy
 
 

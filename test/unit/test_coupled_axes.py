@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from support.strategies import matrices
 
 from pmwvc_core.law.server.contacts import attached, contact_force, slid, touching
-from pmwvc_core.law.server.coupled_axes import coupled_answer, solved_contact
+from pmwvc_core.law.server.coupled_axes import coupled_answer
+from pmwvc_core.law.server.coupling import solved_contact
 from pmwvc_core.law.server.springs import depth
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.made.waves import made_impedance

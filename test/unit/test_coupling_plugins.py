@@ -16,9 +16,8 @@ from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.events.events import complete
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.law.server.avatar import couple
-from pmwvc_core.law.server.implicit import Implicit
-from pmwvc_core.law.server.sampled import OneStepDelay
+from pmwvc_core.law.server.contacts import couple
+from pmwvc_core.law.server.coupling import Implicit, OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS

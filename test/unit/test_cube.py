@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from pmwvc_core.law.server.body import (
+from pmwvc_core.law.motion import (
     Body,
     body_law,
     drifted,

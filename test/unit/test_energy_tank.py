@@ -14,7 +14,7 @@ from pmwvc_core.law.position.energy_tank import (
     tank_packet,
     tank_send,
 )
-from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
 from pmwvc_core.made.waves import made_impedance, position_params
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import Packer

@@ -14,7 +14,13 @@ from support.law_rigs import Port
 from support.strategies import signals
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.wave.cascade import cascade, gain_of, rest_of, resting_cascade, sections_of
+from pmwvc_core.law.wave.filter_and_hold import (
+    cascade,
+    gain_of,
+    rest_of,
+    resting_cascade,
+    sections_of,
+)
 from pmwvc_core.params import BankParams, LocalModelParams
 from pmwvc_core.wave.design.bank_design import bank_filters
 

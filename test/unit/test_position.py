@@ -10,14 +10,7 @@ import pytest
 from support.law_rigs import Port
 
 from pmwvc_core.law.family import NOTHING
-from pmwvc_core.law.port.port_filters import (
-    Filtered,
-    FilteredParams,
-    part_down,
-    part_energies,
-    part_offer,
-    part_up,
-)
+from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, part_energies, part_up
 from pmwvc_core.law.position.energy_tank import SPREAD_S
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import FLAG_ANEW, Packer
@@ -193,16 +186,6 @@ class Amplifier(NamedTuple):
     """A part that gives the server more than it got."""
 
     none: int
-
-
-@part_down.member(Amplifier)
-def _down(s, v, p):
-    return s, v
-
-
-@part_offer.member(Amplifier)
-def _offer(s, x, p, impedance):
-    return s, (0.0,), (0.0,)
 
 
 @part_up.member(Amplifier)

@@ -4,7 +4,7 @@
 
 import pytest
 
-from pmwvc_core.law.wave.hold import Hold, hold, load
+from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
 
 REST = Hold((0.0,), (0.0,), (0.0,), 0)
 

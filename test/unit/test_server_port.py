@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.law_rigs import Users
 
-from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS

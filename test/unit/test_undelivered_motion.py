@@ -84,7 +84,7 @@ def test_a_body_that_gives_way_leaves_no_distance(stiffness, body):
 
 
 def test_without_repayment_it_would_be_lost(monkeypatch):
-    monkeypatch.setattr("pmwvc_core.law.black_box.seen.REPAID", 0.0)
+    monkeypatch.setattr("pmwvc_core.law.black_box.secant.REPAID", 0.0)
     left = [abs(pressed(Body(k, **body), slow_press)[0][-1]) for k, body in BODIES]
     assert min(left) > 2e-3
     assert max(left) > 0.1

@@ -27,7 +27,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import add
-from pmwvc_core.law.port.sensing import Sample
+from pmwvc_core.law.port.master import Sample
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, zero
@@ -115,9 +115,9 @@ class Loop:
             server = server._replace(guests=tuple(map(sums_anew, server.guests)))
             server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
             for i, line in enumerate(self.lines):
-                answer = answers[line.ports[0]]
-                if answer.sends:
-                    down[i] += (Sent(tick, tick + line.delay_down, answer.packet),)
+                packet, sends = answers[line.ports[0]]
+                if sends:
+                    down[i] += (Sent(tick, tick + line.delay_down, packet),)
         out = []
         for i, sample in enumerate(samples):
             down[i], packets = arrived(down[i], tick)

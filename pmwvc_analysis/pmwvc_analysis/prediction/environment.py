@@ -16,8 +16,7 @@ Equations: docs/theory.md 5.4.
 
 from typing import NamedTuple
 
-from pmwvc_core.law.black_box.secant import SOFT
-from pmwvc_core.law.black_box.seen import REPAID
+from pmwvc_core.law.black_box.secant import REPAID, SOFT
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import least_impedance

@@ -20,10 +20,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
+from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.port import master
-from pmwvc_core.law.port.sensing import known_motion
+from pmwvc_core.law.port.master import known_motion
 from pmwvc_core.law.safety.brakes import released_brake
-from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.server.contacts import (
     Contact,
     contact_force,
@@ -32,7 +32,7 @@ from pmwvc_core.law.server.contacts import (
     offset_of,
     slid,
 )
-from pmwvc_core.law.server.sampled import object_pushed
+from pmwvc_core.law.server.coupling import object_pushed
 from pmwvc_core.law.server.server_port import (
     Environment,
     UserPort,
@@ -42,7 +42,7 @@ from pmwvc_core.law.server.server_port import (
     potential_j,
 )
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
-from pmwvc_core.law.without_waves.avatar_end import port_without_waves
+from pmwvc_core.law.without_waves.ends import port_without_waves
 
 
 class DeviceTick(NamedTuple):

@@ -20,9 +20,9 @@ from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.law.channel.arrivals import arrivals_of, arrive, waits
-from pmwvc_core.law.channel.packet import About, Sent, pack
+from pmwvc_core.law.channel.packet import Packet, Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, left
-from pmwvc_core.law.server_step import ABSENT, Answer, server_step
+from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
@@ -217,20 +217,20 @@ class ServerEnd(ServerView):
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
         return sent, self._row()
 
-    def _answered(self, user: int, answer: Answer, now_ns: int) -> WavePacket | None:
+    def _answered(self, user: int, answer: tuple[Packet, bool], now_ns: int) -> WavePacket | None:
         """Return what goes back to a user; one that is to prove itself is asked to."""
-        inbox, packet = self.inboxes[user], answer.packet
+        inbox, (packet, sends) = self.inboxes[user], answer
         flags = inbox.flags
-        if not answer.sends:
+        if not sends:
             guest, port, p = self.s.guests[user], self.s.environment.ports[user], self.p
             if not (guest.presence == ABSENT and inbox.challenges(now_ns)):
                 return None
             # A packet of nothing, which an answer has to echo.
-            about = About(now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1)
             rest = zero(port.x_s)
             sent = Sent(rest, rest, port.account_j, port.extra)
             packing = p.guests[user].packing
-            packed, packet, _ = pack(guest.packing, sent, p.period_s, about, packing)
+            about = now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1
+            packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, packing)
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE

@@ -22,8 +22,7 @@ from pmwvc_core.ends.inbox import End, Inbox
 from pmwvc_core.frame.rows import DeviceSample, FrameReport, Row
 from pmwvc_core.frame.schedule import FrameSchedule
 from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
-from pmwvc_core.law.port.sensing import NEVER_NS, Sample
+from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_opened, port_signals
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.made.user import changed_master, changed_safety, resting_user, user_params
 from pmwvc_core.master.safety import state_of, text_of

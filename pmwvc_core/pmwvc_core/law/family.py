@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Families of laws: one name for laws of which the type of the state (or of the parameters, where
-there is no state) says which is meant.
+there is no state) says which is meant; compiled, it is known beforehand and costs nothing.
 
-A law joins with ``@family.member(State)``; a plug-in does the same. A call looks the type of its
-first argument up; compiled, it is known beforehand and costs nothing. Every type without a law of
+A law joins with ``@family.member(State)``; a plug-in does the same. Every type without a law of
 its own, such as :class:`Nothing`, has the default of the family.
 """
 
@@ -50,15 +49,7 @@ def never(first: Any, *others: Any) -> bool:
 
 
 class Family:
-    """Laws chosen by the type of their first argument.
-
-    Attributes
-    ----------
-    name
-        In messages.
-    members
-        Law by that type, the default where a type has none; KeyError where there is no default.
-    """
+    """Laws by the type of the first argument, or a default; KeyError where there is neither."""
 
     def __init__(self, name: str, default: Callable[..., Any] | None = None) -> None:
         self.name = name

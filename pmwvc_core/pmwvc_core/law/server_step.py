@@ -10,8 +10,8 @@
     the answers       to those who are present
     the target        where the object is to be brought, once all have been together
 
-A user who is silent is rendered a matched damper (braked on the strict channel, also while it does
-not hear the server).
+A silent user is rendered a matched damper; braked on the strict channel, also while it hears
+nothing of the server.
 """
 
 import math
@@ -29,24 +29,24 @@ from pmwvc_core.law.channel.arrivals import (
     wave_of,
 )
 from pmwvc_core.law.channel.packet import (
-    About,
     Packet,
     Packing,
     PackingParams,
     Sent,
+    is_silent,
+    is_unreceived,
     no_packet,
     pack,
-    pay,
+    silence_s,
 )
-from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
-from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.server_port import (
+    Came,
     Environment,
     UserPort,
     environment_step,
     joined,
     left,
-    passed_through,
 )
 from pmwvc_core.law.vectors import Vector, columns, each, minus, total, zero
 
@@ -71,13 +71,11 @@ class GuestParams(NamedTuple):
 
 
 class Server(NamedTuple):
-    """All users, the environment between them, and the time of the task [s]: infinite until all
-    have been together, then from minus a soft start on.
-    """
+    """All users, the environment between them, and the time of the task [s]."""
 
     guests: tuple[Guest, ...]
     environment: Environment
-    task_s: float
+    task_s: float  # infinite until all have been together, then from minus a soft start on
 
 
 class ServerStepParams(NamedTuple):
@@ -90,31 +88,10 @@ class ServerStepParams(NamedTuple):
     soft_start_s: float
 
 
-class Answer(NamedTuple):
-    """What goes back to a user, if it is sent."""
-
-    packet: Packet
-    sends: bool
-
-
-class Came(NamedTuple):
-    """What a user brings to a step."""
-
-    wave: Vector  # [sqrt(W)]
-    position: Vector  # [m] of its device
-    brakes: bool  # none of its waves come
-    received_j: float  # by the sums of its packets, without waves
-    extra: Vector  # signals that a controller declares
-
-
 def server_step(
-    s: Server,
-    now_ns: int,
-    packets: tuple[list[Packet], ...],
-    missed_s: float,
-    p: ServerStepParams,
-) -> tuple[Server, tuple[Answer, ...]]:
-    """Take in what has come since the last step, advance the environment by its period, answer."""
+    s: Server, now_ns: int, packets: tuple[list[Packet], ...], missed_s: float, p: ServerStepParams
+) -> tuple[Server, tuple[tuple[Packet, bool], ...]]:
+    """Take in what has come, advance the environment by its period; return whom to send what."""
     before = s.environment
     guests, ports, came, lost = columns(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
@@ -174,16 +151,18 @@ def _come(
 
 def _gone(
     s: Guest, port: UserPort, q: GuestParams, now_ns: int, period_s: float
-) -> tuple[Guest, UserPort, Answer]:
+) -> tuple[Guest, UserPort, tuple[Packet, bool]]:
     """Answer a user; energy that it lacks and its wave does not need here goes back to it."""
     arrivals, packing = s.arrivals, s.packing
     if s.presence == ABSENT:
-        return s, port, Answer(no_packet(zero(port.x_s), port.extra), False)
+        return s, port, (no_packet(zero(port.x_s), port.extra), False)
     arrivals, passed_j = sparing(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
-        packing, port = pay(packing, passed_j), passed_through(port, passed_j)
+        packing = packing._replace(energy_j=packing.energy_j + passed_j)
+        port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     sent = Sent(port.v_s, minus(port.x_s, port.offset), port.account_j, port.extra)
-    about = About(now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
-                  arrivals.silence.number, 0)  # fmt: skip
-    packing, packet, sends = pack(packing, sent, period_s, about, q.packing)
-    return s._replace(arrivals=arrivals, packing=packing), port, Answer(packet, sends)
+    packing, packet, sends = pack(
+        packing, sent, period_s, now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
+        arrivals.silence.number, 0, q.packing,
+    )  # fmt: skip
+    return s._replace(arrivals=arrivals, packing=packing), port, (packet, sends)

@@ -11,17 +11,26 @@
 Frames begin at the multiples of their length M. Where M changes, or ticks were skipped, the frame
 that begins is as long as it takes to the next multiple, so that both ends keep their phases. A
 frame whose first ticks were skipped starts, and takes its answer, with the first tick that runs.
-
-A caller whose answers come within the same instant starts the frame itself, before the tick; and
-one that changes parameters sends, changes, and begins the frame (``send``, ``begin``).
+The caller sends and begins frames (``send``, ``begin``), with other parameters where they change.
 """
 
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
-from pmwvc_core.law.channel.packet import About, Packet, Packing, PackingParams, pack
-from pmwvc_core.law.channel.silence import is_silent, is_unreceived, silence_s
+from pmwvc_core.law.channel.packet import (
+    Packet,
+    Packing,
+    PackingParams,
+    is_silent,
+    is_unreceived,
+    pack,
+    silence_s,
+)
 from pmwvc_core.law.port.master import (
+    LATE_NS,
+    STALE_NS,
+    Sample,
+    age_ns,
     port_answer,
     port_applied,
     port_measure,
@@ -29,7 +38,6 @@ from pmwvc_core.law.port.master import (
     port_send,
     port_tick,
 )
-from pmwvc_core.law.port.sensing import LATE_NS, STALE_NS, Sample, age_ns
 from pmwvc_core.law.safety.brakes import brake_stored_j
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_restart
 from pmwvc_core.law.vectors import Vector, zero
@@ -76,9 +84,10 @@ def send(
         port = port_measure(port, sample.x, sample.xd, p.port)
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
-    about = About(now_ns, lacks(arrivals), waits(arrivals), False, leaves,
-                  arrivals.silence.number, s.limits.events)  # fmt: skip
-    packing, packet, sends = pack(s.packing, sent, s.frame_s, about, p.packing)
+    packing, packet, sends = pack(
+        s.packing, sent, s.frame_s, now_ns, lacks(arrivals), waits(arrivals), False, leaves,
+        arrivals.silence.number, s.limits.events, p.packing,
+    )  # fmt: skip
     return s._replace(packing=packing, arrivals=arrivals, port=port), packet, sends
 
 
@@ -110,9 +119,7 @@ def receive(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
 def user_tick(
     s: User, tick: int, now_ns: int, sample: Sample, packets: list[Packet] | None, p: UserParams
 ) -> tuple[User, Vector, Vector]:
-    """Run one tick of a frame that has begun; ``packets`` are None where none came. Return the
-    force wanted and the force for the device [N].
-    """
+    """Run a tick of a frame that has begun; return the forces wanted and for the device [N]."""
     if packets is not None:
         s = receive(s, packets, now_ns, p)
     next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0

@@ -68,11 +68,7 @@ def scaled(a: Vector, factor: float) -> Vector:
 
 def between(a: Vector, b: Vector, ratio: float) -> Vector:
     """Return a + (b - a) ratio: on the way from a to b."""
-    return each(_between, (a, b), ratio)
-
-
-def _between(a: float, b: float, ratio: float) -> float:
-    return a + (b - a) * ratio
+    return plus(a, scaled(minus(b, a), ratio))
 
 
 def zero(like: Vector) -> Vector:

@@ -15,21 +15,19 @@ from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.compensations import compensation_params
-from pmwvc_core.law.black_box.seen import resting_seen
+from pmwvc_core.law.black_box.secant import resting_seen
 from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.packet import packing_params, resting_packing
+from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body, wall_law
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, BodyLaw, body_law, changed_body, wall_law
-from pmwvc_core.law.server.contacts import Contact
-from pmwvc_core.law.server.implicit import Implicit
-from pmwvc_core.law.server.implicit_coupled import ImplicitCoupled
-from pmwvc_core.law.server.sampled import weights
+from pmwvc_core.law.server.contacts import Avatar, Contact
+from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
+from pmwvc_core.law.server.coupling import Implicit, weights
 from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
-from pmwvc_core.law.without_waves.avatar_end import AvatarEndParams
+from pmwvc_core.law.without_waves.ends import AvatarEndParams
 from pmwvc_core.made.user import arrivals_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams

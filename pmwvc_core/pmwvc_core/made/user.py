@@ -15,13 +15,12 @@ from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, rec
 from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.channel.packet import no_packet, packing_params, resting_packing
+from pmwvc_core.law.channel.packet import LATENESSES, no_packet, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
-from pmwvc_core.law.channel.silence import LATENESSES
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local, resting_bank
+from pmwvc_core.law.port.master import NEVER_NS
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
-from pmwvc_core.law.port.sensing import NEVER_NS
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
 from pmwvc_core.law.safety.limits import (
@@ -32,9 +31,8 @@ from pmwvc_core.law.safety.limits import (
     resting_limits,
 )
 from pmwvc_core.law.user_tick import User, UserParams
-from pmwvc_core.law.wave.anti_aliasing import resting_filter
-from pmwvc_core.law.wave.hold import Hold
-from pmwvc_core.law.without_waves.device_end import DeviceEndParams, resting_end
+from pmwvc_core.law.wave.filter_and_hold import Hold, resting_filter
+from pmwvc_core.law.without_waves.ends import DeviceEndParams, resting_end
 from pmwvc_core.made.waves import (
     lent_of,
     position_params,

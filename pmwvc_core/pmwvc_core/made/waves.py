@@ -12,7 +12,7 @@ from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, bank_of, resting_bank
-from pmwvc_core.law.port.plain_master import PlainMaster, PlainMasterParams
+from pmwvc_core.law.port.master import PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import (
     Filtered,
     FilteredParams,
@@ -26,9 +26,13 @@ from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
 from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.anti_aliasing import filter_params, resting_filter
-from pmwvc_core.law.wave.cascade import resting_cascade, sections_of
-from pmwvc_core.law.wave.hold import Hold
+from pmwvc_core.law.wave.filter_and_hold import (
+    Hold,
+    filter_params,
+    resting_cascade,
+    resting_filter,
+    sections_of,
+)
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances

@@ -11,7 +11,7 @@ must still let the largest force go in ``LET_GO_S``.
 import enum
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.safety import causes
+from pmwvc_core.law.safety import limits as causes
 from pmwvc_core.law.safety.limits import LET_GO_S
 from pmwvc_core.params import SafetyParams, specs
 

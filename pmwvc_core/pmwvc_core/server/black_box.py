@@ -22,7 +22,7 @@ import numpy as np
 
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
 from pmwvc_core.law.black_box.touched import Reply, Vectors, exchange, solved_line, visited
-from pmwvc_core.law.server.avatar import Avatar
+from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.law.black_box.compensations import AsPublished, Corrected, JointLedger, Untreated
+from pmwvc_core.law.black_box.compensations import AsPublished, Corrected, JointLedger
+from pmwvc_core.law.family import NOTHING
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Record, Records
 
@@ -42,7 +43,7 @@ UNTREATED = Compensation(
     name="none",
     words="The energy of late decoding is not treated.",
     linear="none",
-    rest=lambda users: Untreated(0),
+    rest=lambda users: NOTHING,
 )
 PRINTED = Compensation(
     name="printed",

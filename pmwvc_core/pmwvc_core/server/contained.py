@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, TypeVar
 
 from pmwvc_core.errors import PLUGIN_ERRORS, reason
-from pmwvc_core.law.server.avatar import Avatar, couple
-from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j, mobility, pushed_body
-from pmwvc_core.law.server.contacts import contact_energy, slid
+from pmwvc_core.law.motion import Body, BodyLaw, drifted, kinetic_j, mobility, pushed_body
+from pmwvc_core.law.server.contacts import Avatar, contact_energy, couple, slid
 from pmwvc_core.law.vectors import dot, minus, plus, scaled, within, zero
 from pmwvc_core.law.wave.wave import free_velocity, wave_force, wave_velocity
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.server.implicit import Implicit
-from pmwvc_core.law.server.sampled import OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.law.server.coupling import Implicit, OneFrameLate, OneStepDelay, Unwrapped, weights
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import Record, Records
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -36,7 +35,7 @@ class Coupling(Record):
     """A coupling: what makes its law, and its properties."""
 
     # makes, from what old and new velocity weigh by ``server.integrator`` [s], the NamedTuple by
-    # whose type the family :data:`pmwvc_core.law.server.avatar.couple` chooses the law of a step;
+    # whose type :data:`pmwvc_core.law.server.contacts.couple` chooses the law of a step;
     # None for a black box (:mod:`pmwvc_core.server.black_box`), and where a controller has its own
     law: Callable[[float, float], Any] | None = None
     parameters: tuple[str, ...] = ()  # of ``server.*`` that decide what it does, for reports

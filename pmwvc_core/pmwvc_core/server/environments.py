@@ -12,7 +12,7 @@ from typing import Any
 
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
 from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
-from pmwvc_core.law.server.body import Body, body_law
+from pmwvc_core.law.motion import Body, body_law
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import PluginGroup, Record

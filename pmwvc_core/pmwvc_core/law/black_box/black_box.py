@@ -7,10 +7,10 @@
     xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         with the line F' = F0 + G xd
     F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
 
-The line is the environment's own where it reports its slope, else the learned one (``secant``), or
-F' = F(n-1) (``late``). (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the
-power of decoding with another force than F, which a compensation treats (:mod:`.compensations`).
-While the environment does not answer the port is a matched damper (v = 0).
+The line is the environment's own where it reports its slope, else the learned one (:mod:`.secant`)
+or F' = F(n-1) (``late``). (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd),
+the power of decoding with another force than F, which :mod:`.compensations` treat. While the
+environment does not answer the port is a matched damper (v = 0).
 
 The waves move the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns
 repays 0.3 of the difference in the next step.
@@ -21,18 +21,18 @@ Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import (
-    CompensationParams,
     PortWave,
+    Treatment,
     compensated,
     compensation_energies,
 )
-from pmwvc_core.law.black_box.secant import learned, ratio_in_use
-from pmwvc_core.law.black_box.seen import Seen, checked, faded, guess, noted
+from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
 from pmwvc_core.law.black_box.touched import ahead, exchange, visited
+from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import BodyLaw
+from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import (
+    Came,
     Environment,
     PortShown,
     UserPort,
@@ -58,12 +58,11 @@ from pmwvc_core.law.vectors import (
 )
 from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_j, wave_v, wave_velocity
 
+MEMORY_S = 0.5  # in which the longest way fades
+
 
 class Accounts(NamedTuple):
-    """Energies of all users together since the start [J].
-
-    Their sum is what went in at the ports, less the heat of the avatars' brakes.
-    """
+    """Energies since the start [J]; in all what went in at the ports, less the brakes' heat."""
 
     environment_j: float  # sum F . xd h
     late_j: float  # decoding with another force than F
@@ -88,7 +87,7 @@ class BlackBoxParams(NamedTuple):
     """Parameters of a black box and its ports."""
 
     environment: Any
-    compensation: CompensationParams
+    compensation: Treatment
     body: BodyLaw  # its period is the time step
     brakes: bool  # of the avatars (the strict channel)
     old_s: float  # weights of old and new velocity in an avatar's displacement
@@ -99,26 +98,26 @@ class BlackBoxParams(NamedTuple):
 
 
 @environment_step.member(BlackBoxParams)
-def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environment:
-    box = s.body
+def _step(p: BlackBoxParams, s: Environment, came: tuple[Came, ...]) -> Environment:
+    box, h = s.body, p.body.period_s
     ports, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
+    avatars = each(avatar_of, (ports,))
     starts = each(_start, (ports,), p.old_s)
     users, velocities = columns(each(guess, (users, ports, starts), p))
-    avatars = each(avatar_of, (ports,))
     environment, reply = exchange(environment, avatars, starts, velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
     if reply.answered:
         ends = each(ahead, (starts, reply.velocities), p.new_s)
-        way_m = max(faded(way_m, p.body.period_s), length(xd) * p.body.period_s)
+        way_m = max(way_m * max(1.0 - h / MEMORY_S, 0.0), length(xd) * h)
         for i in range(len(users)):
             way_m = max(way_m, length(minus(ends[i], users[i].at)))
         users = each(checked, (users, ends, reply.forces), way_m, p)
         stored_j, x, xd = reply.stored_j, reply.x, reply.xd
     replies = (users, ports, starts, reply.velocities, reply.forces)
     ports, waves, sums = columns(each(_taken, replies, reply.answered, p))
-    held_j = _held(stored_j, users, s.ports, ports, p)
+    held_j = stored_j if stored_j < 0.0 else _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
     users, ports = columns(each(_give, (users, s.ports, ports, came, ratios, returned), p))
     environment_j, late_j, withheld_j, contained_j = box.accounts
@@ -126,7 +125,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Any, ...]) -> Environme
         environment_j += sums[i].environment_j
         late_j += sums[i].late_j
         contained_j += sums[i].contained_j
-        withheld_j += 0.5 * p.body.period_s * (squared(waves[i].v) - squared(returned[i]))
+        withheld_j += 0.5 * h * (squared(waves[i].v) - squared(returned[i]))
     accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
     box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
@@ -168,8 +167,6 @@ def _held(
     Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again;
     with a slope it gives out up to G/b times what the environment does.
     """
-    if stored_j < 0.0:
-        return stored_j
     most, late_j = 0.0, 0.0
     for i in range(len(ports)):
         if p.learns:
@@ -181,10 +178,9 @@ def _held(
 
 
 def _give(
-    s: Seen, before: UserPort, port: UserPort, came: Any, ratio: float, v_s: Vector,
+    s: Seen, before: UserPort, port: UserPort, came: Came, ratio: float, v_s: Vector,
     p: BlackBoxParams,
 ) -> tuple[Seen, UserPort]:  # fmt: skip
-    """Give the wave that is returned to the user, through the brake."""
     a, b, h, brake = port.avatar, before.avatar.impedance, p.body.period_s, port.brake
     if not a.present:
         return s, port

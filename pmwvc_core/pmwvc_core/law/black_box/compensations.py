@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Compensations of the energy of late decoding (App. C section 5), chosen by the type of their
-state. Each takes the waves of all users in a step, and returns those to be sent.
+"""Compensations of the energy of late decoding (App. C section 5). Each
+takes the waves of all users in a step, and returns those to be sent.
 
 as published (Eq. 14, 15), for comparison only: it injects energy (J taken for W)
     dE(n) = dE(n-1) + T [F(n) F(n-1) - F(n)^2]/b        of each user, from the start [J]
     v     = sgn(v) sqrt(v^2 - 2 dE(n))                  where dE(n) < 0
 
-corrected in its sign: it keeps credit and only shortens waves
+corrected in its sign: it only shortens waves; a deficit below zero is credit
     deficit(n) = deficit(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
     pay(n)  = min(max(deficit, 0), sum |v|^2/2),   each v in proportion to its length
     so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit: passive where the environment is, for all
-    users together. Credit (a deficit below zero) never makes a wave longer.
+    users together
 
 port ledger: all users together get back no more than they gave, and a declared allowance
     tank += h sum |u_i|^2/2,   cost = h sum |v_i|^2/2
@@ -24,17 +24,12 @@ Equations: docs/theory.md 5.6, 5.7, 5.8.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
 from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import ServerParams
-
-# (s, waves, stored_j, p) -> (s, waves to send); ``stored_j`` is what can still come out of
-# environment and decoding, below zero where the environment does not report it
-compensated = Family("compensated")
-compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
 
 
 class PortWave(NamedTuple):
@@ -45,19 +40,13 @@ class PortWave(NamedTuple):
     late_w: float  # F . (xd as it should have been - xd as decoded), mostly < 0
 
 
-class CompensationParams(NamedTuple):
-    """Time step, allowance and cap."""
+class Treatment(NamedTuple):
+    """Parameters of any compensation: time step, allowance and cap."""
 
     period_s: float
     grant_j: float  # most that is taken from the allowance in a step
     allowance_j: float
     cap_j: float
-
-
-class Untreated(NamedTuple):
-    """Send what came out."""
-
-    none: int
 
 
 class AsPublished(NamedTuple):
@@ -81,24 +70,32 @@ class JointLedger(NamedTuple):
 
 
 Waves = tuple[Vector, ...]
+PortWaves = tuple[PortWave, ...]
 
 
-def compensation_params(params: ServerParams) -> CompensationParams:
+def compensation_params(params: ServerParams) -> Treatment:
     """Return the parameters of any compensation."""
     h = params.period_s
-    return CompensationParams(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
+    return Treatment(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
 
 
-@compensated.member(Untreated)
-def _untreated(
-    s: Untreated, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
-) -> tuple[Untreated, Waves]:
+def _shortened(wave: PortWave, ratio: float) -> Vector:
+    return scaled(wave.v, ratio)
+
+
+def _untreated(s: Any, waves: PortWaves, held_j: float, p: Treatment) -> tuple[Any, Waves]:
     return s, each(_shortened, (waves,), 1.0)
 
 
+# (s, waves, held_j, p) -> (s, waves to send); ``held_j`` is what can still come out of
+# environment and decoding, below zero where the environment does not report it
+compensated = Family("compensated", _untreated)
+compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
+
+
 @compensated.member(AsPublished)
-def _published(
-    s: AsPublished, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+def _printed(
+    s: AsPublished, waves: PortWaves, held_j: float, p: Treatment
 ) -> tuple[AsPublished, Waves]:
     late_j, longer = columns(each(_longer, (s.late_j, waves), p.period_s))
     return AsPublished(late_j), longer
@@ -106,15 +103,14 @@ def _published(
 
 def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
     late_j += h * wave.late_w
-    old, ratio = squared(wave.v), 0.0
-    if old > 0.0:
-        ratio = math.sqrt((old - 2.0 * min(late_j, 0.0)) / old)
+    old = squared(wave.v)
+    ratio = math.sqrt((old - 2.0 * min(late_j, 0.0)) / old) if old > 0.0 else 0.0
     return late_j, scaled(wave.v, ratio)
 
 
 @compensated.member(Corrected)
 def _corrected(
-    s: Corrected, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+    s: Corrected, waves: PortWaves, held_j: float, p: Treatment
 ) -> tuple[Corrected, Waves]:
     deficit_w, have_w = s.deficit_w, 0.0
     for i in range(len(waves)):
@@ -126,13 +122,13 @@ def _corrected(
 
 
 @compensation_energies.member(Corrected)
-def _deficit(s: Corrected, p: CompensationParams) -> Vector:
+def _deficit(s: Corrected, p: Treatment) -> Vector:
     return (p.period_s * s.deficit_w,)
 
 
 @compensated.member(JointLedger)
 def _ledger(
-    s: JointLedger, waves: tuple[PortWave, ...], stored_j: float, p: CompensationParams
+    s: JointLedger, waves: PortWaves, held_j: float, p: Treatment
 ) -> tuple[JointLedger, Waves]:
     have_j, cost_j = s.tank_j, 0.0
     for i in range(len(waves)):
@@ -143,15 +139,11 @@ def _ledger(
     ratio, left_j = 1.0, have_j - cost_j
     if cost_j > have_j:
         ratio, left_j = math.sqrt(have_j / cost_j), 0.0
-    tank_j = min(left_j, stored_j if stored_j >= 0.0 else p.cap_j)
+    tank_j = min(left_j, held_j if held_j >= 0.0 else p.cap_j)
     s = JointLedger(tank_j, s.granted_j + grant_j, s.capped_j + (left_j - tank_j))
     return s, each(_shortened, (waves,), ratio)
 
 
 @compensation_energies.member(JointLedger)
-def _tank(s: JointLedger, p: CompensationParams) -> Vector:
+def _tank(s: JointLedger, p: Treatment) -> Vector:
     return (s.tank_j, s.granted_j, s.capped_j)
-
-
-def _shortened(wave: PortWave, ratio: float) -> Vector:
-    return scaled(wave.v, ratio)

@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A soft body that stands still, after Hunt and Crossley: F = K d^n (1 + c d') while d > 0.
 
-d is the depth in the face of the user's own side; along the face nothing holds. The damping grows
-with the depth, so the force does not jump where contact begins. It never pulls. Who comes in
-inside begins without force: there the face is as deep as that. Moved by h xd with d' = xd it gives
-out no more than it got: K d^n is the slope of a convex potential.
+d is the depth in the face of the user's own side; along the face nothing holds. It never pulls.
+Who comes in inside begins without force: there the face is as deep as that. Moved by h xd with d'
+= xd it gives out no more than it got: K d^n is the slope of a convex potential.
 """
 
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box import touched
 from pmwvc_core.law.black_box.touched import Vectors
-from pmwvc_core.law.server.body import Body
+from pmwvc_core.law.motion import Body
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, zero
 
 
@@ -70,22 +69,18 @@ def _depth(s: Dent, position: Vector, p: SoftBodyParams) -> float:
     return max(beneath - max(p.face + s.start, 0.0), 0.0)
 
 
-def _pressed(
-    s: Dent, position: Vector, velocity: Vector, p: SoftBodyParams
-) -> tuple[Dent, Vector]:
+def _pressed(s: Dent, position: Vector, xd: Vector, p: SoftBodyParams) -> tuple[Dent, Vector]:
     if not s.there:
         return s, zero(position)
     depth = _depth(s, position, p)
-    damped = max(1.0 + p.damping * s.inward[0] * velocity[0], 0.0)
+    damped = max(1.0 + p.damping * s.inward[0] * xd[0], 0.0)
     force = scaled(s.inward, s.stiffness * depth**p.exponent * damped)
     return s._replace(there=True, depth=depth), force
 
 
 @touched.local_line.member(SoftBody)
-def _line(
-    s: SoftBody, positions: Vectors, weight_s: float, p: SoftBodyParams
-) -> tuple[Vectors, Vectors]:
-    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.dents, positions), weight_s, p))
+def _line(s: SoftBody, at: Vectors, weight_s: float, p: SoftBodyParams) -> tuple[Vectors, Vectors]:
+    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.dents, at), weight_s, p))
     return found
 
 

@@ -1,28 +1,38 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The slope of a black box, learned from its own answers, one user at a time.
+"""The slope of a black box, learned from its own answers, one user at a time; and what its port
+knows of one user.
 
 The port decodes with a line through the last force F- at the last position x-::
 
     F' = F- + K^ (x - x-),   x = position + w xd,   hence   F' = F0 + G xd,   G = w K^
 
 K^ is symmetric positive semidefinite, a slowly decaying maximum of the secant of force over
-position. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
+position. With dx = x - x-, dF = F - F-, s = (dF - K^ dx) . dx, for steps that are not much shorter
+than recent ones::
 
     s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
     s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
-A step much shorter than recent ones is not used. A step into a one-sided contact that is stiffer
-than known counts ``LEAP`` times its secant. Up to |K^| T = b/2 the line is not used and F' = F-:
-decoding late is passive there (2B <= 0.35 b). An environment in which a user moved without force
-is taken as one-sided: its force keeps its sign, and where it ended there is a face.
+A step into a one-sided contact that is stiffer than known counts ``LEAP`` times its secant. Up to
+|K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= 0.35 b). An
+environment in which a user moved without force is taken as one-sided: its force keeps its sign,
+and where it ended there is a face.
 
-Equations: docs/theory.md 5.3, 5.5.
+A force that jumps while hardly anything moved is a fault of the environment. With s the longest
+way in this step of any avatar or of the object (fading over 0.5 s), a change since the last
+force that was used, n steps ago, is accepted up to the stiffest contact that the port can learn,
+and soon where it stays::
+
+    |F - F-| <= 100 (b/T) s + b n ``KICK_M_S``
+
+Equations: docs/theory.md 5.3, 5.5, 5.13.
 """
 
 import math
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import (
     Vector,
     dot,
@@ -34,9 +44,10 @@ from pmwvc_core.law.vectors import (
     scaled,
     squared,
     total,
+    within,
     zero,
 )
-from pmwvc_core.law.wave.wave import Rows, applied, damper, outer
+from pmwvc_core.law.wave.wave import Rows, applied, damper, free_velocity, outer, wave_velocity
 
 DECAY = 0.9  # of a slope per step that measures less
 SHORT = 0.3  # length of a step that is too short, relative to recent ones
@@ -104,26 +115,21 @@ def line(s: Secant, position: Vector, weight: float) -> Line:
 
 
 def decoded(to: Line, impedance: Any, free: Vector) -> tuple[Vector, bool]:
-    """Return xd [m/s] from that without a force, and whether it was decoded with one."""
-    met = _solved(impedance, to.slope, minus(damper(impedance, free), to.force))
-    force = plus(to.force, applied(to.slope, met))
-    pushes = dot(to.along, force) >= 0.0 and not is_zero(force)
-    return (met if pushes else free), pushes
-
-
-def _solved(impedance: Any, slope: Rows, right: Vector) -> Vector:
-    """Return x of (B + G) x = right, by conjugate gradients: exact after a step per axis, and
-    once more for rounding.
+    """Return xd [m/s] from that without a force, and whether it was decoded with one: of (B + G)
+    xd = B free - F0 by conjugate gradients, exact after a step per axis, and again for rounding.
     """
-    x, left, way, size = zero(right), right, right, squared(right)
-    for _ in range(2 * len(right)):
+    left = way = minus(damper(impedance, free), to.force)
+    xd, size = zero(left), squared(left)
+    for _ in range(2 * len(left)):
         if size > NOTHING:
-            image = plus(damper(impedance, way), applied(slope, way))
+            image = plus(damper(impedance, way), applied(to.slope, way))
             step = size / dot(way, image)
-            x, left = plus(x, scaled(way, step)), minus(left, scaled(image, step))
+            xd, left = plus(xd, scaled(way, step)), minus(left, scaled(image, step))
             after = squared(left)
             way, size = plus(left, scaled(way, after / size)), after
-    return x
+    force = plus(to.force, applied(to.slope, xd))
+    pushes = dot(to.along, force) >= 0.0 and not is_zero(force)
+    return (xd if pushes else free), pushes
 
 
 def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
@@ -178,6 +184,67 @@ def _decayed(slope: Rows, course: Vector, secant: Vector) -> Rows:
 
 
 def _direction(a: Vector) -> Vector:
-    """Return the unit vector; nothing where there is none."""
     size = length(a)
     return scaled(a, 1.0 / size) if size > 0.0 else a
+
+
+REPAID = 0.3  # of what is undelivered per step
+LARGEST_N = 1e6  # more is no force
+KICK_M_S = 0.4  # change of force over b
+
+
+class Seen(NamedTuple):
+    """What the port knows of one user."""
+
+    there: bool
+    x: Vector  # of the avatar at the end of the last step: another one means that it began anew
+    f: Vector
+    secant: Secant  # with F-, the last force that was used
+    at: Vector  # [m] where the environment answered last
+    steps: int  # since F-
+    usable: bool  # the force that the environment answered in the last step with, if it did
+    jumped: bool
+
+
+def resting_seen(position: Vector, scale: float) -> Seen:
+    """Return a user who is not there; ``scale`` is b/T with the smallest impedance [N/m]."""
+    secant = resting_secant(position, scale, False)
+    return Seen(False, position, zero(position), secant, position, 0, True, False)
+
+
+def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
+    """Note who is there, and who began anew: where the last step did not leave the avatar."""
+    there, x, f = port.avatar.present, port.x_s, port.avatar.f
+    stayed = s.there and is_zero(minus(x, s.x)) and is_zero(minus(f, s.f))
+    begins, secant, at, steps = there and not stayed, s.secant, s.at, s.steps
+    if begins:
+        secant, at, steps = resting_secant(x, secant.scale, secant.expected), x, 0
+    return Seen(there, x, f, secant, at, steps, True, False), there, begins, x
+
+
+def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]:
+    """Return the velocity decoded with the learned line, or with the last force."""
+    a = port.avatar
+    if not p.learns:
+        return s, wave_velocity(a.impedance, a.u, a.f) if a.present else zero(a.u)
+    free = free_velocity(a.impedance, a.u)
+    if port.brake.largest.left <= 0.0:  # a braked avatar waits
+        free = plus(free, scaled(a.kept, REPAID / p.body.period_s))
+    velocity, expected = decoded(line(s.secant, start, p.new_s), a.impedance, free)
+    return s._replace(secant=s.secant._replace(expected=expected)), velocity
+
+
+def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:
+    """Note a force that cannot be used; learn from another one."""
+    usable = within(force, LARGEST_N)
+    if not p.learns:
+        return s._replace(usable=usable)
+    if not usable:
+        force = zero(force)
+    scale, steps = s.secant.scale, s.steps + 1
+    most = LARGEST * scale * way_m + KICK_M_S * scale * p.body.period_s * steps
+    found = length(minus(force, s.secant.force)) <= most
+    good = usable and found
+    secant = learn(s.secant, position, force, good)
+    steps = 0 if good else steps
+    return Seen(s.there, s.x, s.f, secant, position, steps, usable, usable and not found)

@@ -1,16 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Environments that are known by their forces only, chosen by the type of their state; here wall
-and cube, with the contact laws of the other couplings.
+"""Environments that are known by their forces only; here wall and cube, with the contact laws of
+the other couplings.
 
 The wall uses the force at the end of a step and moves by h xd (backward Euler), so K e(n) [e(n) -
 e(n-1)] is at least the gain of its spring. Of a sloped wall the port knows K dt + B in contact
 (App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along axis 0. The cube moves by the
-midpoint rule with the mean force over the step (:mod:`.implicit`): sum f_i xd_i h is stored or
-heat.
-
-Forces act from the avatars on the environment; positions and velocities are those of the avatars
-at the end of the step.
+midpoint rule with the mean force over the step (:mod:`.coupling`): sum f_i xd_i h is stored or
+heat. Positions and velocities are those of the avatars at the end of the step.
 """
 
 import math
@@ -18,9 +15,9 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.secant import Line, decoded
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body, BodyLaw, drifted, kinetic_j
+from pmwvc_core.law.motion import Body, BodyLaw, drifted, kinetic_j
 from pmwvc_core.law.server.contacts import (
+    Avatar,
     Contact,
     advanced_contact,
     attached,
@@ -30,15 +27,23 @@ from pmwvc_core.law.server.contacts import (
     slid,
     touching,
 )
-from pmwvc_core.law.server.implicit import Row, rows_of, solved_axis
-from pmwvc_core.law.server.springs import Answer
+from pmwvc_core.law.server.coupling import rows_of
+from pmwvc_core.law.server.springs import Answer, Row, solved_axis
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, free_velocity
 
 Vectors = tuple[Vector, ...]
+
+
+def _no_line(s: Any, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
+    rest = each(zero, (positions,))
+    return rest, rest
+
+
 visited = Family("visited")  # (s, there, begins, positions) -> s: who is there, who begins anew
 moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces, stored [J])
-local_line = Family("local_line")  # (s, positions, weight_s, p) -> (forces at rest, slopes)
+# (s, positions, weight_s, p) -> (forces at rest, slopes)
+local_line = Family("local_line", _no_line)
 
 
 class Visitor(NamedTuple):
@@ -156,12 +161,6 @@ def _slope(s: Visitor, position: Vector, weight_s: float) -> tuple[Vector, Vecto
 
 def _one(x: float) -> float:
     return 1.0
-
-
-@local_line.member(FreeCube)
-def _no_line(s: Any, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
-    rest = each(zero, (positions,))
-    return rest, rest
 
 
 def _springs_j(visitors: tuple[Visitor, ...]) -> float:

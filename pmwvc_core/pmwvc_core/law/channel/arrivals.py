@@ -10,7 +10,6 @@ zeroing  the newest wave for one step, then zero
 strict   segments of displacement and energy, played out
 ======== ==========================================================================================
 
-Whether a packet is accepted is not decided here: numbers, senders and sizes are the receiver's.
 A playout without the free energy for what is undelivered is *short*; the other direction then
 passes on what it can spare.
 
@@ -20,7 +19,17 @@ Equations: docs/theory.md 17.19.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
-from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.channel.packet import (
+    LATENESSES,
+    NEVER_NS,
+    SMOOTHED,
+    Counting,
+    Packet,
+    Silence,
+    counted,
+    is_unreceived,
+    noted_packet,
+)
 from pmwvc_core.law.channel.playout import (
     FEW,
     Moved,
@@ -33,15 +42,6 @@ from pmwvc_core.law.channel.playout import (
     play,
     resting_playout,
 )
-from pmwvc_core.law.channel.silence import (
-    NEVER_NS,
-    Counting,
-    Silence,
-    counted,
-    followed,
-    is_unreceived,
-    noted_packet,
-)
 from pmwvc_core.law.family import Family, never, none_j, same
 from pmwvc_core.law.vectors import Vector, length, squared, zero
 
@@ -50,27 +50,21 @@ PASSED_S = 0.1  # time constant with which an excess is passed on
 
 
 class ArrivalsParams(NamedTuple):
-    """Rules of a receiver: when the other end is silent at the earliest [s], the longest legal
-    wave [sqrt(W)], whether a wave counts once; and its playout.
-    """
+    """Rules of a receiver."""
 
-    timeout_s: float
-    longest: float
-    once: bool
+    timeout_s: float  # silent at the earliest
+    longest: float  # legal wave [sqrt(W)]
+    once: bool  # counts a wave
     plays_on: bool  # in a silence: the strict channel
     playout: PlayoutParams
 
 
 class PlainArrivals(NamedTuple):
-    """Of the plain and the zeroing channel: the newest wave [sqrt(W)] and position [m].
-
-    The newest packet contains all earlier ones. What an earlier life of the peer sent, or was sent
-    before its first packet came, does not count: it is lost, never gained.
-    """
+    """Of the plain and the zeroing channel. What is older than a peer's first packet is lost."""
 
     silence: Silence
-    wave: Vector
-    position: Vector
+    wave: Vector  # the newest [sqrt(W)]
+    position: Vector  # [m]
     fresh: bool  # not given out yet
     sum_j: float  # of the newest packet
     received_j: float  # by how much the sums have grown
@@ -84,13 +78,6 @@ class StrictArrivals(NamedTuple):
     counting: Counting
     position: Vector  # [m] of the newest packet
     wanted: bool  # the other end lacks energy
-
-
-class StrictStart(NamedTuple):
-    """Strict arrivals before the first packet, which come every so often [s]."""
-
-    silence: Silence
-    period_s: float
 
 
 def _plays_on(s: Any, h: float, p: Any) -> tuple[Any, Vector]:
@@ -112,26 +99,25 @@ anew = Family("anew", same)  # (s) -> s: the peer placed its position by the new
 missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
 waits = Family("waits", never)  # (s) -> nothing is at hand, so the other end is told
 lacks = Family("lacks", never)  # (s) -> energy is short
-# (s) -> energy brought by the sums of packets, without waves
-received_j = Family("received_j", none_j)
+received_j = Family("received_j", none_j)  # (s) -> energy by the sums of packets, without waves
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
-@arrivals_of.member(StrictStart)
-def _strict(start: StrictStart, nothing: Vector) -> StrictArrivals:
-    playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
-    counting = Counting(nothing, 0.0, 0, False, start.period_s, start.period_s, False)
-    return StrictArrivals(start.silence, playout, counting, nothing, False)
+@arrivals_of.member(StrictArrivals)
+def _opened(s: StrictArrivals, nothing: Vector) -> StrictArrivals:
+    return s._replace(playout=resting_playout(nothing, s.playout.moved))
 
 
 def start_of(
     strict: bool, axes: int, timeout_s: float, period_s: float
-) -> PlainArrivals | StrictStart:
-    """Return arrivals before the first packet."""
+) -> PlainArrivals | StrictArrivals:
+    """Return arrivals before the first packet, which come every so often [s]."""
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
     silence = Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
     if strict:
-        return StrictStart(silence, period_s)
+        playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
+        counting = Counting(nothing, 0.0, 0, False, period_s, period_s, False)
+        return StrictArrivals(silence, playout, counting, nothing, False)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
 
@@ -145,15 +131,18 @@ def _arrive(s: PlainArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) ->
 
 
 @arrive.member(StrictArrivals)
-def _arrive_strict(
-    s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams
-) -> StrictArrivals:
+def _segment(s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) -> StrictArrivals:
     passed_s = (now_ns - s.silence.accepted_ns) * 1e-9
     counting, goes_on, moved, paid_j, lasted_s = counted(s.counting, packet, passed_s, p.longest)
     silence = noted_packet(s.silence, packet.number, now_ns, packet.waits)
     playout = s.playout
     if goes_on:
-        silence = followed(silence, passed_s, lasted_s, packet.period_s, p.timeout_s)
+        lateness_s, interval_s = silence.lateness_s, silence.interval_s
+        lateness_s += SMOOTHED * (abs(passed_s - lasted_s) - lateness_s)
+        interval_s += SMOOTHED * (packet.period_s - interval_s)
+        interval_s = max(interval_s, packet.period_s)
+        limit_ns = round(max(p.timeout_s, 3.0 * interval_s + LATENESSES * lateness_s) * 1e9)
+        silence = silence._replace(limit_ns=limit_ns, interval_s=interval_s, lateness_s=lateness_s)
     else:
         playout = begin(playout)
     playout = add(playout, moved, paid_j, lasted_s)
@@ -192,18 +181,14 @@ def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]
 
 
 def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
-    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]; what
-    is needed here stays.
-    """
+    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]."""
     if not wanted:
         return s, 0.0
     return release(s, max(free_j(s) - _needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)
 
 
 @sparing.member(StrictArrivals)
-def _sparing_strict(
-    s: StrictArrivals, h: float, p: ArrivalsParams
-) -> tuple[StrictArrivals, float]:
+def _sparing(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, float]:
     playout, energy_j = spared(s.playout, h, s.wanted)
     return s._replace(playout=playout), energy_j
 

@@ -10,19 +10,17 @@ in store, or, below zero, -c, the time concealed by a predicted wave. Per step h
     rate  = 1 + shift/CORRECT_S     within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
     ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
 
-A predicted wave lasts ``HOLD_S`` and then fades; after ``REPORTED_S`` without a segment the other
-end is told, after ``OUTAGE_S`` this end brakes. The lag follows the lateness of segments; the
-first one of a step, of length dt, shifts p by::
+After ``REPORTED_S`` without a segment the other end is told, after ``OUTAGE_S`` this end brakes.
+The lag follows the lateness of segments; the first one of a step, of length dt, shifts p by::
 
     shift <- shift - c dt/LATE_S    where it comes c too late
     shift <- shift + a dt/EARLY_S   where a was still in store
 
-except within ``BURST_S`` after an outage, a standstill or the start. More than ``LONGEST_S`` in
-store (then: more than one segment) is skipped.
+except within ``BURST_S`` after an outage, a standstill or the start, where all but one segment is
+skipped, as is what exceeds ``LONGEST_S`` else.
 
 A segment has its integral and the reserve of energy that its smoothest wave takes, |dU|^2/(2 dt).
-Of the knots between segments the first is the beginning of the first segment, at zero. Their list
-is never changed: whoever adds or drops one makes another list.
+The first knot is the beginning of the first segment, at zero. Lists of knots are never changed.
 
 Equations: docs/theory.md 17.18.
 """
@@ -73,17 +71,8 @@ def pace_arrive(s: Pace, lasted_s: float) -> Pace:
     return Pace(s.store_s + lasted_s, 0.0, shift_s, s.ratio, burst_s, segment_s, False)
 
 
-def pace_pass_by(s: Pace, lasted_s: float) -> Pace:
-    """Let time go by in which the loop did not run [s]: what is in store is skipped."""
-    store_s = s.store_s - max(min(lasted_s, s.store_s), 0.0)
-    burst_s = BURST_S if lasted_s > OUTAGE_S else s.burst_s
-    return s._replace(store_s=store_s, burst_s=burst_s)
-
-
 def pace_step(s: Pace, h: float) -> tuple[Pace, float, float]:
-    """Go on by h [s]; return also what is skipped before, and what is played beyond what has come
-    [s].
-    """
+    """Go on by h; return also what is skipped before and played beyond what has come [s]."""
     longest_s = s.segment_s if s.burst_s > 0.0 else LONGEST_S
     skipped_s = max(s.store_s - h - longest_s, 0.0)
     store_s = s.store_s - skipped_s

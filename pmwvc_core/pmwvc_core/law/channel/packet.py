@@ -1,24 +1,37 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What one end says to the other, and its sender: packets with running sums, and the deadband that
-leaves some of them out. A packet is what the laws see of a message.
+"""What one end says to the other: packets with running sums, a deadband that leaves some out; and
+what a receiver notes and believes of them. A packet is what the laws see of a message.
 
 ::
 
     integral <- integral + w T          energy <- energy + |w|^2 T/2
     held back where  |w - w_sent| <= ratio |w_sent|
 
-A wave that differs too little from the one sent last to be felt needs no packet of its own
-(Hinterseer et al., 2008), unless the next packet would then stand for more than the longest time
-allowed. The packet after it stands for the time of both and carries their mean. Sums make every
-packet contain all earlier ones.
+A wave that differs too little from the one sent last to be felt needs no packet (Hinterseer et
+al., 2008), unless the next one would then stand for too long; that carries the mean of both.
 
-Equations: docs/theory.md 17.11.
+The other end is silent after three intervals of its packets (a longer one counts at once) and,
+on the strict channel, the lateness that they usually have. A packet also tells whether its sender
+has waves of this end at hand; both ends brake while either has not.
+
+The difference of two packets' sums is a segment for the strict playout, whatever was lost,
+repeated or reordered in between. Its length is counted in packets; the sender's clock counts only
+where packets stood for different times::
+
+    U <- U + dU     dU = packet's U - U,   |dU| <= longest legal wave * time
+    J <- J + dJ     dJ = packet's J - J,   0 <= dJ <= what that wave carries
+
+The first packet of a sender, or after the avatar was placed anew, counts with its own wave alone.
+Times of this end's clock are whole nanoseconds.
+
+Equations: docs/theory.md 17.11, 17.24.
 """
 
+import math
 from typing import NamedTuple
 
-from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared
 from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import DeadbandParams
 
@@ -84,18 +97,6 @@ class PackingParams(NamedTuple):
     longest_s: float
 
 
-class About(NamedTuple):
-    """What a packet says beside its sample."""
-
-    now_ns: int
-    short: bool
-    waits: bool
-    anew: bool
-    leaves: bool
-    echo: int
-    events: int  # of the limits: new ones need a packet
-
-
 def packing_params(deadband: DeadbandParams) -> PackingParams:
     """Return the parameters of a sender."""
     ratio = deadband.ratio if deadband.is_on else -1.0
@@ -108,19 +109,14 @@ def resting_packing(axes: int) -> Packing:
     return Packing(0, zero, 0.0, 0.0, zero, zero, 0, 0)
 
 
-def pay(s: Packing, energy_j: float) -> Packing:
-    """Let the next packet bring more energy than its wave needs."""
-    return s._replace(energy_j=s.energy_j + energy_j)
-
-
 def pack(
-    s: Packing, sent: Sent, period_s: float, about: About, p: PackingParams
-) -> tuple[Packing, Packet, bool]:
-    """Add a sample; return its packet, and whether that is sent."""
+    s: Packing, sent: Sent, period_s: float, now_ns: int, short: bool, waits: bool, anew: bool,
+    leaves: bool, echo: int, events: int, p: PackingParams,
+) -> tuple[Packing, Packet, bool]:  # fmt: skip
+    """Add a sample; return its packet, and whether that is sent: anything new in it needs one."""
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
-    news = about.events != s.events  # all of this changes with what a packet says
-    flags = news * 8 + about.waits * 4 + about.anew * 2 + about.leaves
+    flags = (events != s.events) * 8 + waits * 4 + anew * 2 + leaves
     number, held_s, wave = s.number % LAST_NUMBER + 1, s.held_s, sent.wave
     same = p.ratio >= 0.0 and s.number > 0 and flags == s.flags
     fits = held_s + 2.0 * period_s <= p.longest_s
@@ -129,16 +125,95 @@ def pack(
         before = s.sent_integral if held_s > 0.0 else s.integral
         s = s._replace(
             integral=integral, energy_j=energy_j, held_s=held_s + period_s, sent_integral=before,
-            events=about.events,
+            events=events,
         )  # fmt: skip
     else:
         if held_s > 0.0:
             period_s += held_s
             wave = scaled(minus(integral, s.sent_integral), 1.0 / period_s)
-        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags, about.events)
+        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags, events)
     own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
     packet = Packet(
-        number, about.now_ns, period_s, wave, integral, own, sent.position, about.short,
-        about.waits, about.anew, about.leaves, sent.extra, about.echo, False, 0, 0,
+        number, now_ns, period_s, wave, integral, own, sent.position, short, waits, anew, leaves,
+        sent.extra, echo, False, 0, 0,
     )  # fmt: skip
     return s, packet, not held_back
+
+
+LATENESSES = 4.0  # usual ones, until silence begins
+SMOOTHED = 1.0 / 16.0  # weight of a packet in interval and lateness
+NEVER_NS = -1
+LONGEST_PERIOD_S = 10.0
+
+
+class Silence(NamedTuple):
+    """When packets came, and how they usually do."""
+
+    accepted_ns: int  # the newest; NEVER_NS before the first
+    limit_ns: int  # from then on the other end is silent
+    interval_s: float  # for which packets stand
+    lateness_s: float  # mean deviation of their arrivals from it
+    unreceived_ns: int  # since when the other end waits; NEVER_NS where it does not
+    number: int  # of the newest packet; 0: none yet
+
+
+def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
+    """Note a packet by its number; ``waits``: its sender has no waves of this end."""
+    unreceived_ns = s.unreceived_ns
+    if not waits:
+        unreceived_ns = NEVER_NS
+    elif unreceived_ns == NEVER_NS:
+        unreceived_ns = now_ns
+    return s._replace(accepted_ns=now_ns, unreceived_ns=unreceived_ns, number=number)
+
+
+def is_silent(s: Silence, now_ns: int) -> bool:
+    """Tell whether nothing came for too long (also before the first packet)."""
+    return s.accepted_ns == NEVER_NS or now_ns - s.accepted_ns > s.limit_ns
+
+
+def silence_s(s: Silence, now_ns: int) -> float:
+    """Return the time since the newest packet [s]; infinite before the first."""
+    return math.inf if s.accepted_ns == NEVER_NS else (now_ns - s.accepted_ns) * 1e-9
+
+
+def is_unreceived(s: Silence, now_ns: int) -> bool:
+    """Tell whether the other end has had nothing of this one for too long."""
+    return s.unreceived_ns != NEVER_NS and now_ns - s.unreceived_ns > s.limit_ns
+
+
+class Counting(NamedTuple):
+    """What was believed of a sender up to its newest packet."""
+
+    integral: Vector  # [sqrt(W) s]
+    energy_j: float
+    sent_ns: int  # the sender's clock
+    anew: bool
+    least_s: float  # shortest and longest time for which packets stood
+    most_s: float
+    begun: bool
+
+
+def counted(
+    s: Counting, packet: Packet, passed_s: float, longest: float
+) -> tuple[Counting, bool, Vector, float, float]:
+    """Return the segment that an accepted packet adds: whether it goes on with the one before, its
+    integral, energy and length. ``passed_s``: since the packet before, by this end's clock.
+    """
+    lasted_s = period_s = packet.period_s
+    noted = Counting(packet.integral, packet.energy_j, packet.sent_ns, packet.anew, period_s,
+                     period_s, True)  # fmt: skip
+    own = scaled(packet.wave, period_s)
+    if packet.fresh or not s.begun:  # what it sent before it was followed does not count
+        return noted, False, own, 0.0, period_s
+    least_s, most_s = min(s.least_s, period_s), max(s.most_s, period_s)
+    if packet.lost > 0:
+        others_s = (packet.sent_ns - s.sent_ns) * 1e-9 - period_s
+        lasted_s += min(max(others_s, packet.lost * least_s), packet.lost * most_s)
+    lasted_s = min(lasted_s, passed_s + LONGEST_PERIOD_S)
+    moved = shortened(minus(packet.integral, s.integral), longest * lasted_s)
+    paid_j = min(max(packet.energy_j - s.energy_j, 0.0), 0.5 * longest**2 * lasted_s)
+    noted = noted._replace(integral=plus(s.integral, moved), energy_j=s.energy_j + paid_j)
+    if packet.anew != s.anew:
+        return noted, False, own, min(wave_j(packet.wave, period_s), paid_j), period_s
+    return noted._replace(least_s=least_s, most_s=most_s), True, moved, paid_j, lasted_s

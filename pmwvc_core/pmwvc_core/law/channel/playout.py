@@ -19,10 +19,9 @@ A late segment settles its part q = min(c, dt) of the c seconds concealed::
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
 After an outage that made the ends brake, it stays undelivered instead. Repayment
-(:func:`.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows
-over ``rises_s``. The reserve of a segment is |dU|^2/(2 dt). Invariants at every step: given +
-released <= received + E0 (``store_j``), and U(min(p, e)) + guessed = integral played + undelivered
-+ mistaken. What energy it has beyond its needs is the subject of :mod:`.arrivals`.
+(:func:`.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows over
+``rises_s``. Invariants at every step: given + released <= received + E0 (``store_j``), and
+U(min(p, e)) + guessed = integral played + undelivered + mistaken.
 
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
 """
@@ -31,6 +30,8 @@ import math
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.pace import (
+    BURST_S,
+    OUTAGE_S,
     RESTING_PACE,
     ROUNDING_S,
     Knot,
@@ -39,7 +40,6 @@ from pmwvc_core.law.channel.pace import (
     forgotten,
     pace_arrive,
     pace_brakes,
-    pace_pass_by,
     pace_step,
     played_to,
 )
@@ -80,13 +80,11 @@ class Playout(NamedTuple):
 
 
 class PlayoutParams(NamedTuple):
-    """Longest wave that makes up what is undelivered [sqrt(W)], the time in which it grows so long
-    [s], and E0 [J].
-    """
+    """Parameters of a playout."""
 
-    most_repaid: float
-    rises_s: float
-    store_j: float
+    most_repaid: float  # longest wave that makes up what is undelivered [sqrt(W)]
+    rises_s: float  # in which it grows so long
+    store_j: float  # E0
 
 
 def resting_playout(rest: Vector, moved: Moved) -> Playout:
@@ -96,9 +94,7 @@ def resting_playout(rest: Vector, moved: Moved) -> Playout:
 
 
 def begin(s: Playout) -> Playout:
-    """Drop what is in store, undelivered and free: what comes has nothing to do with it. A debt
-    stays.
-    """
+    """Drop what is in store, undelivered and free, for other segments to come. A debt stays."""
     m = s.moved
     moved = m._replace(discarded_j=m.discarded_j + max(_balance_j(m), 0.0))
     return resting_playout(zero(s.undelivered), moved)
@@ -110,10 +106,12 @@ def _balance_j(m: Moved) -> float:
 
 
 def free_j(s: Playout) -> float:
-    """Return the energy beyond what was given out and what the segments in store need; below zero:
-    taken from E0 [J].
-    """
-    return _balance_j(s.moved) - (s.knots[len(s.knots) - 1].reserve_j - s.played_j)
+    """Return the energy beyond what segments in store need; below zero: taken from E0 [J]."""
+    return _free_j(s.moved, s.knots, s.played_j)
+
+
+def _free_j(m: Moved, knots: Knots, played_j: float) -> float:
+    return _balance_j(m) - (knots[len(knots) - 1].reserve_j - played_j)
 
 
 def waiting(s: Playout) -> Vector:
@@ -123,9 +121,7 @@ def waiting(s: Playout) -> Vector:
 
 
 def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Playout:
-    """Take a segment in: its integral [sqrt(W) s], the energy that came with it, and the time of
-    the sender for which it stands, > 0 [s].
-    """
+    """Take in a segment [sqrt(W) s], its energy, and the sender's time that it lasts, > 0 [s]."""
     knots, to, to_j, undelivered = s.knots, s.played, s.played_j, s.undelivered
     guessed, mistaken, late_s = s.guessed, s.mistaken, -s.pace.store_s
     begun, gone, time_s = len(knots) > 1, 0, knots[len(knots) - 1].end_s - max(-late_s, 0.0)
@@ -166,28 +162,16 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     to, to_j = played_to(s.knots, pace.store_s)
     guess, mended = scaled(s.wave, beyond_s), scaled(s.mistaken, min(h / MEND_S, 1.0))
     asked = plus(plus(minus(to, before), guess), mended)
+    lent_j = m.lent_j
     if beyond_s > 0.0 or not within(mended, SETTLED):
-        m = m._replace(lent_j=p.store_j)
+        lent_j = p.store_j
     since_s = 0.0 if pace_brakes(pace) else s.since_s + h
-    s = Playout(
-        pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
-        undelivered, since_s, m,
-    )  # fmt: skip
-    return _given(s, asked, h, max(h, SPREAD_S) if beyond_s > 0.0 else h, p)
-
-
-def _given(
-    s: Playout, asked: Vector, h: float, spread_s: float, p: PlayoutParams
-) -> tuple[Playout, Vector]:
-    """Return the wave that gives out an integral within h seconds, as far as energy lasts, and of
-    what is undelivered what it lasts for as well.
-    """
-    wave, free, undelivered, m = scaled(asked, 1.0 / h), free_j(s), s.undelivered, s.moved
-    power = max(free + m.lent_j, 0.0) * (2.0 / spread_s)
+    wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j)
+    power = max(free + lent_j, 0.0) * (2.0 / (max(h, SPREAD_S) if beyond_s > 0.0 else h))
     if squared(wave) > power:
         wave = shortened(wave, math.sqrt(power))
         undelivered = plus(undelivered, minus(asked, scaled(wave, h)))
-    since = (s.since_s - RETURN_S) * (1.0 / p.rises_s)
+    since = (since_s - RETURN_S) * (1.0 / p.rises_s)
     if since > 0.0 and not within(undelivered, SETTLED):
         most = max(free, 0.0) * (2.0 / h)
         wish = repayment(undelivered, wave, 0.5 * h * most)
@@ -196,11 +180,15 @@ def _given(
         undelivered = minus(undelivered, scaled(repaid, h))
         wave = plus(wave, repaid)
     spent_j = wave_j(wave, h)
-    lent_j, discarded_j = min(m.lent_j, max(spent_j - free, 0.0)), m.discarded_j
+    lent_j, discarded_j = min(lent_j, max(spent_j - free, 0.0)), m.discarded_j
     if squared(undelivered) <= FEW**2:
         discarded_j += max(free - spent_j - MOST_J, 0.0)
     moved = Moved(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
-    return s._replace(undelivered=undelivered, moved=moved), wave
+    s = Playout(
+        pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
+        undelivered, since_s, moved,
+    )  # fmt: skip
+    return s, wave
 
 
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:
@@ -212,12 +200,13 @@ def take_back(s: Playout, wave: Vector, h: float) -> Playout:
 
 
 def pass_by(s: Playout, lasted_s: float) -> Playout:
-    """Let time go by in which the loop did not step [s]: what was due then stays undelivered, and
-    nothing is played later for it.
-    """
+    """Let time go by in which the loop did not step [s]: what was due then stays undelivered."""
     if len(s.knots) == 1:
         return s
-    pace = pace_pass_by(s.pace, lasted_s)
+    pace = s.pace
+    store_s = pace.store_s - max(min(lasted_s, pace.store_s), 0.0)  # what is in store is skipped
+    burst_s = BURST_S if lasted_s > OUTAGE_S else pace.burst_s
+    pace = pace._replace(store_s=store_s, burst_s=burst_s)
     to, to_j = played_to(s.knots, pace.store_s)
     undelivered = plus(s.undelivered, minus(to, s.played))
     return s._replace(pace=pace, played=to, played_j=to_j, undelivered=undelivered)

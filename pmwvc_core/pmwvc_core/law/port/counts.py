@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position between the counts of an encoder, for one axis.
 
-The position follows a velocity and stays within one count q of the measured one, so that a count
-does not jump into the wave. With e the position measured less the one expected::
+The position follows a velocity, so that a count q does not jump into the wave. With e the position
+measured less the one expected::
 
     x^ <- x^ + xd^ h + a e                     within x +- q
 
@@ -12,8 +12,8 @@ Where the device measures its own velocity, xd^ is that, and e counts beyond hal
 = ``TRACKED``), at most one count since the last; it grows only with a count and in its direction.
 
 The work is counted over a position z: ``EDGE`` of the way from x^ to the edge crossed last, and x
-itself for ``SLOW_S`` after a jump of several counts. ``moved`` is the change of z. The count is
-the smallest step seen; below ``LEAST_M`` the position counts as exact.
+itself for ``SLOW_S`` after a jump of several counts. The count is the smallest step seen; below
+``LEAST_M`` the position counts as exact.
 
 Equations: docs/theory.md 17.6, 17.9, 17.21.
 """

@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared, zero
-from pmwvc_core.law.wave.cascade import (
+from pmwvc_core.law.wave.filter_and_hold import (
     Cascade,
     Sections,
     cascade,
@@ -132,13 +132,11 @@ def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
 
 @local_stored_j.member(LocalModel)
 def _stored_j(s: LocalModel, p: SpringDamper) -> float:
-    """K |x|^2/2."""
     return squared(s.x) * p.stiffness * 0.5
 
 
 @changed_local.member(LocalModel)
 def _changed(s: LocalModel, old: SpringDamper, p: SpringDamper) -> LocalModel:
-    """Drop the old spring."""
     if p == old:
         return s
     lost_j = s.dissipated_j + local_stored_j(s, old)
@@ -185,21 +183,19 @@ def resting_bank(axes: int, p: BankFilters) -> Bank:
     return Bank(low_up, low_down, high_up, high_down, local, nothing)
 
 
-@port_filters.part_down.member(Bank)
-def _bank_down(s: Bank, v: Vector, p: BankFilters) -> tuple[Bank, Vector]:
+@port_filters.part_in.member(Bank)
+def _bank_in(
+    s: Bank, v: Vector, x: Vector, p: BankFilters, b: Any
+) -> tuple[Bank, Vector, Vector, Vector]:
     low_in, low_out, high_in, high_out = s.energies
     energies = low_in, low_out + wave_j(v, p.tick_s), high_in, high_out
     low_down, w = columns(each(cascade, (s.low_down, v), p.low_down))
-    return s._replace(low_down=low_down, energies=energies), w
-
-
-@port_filters.part_offer.member(Bank)
-def _bank_offer(s: Bank, x: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector, Vector]:
-    local, v0, gains = local_offer(s.local, x, p.local, impedance)
+    local, v0, gains = local_offer(s.local, x, p.local, b)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
-    answer = plus(down, scaled(plus(v0, along(impedance, gains, up)), gain_of(p.high_down)))
+    answer = plus(down, scaled(plus(v0, along(b, gains, up)), gain_of(p.high_down)))
     through = each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
-    return s._replace(local=local), answer, through
+    s = s._replace(low_down=low_down, local=local, energies=energies)
+    return s, w, answer, through
 
 
 def _through(gain: float, of_filters: float) -> float:
@@ -207,9 +203,9 @@ def _through(gain: float, of_filters: float) -> float:
 
 
 @port_filters.part_up.member(Bank)
-def _bank_up(s: Bank, u: Vector, p: BankFilters, impedance: Any) -> tuple[Bank, Vector]:
+def _bank_up(s: Bank, u: Vector, p: BankFilters, b: Any) -> tuple[Bank, Vector]:
     high_up, u2 = columns(each(cascade, (s.high_up, u), p.high_up))
-    local, v2 = local_answer(s.local, u2, p.local, impedance)
+    local, v2 = local_answer(s.local, u2, p.local, b)
     high_down, _ = columns(each(cascade, (s.high_down, v2), p.high_down))
     low_up, low = columns(each(cascade, (s.low_up, u), p.low_up))
     low_in, low_out, high_in, high_out = s.energies

@@ -8,8 +8,8 @@ with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
 
     v_m = w + v0 + g u_m,   u_m = (sqrt(2b) xd - w - v0)/(1 + g)
 
-One that filters the velocity of the force alone has no part in the waves. Order within a tick:
-``answered``, ``force_velocity``, then ``wave_shortened`` where the limits let another force
+Order within a tick:
+``answered``, then ``wave_shortened`` where the limits let another force
 through, and ``filters_up``. By default nothing is between.
 
 The velocity filter; s is the share that comes back (half in App. D):
@@ -33,12 +33,12 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts, passed
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared, zero
-from pmwvc_core.law.wave.cascade import Cascade, Sections, cascade, gain_of, rest_of
+from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
 from pmwvc_core.law.wave.wave import along, damper, wave_u
 
 
 def _wave_shortened(
-    s: Any, u_m: Vector, v_m: Vector, missing: float, impedance: Any
+    s: Any, u_m: Vector, v_m: Vector, missing: float, b: Any
 ) -> tuple[Vector, Vector, float]:
     """Shorten u_m to |u|^2 <= |u_m|^2 + missing."""
     natural = squared(u_m)
@@ -50,8 +50,12 @@ def _wave_shortened(
     return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
 
 
-def _no_answer(s: Any, x: Vector, p: Any, impedance: Any) -> tuple[Any, Vector, Vector]:
-    return s, zero(x), same_gain(impedance, 0.0)
+def _bare(s: Any, v: Vector, x: Vector, xd: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector]:
+    return s, v, xd
+
+
+def _no_answer(s: Any, v: Vector, x: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector, Vector]:
+    return s, v, zero(x), same_gain(b, 0.0)
 
 
 def same_gain(impedance: Any, gain: float) -> Vector:
@@ -71,36 +75,30 @@ def _closed(gain: float) -> float:
     return gain / (1.0 + gain)
 
 
-# (s, v, x, xd, p, impedance) -> (s, v_m): the wave at the port, with the answer to its own u_m
-answered = Family("answered", passed)
-# (s, xd, p, impedance) -> (s, velocity for the force)
-force_velocity = Family("force_velocity", passed)
-# (s, u_m, v_m, missing, impedance) -> (u_m, v_m, deficit): the longest wave that is paid for with
+# (s, v, x, xd, p, b) -> (s, v_m, velocity for the force): the wave at the port, with the
+# answer to its own u_m
+answered = Family("answered", _bare)
+# (s, u_m, v_m, missing, b) -> (u_m, v_m, deficit): the longest wave that is paid for with
 # so much more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened", _wave_shortened)
 filters_energies = Family("filters_energies", no_accounts)  # (s, p) -> those of its parts [J]
 filters_up = Family("filters_up", passed)  # (s, u, p) -> (s, what of the outgoing wave goes on)
-part_down = Family("part_down", passed)  # (s, v, p) -> (s, what it lets through of the wave)
-# (s, x, p, impedance) -> (s, v0, gains): its answer v0 + g u to the wave of the tick
-part_offer = Family("part_offer", _no_answer)
-# (s, u, p, impedance) -> (s, what of the outgoing wave goes on)
-part_up = Family("part_up", passed)
-# (s, p) -> sums and levels [J], as they are named
-part_energies = Family("part_energies", no_accounts)
-# (s, xd, p, impedance) -> (s, velocity for the force)
-part_velocity = Family("part_velocity", passed)
+# (s, v, x, p, b) -> (s, w, v0, gains): what it lets through of the wave, and its answer
+# v0 + g u to the one of the tick
+part_in = Family("part_in", _no_answer)
+part_up = Family("part_up", passed)  # (s, u, p, b) -> (s, what of the outgoing wave goes on)
+part_energies = Family("part_energies", no_accounts)  # (s, p) -> sums and levels [J]
+part_velocity = Family("part_velocity", passed)  # (s, xd, p, b) -> (s, velocity for the force)
 
 
 class Filtered(NamedTuple):
-    """A port with filters: that nearest to the device, the other one, and that of the force's
-    velocity; what is in v_m whatever u_m is, and the gains of their answer.
-    """
+    """A port with filters."""
 
-    near: Any
+    near: Any  # to the device
     far: Any
-    force: Any
-    held: Vector  # w + v0 [sqrt(W)]
-    gains: Vector
+    force: Any  # of its velocity
+    held: Vector  # w + v0 [sqrt(W)]: what is in v_m whatever u_m is
+    gains: Vector  # of their answer
 
 
 class FilteredParams(NamedTuple):
@@ -114,34 +112,25 @@ class FilteredParams(NamedTuple):
 
 @answered.member(Filtered)
 def _filtered(
-    s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, impedance: Any
-) -> tuple[Filtered, Vector]:
-    far, v = part_down(s.far, v, p.far)
-    far, answer, gains = part_offer(far, x, p.far, impedance)
-    near, v = part_down(s.near, v, p.near)
-    near, own, others = part_offer(near, x, p.near, impedance)
+    s: Filtered, v: Vector, x: Vector, xd: Vector, p: FilteredParams, b: Any
+) -> tuple[Filtered, Vector, Vector]:
+    far, v, answer, gains = part_in(s.far, v, x, p.far, b)
+    near, v, own, others = part_in(s.near, v, x, p.near, b)
+    force, for_force = part_velocity(s.force, xd, p.force, b)
     held, gains = plus(v, plus(answer, own)), each(_sum, (gains, others))
-    natural = wave_u(impedance, xd, held)
-    v_m = plus(held, along(impedance, each(_closed, (gains,)), natural))
-    return Filtered(near, far, s.force, held, gains), v_m
-
-
-@force_velocity.member(Filtered)
-def _filtered_velocity(
-    s: Filtered, xd: Vector, p: FilteredParams, impedance: Any
-) -> tuple[Filtered, Vector]:
-    force, xd = part_velocity(s.force, xd, p.force, impedance)
-    return s._replace(force=force), xd
+    natural = wave_u(b, xd, held)
+    v_m = plus(held, along(b, each(_closed, (gains,)), natural))
+    return Filtered(near, far, force, held, gains), v_m, for_force
 
 
 @wave_shortened.member(Filtered)
 def _filtered_shortened(
-    s: Filtered, u_m: Vector, v_m: Vector, missing: float, impedance: Any
+    s: Filtered, u_m: Vector, v_m: Vector, missing: float, b: Any
 ) -> tuple[Vector, Vector, float]:
     """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + twice the power: that is
     a s^2 - 2 c s <= p with a = |u|^2 - |g u|^2 > 0, c = w . g u.
     """
-    answer = along(impedance, s.gains, u_m)
+    answer = along(b, s.gains, u_m)
     a, c = squared(u_m) - squared(answer), dot(s.held, answer)
     most = a - 2.0 * c + missing  # without what is missing: what p has to be for s = 1
     ratio = 1.0
@@ -149,7 +138,7 @@ def _filtered_shortened(
         ratio = c + math.sqrt(max(c * c + a * most, 0.0))
         ratio = max(min(ratio / a if a > 0.0 else ratio, 1.0), 0.0)
     u_m = scaled(u_m, ratio)
-    v_m = plus(s.held, along(impedance, s.gains, u_m))
+    v_m = plus(s.held, along(b, s.gains, u_m))
     return u_m, v_m, max((a * ratio - 2.0 * c) * ratio - most, 0.0)
 
 
@@ -167,15 +156,13 @@ def _filtered_energies(s: Filtered, p: FilteredParams) -> Vector:
 
 
 class InWaves(NamedTuple):
-    """The exact and the complementary velocity filter: cascades of every axis, the wave from the
-    server, what of it passed [sqrt(W)], and the energy kept [J].
-    """
+    """The exact and the complementary velocity filter: cascades of every axis."""
 
     up: tuple[Cascade, ...]
     down: tuple[Cascade, ...]
     back: tuple[Cascade, ...]
-    w: Vector
-    passed: Vector
+    w: Vector  # from the server [sqrt(W)]
+    passed: Vector  # what of it passed
     kept_j: float
 
 
@@ -187,34 +174,26 @@ class InForce(NamedTuple):
 
 
 class VelocityParams(NamedTuple):
-    """Filters of what comes back, and of both waves (H_1; without sections a wire); the share s
-    that comes back, and the tick.
-    """
+    """Parameters of a velocity filter."""
 
-    high: Sections
-    low: Sections
-    share: float
+    high: Sections  # of what comes back
+    low: Sections  # H_1 of both waves; without sections a wire
+    share: float  # s
     tick_s: float
 
 
-@part_down.member(InWaves)
-def _velocity_down(s: InWaves, v: Vector, p: VelocityParams) -> tuple[InWaves, Vector]:
+@part_in.member(InWaves)
+def _velocity_in(
+    s: InWaves, v: Vector, x: Vector, p: VelocityParams, b: Any
+) -> tuple[InWaves, Vector, Vector, Vector]:
     down, passed = columns(each(cascade, (s.down, v), p.low))
-    return s._replace(down=down, w=v, passed=passed), passed
-
-
-@part_offer.member(InWaves)
-def _velocity_offer(
-    s: InWaves, x: Vector, p: VelocityParams, impedance: Any
-) -> tuple[InWaves, Vector, Vector]:
-    rest = each(rest_of, (s.back,), p.high)
-    return s, scaled(rest, p.share), same_gain(impedance, p.share * gain_of(p.high))
+    rest = scaled(each(rest_of, (s.back,), p.high), p.share)
+    s = s._replace(down=down, w=v, passed=passed)
+    return s, passed, rest, same_gain(b, p.share * gain_of(p.high))
 
 
 @part_up.member(InWaves)
-def _velocity_up(
-    s: InWaves, u: Vector, p: VelocityParams, impedance: Any
-) -> tuple[InWaves, Vector]:
+def _velocity_up(s: InWaves, u: Vector, p: VelocityParams, b: Any) -> tuple[InWaves, Vector]:
     up, on = columns(each(cascade, (s.up, u), p.low))
     high, y = columns(each(cascade, (s.back, u), p.high))
     back = plus(s.passed, scaled(y, p.share))
@@ -223,10 +202,10 @@ def _velocity_up(
 
 
 @part_velocity.member(InForce)
-def _in_force(s: InForce, xd: Vector, p: VelocityParams, impedance: Any) -> tuple[InForce, Vector]:
+def _in_force(s: InForce, xd: Vector, p: VelocityParams, b: Any) -> tuple[InForce, Vector]:
     high, y = columns(each(cascade, (s.high, xd), p.high))
     less = scaled(y, 2.0 * p.share)
-    kept_j = s.kept_j - dot(damper(impedance, less), xd) * p.tick_s
+    kept_j = s.kept_j - dot(damper(b, less), xd) * p.tick_s
     return InForce(high, kept_j), minus(xd, less)
 
 

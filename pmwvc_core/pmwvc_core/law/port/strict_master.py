@@ -14,9 +14,9 @@ and per packet, for the mean wave w of its frame::
             (never what the brake stores)
     J <- J + paid,   node <- node - paid
 
-So J never exceeds what channel and hand provided; limits, encoder, filters or late ticks delay the
-payment, not the displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the
-port is a damper. The packet carries w, without an anti-aliasing filter.
+So J never exceeds what channel and hand provided; what is late delays the payment, not the
+displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the port is a
+damper. The packet carries w, without an anti-aliasing filter.
 
 The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a
 deficit (counted ``TWICE``) behind an encoder, ``ASKED`` while a playout is short, and all of b xd
@@ -33,8 +33,8 @@ from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
-from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, force_velocity
-from pmwvc_core.law.port.sensing import known_motion
+from pmwvc_core.law.port.master import known_motion
+from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
@@ -58,9 +58,7 @@ SPARED_J = 1e-3  # left to the playout for catching up when the node takes what 
 
 
 class StrictMaster(NamedTuple):
-    """The wave port of a device on the strict channel; energies at its node, and those of its
-    waves since the start [J].
-    """
+    """The wave port of a device on the strict channel; energies [J], of waves since the start."""
 
     node_j: float  # came in from both sides and is not paid to a packet yet
     deficit_j: float  # packets needed it and have not been paid with it yet
@@ -191,9 +189,8 @@ def _tick(
             playout, v = take_back(playout, v, p.tick_s), zero(v)
     spare_j = node_j - s.due_j
     position, w = position_down(s.position, v, x, spare_j, waiting(playout), p.position)
-    filters, v_m = answered(s.filters, w, x, xd, p.filters, b)
+    filters, v_m, for_force = answered(s.filters, w, x, xd, p.filters, b)
     u_m = wave_u(b, xd, v_m)
-    filters, for_force = force_velocity(filters, xd, p.filters, b)
     f_m = wave_force(b, for_force, v_m)
     more = min(s.deficit_j * (MORE / MUCH_J), MORE) if s.deficit_j > 0.0 else 0.0
     if s.wanted or s.short:
@@ -213,11 +210,6 @@ def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     u_m, _, v_m = s.waves
     u_m_j, v_m_j = s.u_m_j + wave_j(u_m, p.tick_s), s.v_m_j + wave_j(v_m, p.tick_s)
     return s._replace(f=f, settled=False, u_m_j=u_m_j, v_m_j=v_m_j)
-
-
-@master.port_signals.member(StrictMaster)
-def _signals(s: StrictMaster) -> tuple[Vector, Vector, Vector]:
-    return s.waves
 
 
 @master.port_energies.member(StrictMaster)

@@ -1,15 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The position error between device and avatar, the part of it that waves in flight explain, and
-the change of the returning wave that it asks for: - K_p e (App. E, Eq. 3).
+"""The position error between device and avatar, and the part of it that waves in flight explain;
+it asks for a change of the returning wave, - K_p e (App. E, Eq. 3).
 
 At either port xd = (u + v)/sqrt(2b), so with U, V the integrals of the waves
 
     sqrt(2b) (x_m - x_s - x_ref) = (U_m - U_s) - (V_s - V_m),
 
-the waves on the uplink less those on the downlink. Known are the wave in the filter (group delay
-tau), those sent after the packet that the server answered (its echo), and those still to be
-played::
+the waves on the uplink less those on the downlink: in the filter (group delay tau), sent after the
+packet that the server answered (its echo), and still to be played::
 
     lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - down
     down = w T + (M-1)/2 T_c v (first-order hold), or what the playout holds
@@ -40,9 +39,7 @@ class Posted(NamedTuple):
 
 
 class PositionError(NamedTuple):
-    """What is known of the error: what goes to the server, the avatar by its newest packet, and
-    what follows. The list is never changed in place.
-    """
+    """What is known of the error. The list is never changed in place."""
 
     sent: Vector  # integral of the packets so far [sqrt(W) s]
     sent_s: float  # for which they stand
@@ -108,11 +105,6 @@ def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
     return s._replace(since=plus(s.since, scaled(u, h)))
 
 
-def is_news(s: PositionError, packet: Packet) -> bool:
-    """Tell whether a packet is another one than the newest so far."""
-    return packet.epoch != s.epoch or packet.number != s.number
-
-
 def is_same_avatar(s: PositionError, packet: Packet) -> bool:
     """Tell whether a packet is of the avatar seen last."""
     return packet.epoch == s.epoch and packet.anew == s.anew
@@ -120,7 +112,7 @@ def is_same_avatar(s: PositionError, packet: Packet) -> bool:
 
 def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
     """Note the newest packet, where it is news."""
-    if not is_news(s, packet):
+    if packet.epoch == s.epoch and packet.number == s.number:
         return s
     posted, place, answered, round_trip_s = s.posted, -1, s.answered, s.round_trip_s
     for i in range(len(posted)):
@@ -144,10 +136,9 @@ def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> Positio
 def error_tick(
     s: PositionError, x: Vector, avatar_x: Vector, v: Vector, down: Vector, p: PositionParams
 ) -> tuple[PositionError, Vector]:
-    """Return e [m] for a device at x, once a tick: zero until an avatar's first packet.
-
-    ``avatar_x`` is where the avatar is taken to be, ``down`` the integral of the waves on their
-    way back [sqrt(W) s], v the wave of the tick.
+    """Return e [m] for a device at x, once a tick: zero until an avatar's first packet. The avatar
+    is at ``avatar_x``; ``down``: integral of the waves on their way back [sqrt(W) s]; v: of the
+    tick.
     """
     rest = reference = s.reference
     referenced, residual, left, error = s.referenced, s.residual, s.left, zero(x)

@@ -9,18 +9,16 @@ Ports call, once a frame, ``position_packet`` (the newest packet, with the avata
 
 On the plain channel e = x_m - x_s - x_ref (``printed``, ``budgeted``) or its residual
 (``integral``). ``printed`` pays for nothing and can generate energy; the others change v_m, and
-shorten packets, as the energy tank allows (:mod:`.energy_tank`). At rest the rendered stiffness is
-the environment's, which takes stored energy (K/M <= 4/tau^2 without it, docs/theory.md, section
-11): ``lent_j`` at the start.
+shorten packets, as the energy tank allows (:mod:`.energy_tank`), which begins with ``lent_j``.
 
 On the strict channel the node (:mod:`pmwvc_core.law.port.strict_master`) pays. It begins with the
 energy lent, E0, and is refilled to it before packets get more than they need. A tick takes at most
 what is free, spread over ``SPREAD_S``. Between packets the avatar's position follows a line.
 
 There in free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e
-counts as far as the avatar feels a force, in full from ``FORCE_N`` on. The force follows from the
-packets (the server's wave and the way of the avatar). A gain that adapts grows by up to ``MOST``
-as less is left of the loan, so that slow presses return what they took (17.17).
+counts as far as the avatar feels a force (by the server's wave and the way of the avatar in the
+packets), in full from ``FORCE_N`` on. A gain that adapts grows by up to ``MOST`` as less is left
+of the loan, so that slow presses return what they took (17.17).
 
 Equations: docs/theory.md 17.8, 17.16.
 """
@@ -47,7 +45,6 @@ from pmwvc_core.law.position.error import (
     error_sent,
     error_taken,
     error_tick,
-    is_news,
     is_same_avatar,
 )
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
@@ -65,8 +62,7 @@ position_down = Family("position_down", passed)
 position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of a tick that goes on
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
 position_opened = Family("position_opened", same)  # (s) -> s, its lists made here
-# (s) -> sums and levels [J], as they are named
-position_energies = Family("position_energies", no_accounts)
+position_energies = Family("position_energies", no_accounts)  # (s) -> sums and levels [J]
 
 
 class Published(NamedTuple):
@@ -141,13 +137,11 @@ def _budgeted_energies(s: Budgeted) -> Vector:
 
 
 class OnStrict(NamedTuple):
-    """Feedback paid out of the node: the avatar's position and the share of the error that counts,
-    on a line from packet to packet.
-    """
+    """Feedback paid out of the node; position and share go on a line from packet to packet."""
 
     error: PositionError
-    x: Vector  # [m]
-    share: float
+    x: Vector  # [m] of the avatar
+    share: float  # of the error that counts
     under: float  # the share by the newest packet's force
     left_s: float  # until the line is there
     integral: Vector  # of the newest packet [sqrt(W) s]
@@ -156,7 +150,7 @@ class OnStrict(NamedTuple):
 
 @position_packet.member(OnStrict)
 def _strict_packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
-    if not is_news(s.error, packet):
+    if packet.epoch == s.error.epoch and packet.number == s.error.number:
         return s
     x, under, left_s = s.x, s.under, s.left_s
     if is_same_avatar(s.error, packet):
@@ -196,7 +190,6 @@ def _strict_down(
 
 @position_there.member(Published, Budgeted, OnStrict)
 def _seen_there(s: Any, there: bool) -> Any:
-    """Note whether the server is there."""
     return s._replace(error=s.error._replace(there=there))
 
 
@@ -210,7 +203,6 @@ def _wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> 
 def _wave_sent(
     s: Any, wave: Vector, number: int, frame_s: float, p: PositionParams
 ) -> tuple[Any, Vector]:
-    """Note the wave that is sent, as it is."""
     return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
 
 

@@ -3,16 +3,15 @@
 """The brakes, which hold on while no waves come: the hand where it was, and the avatar's contact.
 
 The largest force F_L of either is ``RATIO`` times the mean force over ``MEAN_S`` before the wait.
-It grows over ``RISE_S``, stays while the end waits, and fades over ``return_s`` once waves are
-back; a wait meanwhile takes it up from there.
+It grows over ``RISE_S``, stays while the end waits, and fades over ``return_s`` afterwards.
 
 At the device an elastic-plastic spring z beside the damper b gives what is missing of F_L::
 
     z <- z + dx,   F = k z,   k = b/STALL_S
     z shortened to |k z| <= F_L, |f + k z| <= max(F_L, |f|)      f: asked for without it
 
-z begins at zero and is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling
-generates is less than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
+z is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling generates is less
+than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
 
 At the avatar: a damper (N - 1) b beside the port. The coupling then solves a port of impedance
 N b, and the waves of the user are those in front of the damper::
@@ -80,9 +79,7 @@ def brake_limit(s: BrakeForce) -> float:
 
 
 def brake_force(s: BrakeForce, waits: bool, f: Vector, h: float, return_s: float) -> BrakeForce:
-    """Go one step of h [s] on: whether no waves come, at this end or at the other one, and the
-    force rendered in the last step [N].
-    """
+    """Go one step of h [s] on: whether no waves come; the force rendered in the last one [N]."""
     mean, held = s.mean, s.held
     if s.left <= 0.0:
         mean = between(mean, f, min(h / MEAN_S, 1.0))
@@ -119,10 +116,8 @@ def brake_stored_j(s: HandBrake, k: float) -> float:
 def holding(
     s: HandBrake, waits: bool, x: Vector, f: Vector, tick_s: float, k: float
 ) -> tuple[HandBrake, bool]:
-    """Go one tick on; tell whether anything is held.
-
-    Whether no waves come; the position [m]: where it is no number nothing begins to be held; and
-    the force on the device in the tick before [N].
+    """Go one tick on; tell whether anything is held. ``f`` is the force on the device in the tick
+    before [N]; where the position [m] is no number nothing begins to be held.
     """
     known = within(x, LARGEST_M)
     largest = brake_force(s.largest, waits and known, f, tick_s, HAND_RETURN_S)
@@ -179,9 +174,7 @@ def _released(s: AvatarBrake) -> AvatarBrake:
 def brake_ratio(
     s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
 ) -> tuple[AvatarBrake, float]:
-    """Return N for a step of h [s], from the wave received [sqrt(W)] and the contact force of the
-    last step [N]; 1 where nothing brakes.
-    """
+    """Return N for a step of h [s], from the wave received and the contact force before."""
     largest = brake_force(s.largest, waits, f_s, h, AVATAR_RETURN_S)
     limit, ratio = brake_limit(largest), 1.0
     if limit > 0.0:
@@ -200,9 +193,7 @@ def braked(b: Any, u: Vector, ratio: float) -> tuple[Any, Vector]:
 def unbraked(
     s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, h: float
 ) -> tuple[AvatarBrake, Any, Vector]:
-    """Return the impedance of the port itself and the wave in front of the damper [sqrt(W)], given
-    the wave received and u' + v'.
-    """
+    """Return impedance and wave in front of the damper, given the wave received and u' + v'."""
     heat_j = s.heat_j + (1.0 - 1.0 / ratio) * (0.5 * h) * squared(both)
     wave = minus(scaled(both, 1.0 / math.sqrt(ratio)), u)
     return AvatarBrake(s.largest, heat_j), firmer(b, 1.0 / ratio), wave

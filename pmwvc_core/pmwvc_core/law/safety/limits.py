@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The limits between any controller and the device. Research software: not a certified safeguard.
-
-What reaches the device, for whatever a controller asks, including values that are not numbers:
+"""What reaches the device, for whatever a controller asks, including values that are not numbers.
+Research software: not a certified safeguard.
 
 * the force starts at zero, changes by at most ``max_slew * tick_s`` in a tick and is never longer
   than ``max_force`` (a vector keeps its direction);
@@ -16,17 +15,15 @@ What reaches the device, for whatever a controller asks, including values that a
 * **device silent**: no force while the device senses nothing; after ``LOST_S`` a fault, which ends
   with the next sample;
 * a value that is not a finite number counts as a force of zero;
-* **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
+* **fault**: above ``fault_velocity`` the force goes to zero, at the same slew, until ``rearm``.
 
-The slew limit holds on the way to zero as well. On the strict channel a brake holds the hand while
-no waves come (:mod:`.brakes`).
+On the strict channel a brake holds the hand while no waves come (:mod:`.brakes`).
 
 Equations: docs/theory.md 10.2.
 """
 
 from typing import NamedTuple
 
-from pmwvc_core.law.safety import causes
 from pmwvc_core.law.safety.brakes import (
     HandBrake,
     brake_limit,
@@ -49,6 +46,9 @@ from pmwvc_core.law.vectors import (
 from pmwvc_core.params import SafetyParams
 
 LOST_S = 1.0
+# Causes of the state of the limits:
+NONE, WAITING, SOFT_START, SILENT, RELEASED, TOO_FAST, NOT_FINITE, RUNAWAY = range(8)
+OUTSIDE, DEVICE_SILENT, DEVICE_LOST, UNRECEIVED, LATE = range(8, 13)
 REACH = 1.01  # of the workspace: a stop gives way a little
 FADE_S, LET_GO_S = 0.02, 0.5
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
@@ -56,11 +56,7 @@ LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 
 
 class Limits(NamedTuple):
-    """State of the limits.
-
-    They intervene (``events``) where damping, a fault or values that are not finite begin, and
-    every stretch of ticks with too large a force or change.
-    """
+    """State of the limits."""
 
     f: Vector  # as applied last [N]
     gain: float  # what is let through of the whole force
@@ -73,10 +69,10 @@ class Limits(NamedTuple):
     missing_s: float  # for how long it has not been
     faulty: bool  # it ran away
     brake: HandBrake
-    events: int
-    disturbed: bool  # in the tick before
+    events: int  # disturbances that began, and stretches of too large a force or change
+    disturbed: bool  # in the tick before: by damping, a fault or what is not finite
     limited: bool
-    cause: int  # of the state in the last tick, :mod:`.causes`
+    cause: int  # of the state in the last tick
     silence_s: float  # from which on the server counts as silent
 
 
@@ -111,25 +107,24 @@ def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
     """Return the limits before the first tick."""
     return Limits(
         nothing, 0.0, 1.0, False, False, False, False, False, 0.0, False,
-        resting_hand_brake(nothing), 0, False, False, causes.WAITING, p.timeout_s,
+        resting_hand_brake(nothing), 0, False, False, WAITING, p.timeout_s,
     )  # fmt: skip
 
 
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
     brake = resting_hand_brake(zero(s.f))._replace(x=s.brake.x)
-    return s._replace(gain=0.0, returns=False, quiet=False, brake=brake, cause=causes.WAITING)
+    return s._replace(gain=0.0, returns=False, quiet=False, brake=brake, cause=WAITING)
 
 
 def limits(
     s: Limits, f: Vector, x: Vector, xd: Vector, silence_s: float, coupled: bool, sensed: bool,
     interrupted: bool, unreceived: bool, p: LimitsParams,
 ) -> tuple[Limits, Vector]:  # fmt: skip
-    """Return the force for the device [N] in the place of the one that a controller asks for.
-
-    ``silence_s`` is the time since the last accepted packet. ``coupled``: the server has answered;
-    ``sensed``: the device knows where it is and how it moves; ``interrupted``: no waves come, at
-    this end or at the server; ``unreceived``: the server has had none of this user for too long.
+    """Return the force for the device [N] in the place of the one asked for. ``coupled``: the
+    server has answered; ``sensed``: the device knows its motion; ``interrupted``: no waves come,
+    at this end or at the server; ``unreceived``: the server has had none of this user for too
+    long.
     """
     brake, holds = s.brake, False
     if p.brakes:
@@ -150,8 +145,10 @@ def limits(
     force = active and good and not faulty
     gain, push, returns = _faded(s, force, damped, fast, released, p)
     ready = s.ready or (gain >= 1.0 and not damped)
-    if damped:
-        f = _damping(f, xd, push)
+    if damped:  # what opposes the motion, and what is left of the rest
+        power = dot(f, xd)
+        kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
+        f = plus(kept, scaled(minus(f, kept), push))
     if holds:
         brake, more = brake_push(brake, f, p.brake_stiffness)
         f = f if fast or outside else plus(f, more)
@@ -165,29 +162,29 @@ def limits(
     disturbed = gone or (active and (damped or unreceived or not force))
     limited = limited and force and not damped
     events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
-    cause = causes.NONE
+    cause = NONE
     if faulty:
-        cause = causes.RUNAWAY
+        cause = RUNAWAY
     elif lost:
-        cause = causes.DEVICE_LOST
+        cause = DEVICE_LOST
     elif gone:
-        cause = causes.DEVICE_SILENT
+        cause = DEVICE_SILENT
     elif not active:
-        cause = causes.WAITING
+        cause = WAITING
     elif not good:
-        cause = causes.NOT_FINITE
+        cause = NOT_FINITE
     elif silent:
-        cause = causes.RELEASED if released else causes.SILENT
+        cause = RELEASED if released else SILENT
     elif outside:
-        cause = causes.OUTSIDE
+        cause = OUTSIDE
     elif fast:
-        cause = causes.TOO_FAST
+        cause = TOO_FAST
     elif unreceived:
-        cause = causes.UNRECEIVED
+        cause = UNRECEIVED
     elif gain < 1.0:
-        cause = causes.SOFT_START
+        cause = SOFT_START
     elif holds and brake_limit(brake.largest) > 0.0:
-        cause = causes.LATE
+        cause = LATE
     s = Limits(
         applied, gain, push, ready, damped, returns, silent and not (fast or outside), ever,
         missing_s, faulty, brake, events, disturbed, limited, cause, s.silence_s,
@@ -198,9 +195,8 @@ def limits(
 def _faded(
     s: Limits, force: bool, damped: bool, fast: bool, released: bool, p: LimitsParams
 ) -> tuple[float, float, bool]:
-    """Return gain and push of a tick, and whether the force returns: whether it is let through at
-    all; only damping; since it is too fast, so that what pushes goes at once; not even that any
-    more. With a brake, which holds the hand meanwhile, the force comes back whole.
+    """Return gain and push of a tick, and whether the force returns; when too fast, what pushes
+    goes at once. With a brake, which holds the hand meanwhile, the force comes back whole.
     """
     recovers, quiet, gain = s.damped and not damped, s.quiet and s.ready, s.gain
     returns = (quiet if recovers else s.returns) and force
@@ -215,10 +211,3 @@ def _faded(
     if damped:
         push = 0.0 if fast else max(s.push - p.tick_s / FADE_S, 0.0)
     return gain if force else 0.0, push, returns
-
-
-def _damping(f: Vector, xd: Vector, push: float) -> Vector:
-    """Return the part of a force [N] that opposes the motion, and what is left of the rest."""
-    power, speed = dot(f, xd), squared(xd)
-    kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
-    return plus(kept, scaled(minus(f, kept), push))

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
 
-The avatar stands at ``x_s = x_o + position`` with ``position = rest + deflection``; the deflection
-is the state. Forces act from the avatar on the object.
+The avatar stands at ``x_s = x_o + rest + deflection``. Forces act from it on the object.
 
 Two-sided it is at rest where the avatar joined. A grip pushes along axis 0 only; across it an
 anchor is set where contact begins and let go at the end of the step in which the avatar comes out,
@@ -13,12 +12,16 @@ When stiffness and damping change in contact, the deflection becomes sqrt(K_old/
 it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
 shifted, and returns outside the contact, never past the avatar.
 
+A coupling closes the algebraic loop of a step: from the waves u of all avatars it finds velocities
+and contact forces, and moves avatars and object. Avatars that are not present take no part.
+
 Equations: docs/theory.md 4.10.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from pmwvc_core.law.family import Family
 from pmwvc_core.law.server.springs import (
     ContactLaw,
     Spring,
@@ -81,9 +84,7 @@ def _detached(s: Spring, law: ContactLaw) -> Spring:
 
 
 def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Contact, float]:
-    """Take K and B over; return the energy that the springs lose [J]: none, but where there is no
-    spring any more.
-    """
+    """Take K and B over; return the energy lost [J]: none, but where there is no spring now."""
     old = c.law
     law = old._replace(stiffness=stiffness, damping=damping)
     lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
@@ -135,9 +136,7 @@ def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: 
 
 
 def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple[Contact, float]:
-    """Move by the mean relative velocity of a step of h [s], with the mean force; return what
-    became heat or was dropped [J].
-    """
+    """Move by the mean velocity of a step of h [s] with the mean force; return the heat [J]."""
     held, law, heat_j = touching(c), c.law, 0.0
     springs = each(_moved, (c.springs, scaled(rate, h)), held, law)
     for i in range(len(rate)):
@@ -176,9 +175,7 @@ def _loosened(c: Contact) -> tuple[Contact, float]:
 
 
 def cleared(c: Contact, displacement: Vector) -> Vector:
-    """Return the part of a displacement [m] that leads to no contact; zero in contact, and across:
-    it ends at least the gap outside the face.
-    """
+    """Return the part of a way [m] to the gap before the face; zero in contact, and across."""
     if touching(c):
         return zero(displacement)
     return each(_cleared, (c.springs, displacement), c.law)
@@ -188,3 +185,18 @@ def _cleared(s: Spring, way: float, law: ContactLaw) -> float:
     if not s.one_sided:
         return 0.0
     return law.inward * min(law.inward * way, max(-depth(s, law) - law.gap, 0.0))
+
+
+couple = Family("couple")  # (p, avatars, body, law) -> (avatars, body, lost_j, settled)
+
+
+class Avatar(NamedTuple):
+    """One avatar: its port, signals of the last step, contact."""
+
+    present: bool
+    impedance: Any  # of the wave port; behind its brake while that acts
+    u: Vector  # [sqrt(W)] of this step
+    xd: Vector  # [m/s]
+    f: Vector  # [N] on the object
+    contact: Contact
+    kept: Vector  # what a coupling keeps for its next step

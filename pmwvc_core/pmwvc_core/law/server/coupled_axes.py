@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Contacts behind a wave port whose impedance B couples the axes.
+"""Contacts behind a wave port whose impedance B couples the axes, and the implicit step there.
 
 The laws are those of :mod:`.contacts` in the loop xd = free - Y f with Y = B^-1. Along every axis
 but that of a face they are linear, f = l + G xd with G diagonal, so with the force f_0 of a face
@@ -12,29 +12,45 @@ along axis 0, whose unit vector is e_0::
 which leaves the law along axis 0 behind a number b' > 0 (a Schur complement). The force falls with
 the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, s_0 the slope of the law along axis 0.
 
-Equations: docs/theory.md 6.4, 6.5.
+The implicit step (:mod:`.coupling`) is one vector equation for the object. With r(v) the force
+that is missing at a mean velocity v, dr/dv is symmetric and at least 2 m_o/h + b_o, so r has one
+root. Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which never falls with t,
+until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the forces once
+Newton's step no longer halves it.
+
+Equations: docs/theory.md 6.4, 6.5, 6.6.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.law.family import Family
-from pmwvc_core.law.server.contacts import Contact, contact_unwrapped, touching
-from pmwvc_core.law.server.springs import ContactLaw, Spring, spring_answer, unwrapped_axis
-from pmwvc_core.law.vectors import Vector, columns, dot, each, plus, scaled, times, zero
-from pmwvc_core.law.wave.wave import Impedance, MatrixImpedance, Rows, applied, loaded, outer
-
-# (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance
-solved_contact = Family("solved_contact")
-
-
-class CoupledAnswer(NamedTuple):
-    """The answer of a contact to the velocity that its avatar would have without it."""
-
-    force: Vector  # [N] on the object
-    rate: Vector  # [m/s] relative velocity, mean over the step
-    slope: Rows  # [N s/m] by how much the force falls per velocity of the object
+from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
+from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
+from pmwvc_core.law.server.coupling import Step, advanced_avatar, solved_contact
+from pmwvc_core.law.server.springs import (
+    ROUNDING,
+    Answer,
+    ContactLaw,
+    Spring,
+    spring_answer,
+    unwrapped_axis,
+)
+from pmwvc_core.law.vectors import (
+    Vector,
+    columns,
+    dot,
+    each,
+    minus,
+    plus,
+    scaled,
+    squared,
+    times,
+    total,
+    zero,
+)
+from pmwvc_core.law.wave.wave import MatrixImpedance, Rows, applied, free_velocity, loaded, outer
 
 
 def loop_inverse(loop: Rows, numbers: tuple[int, ...]) -> Rows:
@@ -79,18 +95,18 @@ def across(
     return held, lean, slope, dot(mobility[0], held), 1.0 / dot(mobility[0], lean)
 
 
-def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> CoupledAnswer:
+def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> Answer:
     """Return the mean force over a step of h [s] for which rate = free - B^-1 force."""
     law = c.law
     gain = 0.5 * law.stiffness * h + law.damping
     held, lean, slope, less, alone = across(c, gain, free, zero(free), b)
     if not c.springs[0].one_sided:
-        return CoupledAnswer(held, loaded(b, free, held), slope)
+        return Answer(held, loaded(b, free, held), slope)
     along = spring_answer(c.springs[0], free[0] - less, alone, h, touching(c), law)
     force = _with_face(held, lean, along.force, b)
     rate = each(_faced, (loaded(b, free, force), b.numbers), along.rate)
     slope = each(plus, (slope, outer(lean, scaled(lean, along.slope))))
-    return CoupledAnswer(force, rate, slope)
+    return Answer(force, rate, slope)
 
 
 def _with_face(held: Vector, lean: Vector, push: float, b: MatrixImpedance) -> Vector:
@@ -102,11 +118,6 @@ def _faced(signal: float, number: int, along: float) -> float:
     return along if number == 0 else signal
 
 
-@solved_contact.member(Impedance)
-def _solved(b: Impedance, c: Contact, free: Vector, xd_o: Vector, weight: float) -> Vector:
-    return contact_unwrapped(c, free, xd_o, b.b, weight)
-
-
 @solved_contact.member(MatrixImpedance)
 def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight: float) -> Vector:
     law, first = c.law, c.springs[0]
@@ -116,3 +127,97 @@ def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight:
         return held
     push = unwrapped_axis(first, free[0] - less, xd_o[0], alone, weight, touching(c), law)
     return _with_face(held, lean, push, b)
+
+
+TAKEN = 1e-9
+STEPS = 60  # of Newton's method
+CUTS = 50  # of one line search
+FLAT = 0.5  # of g(0): the line search is done
+
+
+class ImplicitCoupled(NamedTuple):
+    """The coupling; it has no parameters. All avatars' impedances are matrices."""
+
+    none: int
+
+
+class Looked(NamedTuple):
+    """The equation at one velocity."""
+
+    velocity: Vector
+    answers: tuple[Answer, ...]
+    missing: Vector  # [N] r
+    change: Vector  # [m/s] Newton's step
+    settled: bool  # to rounding
+    close: bool  # to what is taken
+
+
+@couple.member(ImplicitCoupled)
+def implicit_coupled(
+    p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
+) -> Step:
+    """Go one step on."""
+    here = _look(avatars, body.xd, body.xd, law)
+    for _ in range(STEPS):
+        if here.settled:
+            break
+        there = _downhill(avatars, body.xd, here, law)
+        slow = squared(there.missing) > 0.25 * squared(here.missing)
+        if there.velocity == here.velocity or (here.close and slow):
+            break
+        here = there
+    after, lost_j = drifted(body, here.velocity, law)
+    forces, rates, _ = columns(here.answers)
+    moved, heats = columns(each(advanced_avatar, (avatars, forces, rates), law.period_s))
+    return moved, after, total(lost_j, heats), here.close
+
+
+def _downhill(avatars: tuple[Avatar, ...], xd: Vector, here: Looked, law: BodyLaw) -> Looked:
+    """Return the equation at the end of a damped step."""
+    steep = abs(dot(here.change, here.missing))
+    low, high, ratio = 0.0, 2.0, 1.0
+    for _ in range(CUTS):
+        found = _look(avatars, minus(here.velocity, scaled(here.change, ratio)), xd, law)
+        gain = -dot(here.change, found.missing)  # g(t)
+        if here.close or found.settled:
+            return found
+        if gain <= 0.0 and (gain >= -FLAT * steep or ratio >= 1.0):
+            return found
+        if gain <= 0.0:
+            low = ratio
+        else:
+            high = ratio
+        ratio = 0.5 * (low + high)
+    return _look(avatars, minus(here.velocity, scaled(here.change, low)), xd, law)
+
+
+def _look(avatars: tuple[Avatar, ...], velocity: Vector, xd: Vector, law: BodyLaw) -> Looked:
+    answers = each(_answer, (avatars,), velocity, law.period_s)
+    force, slopes, size = zero(velocity), answers[0].slope, 0.0
+    slopes = each(scaled, (slopes,), 0.0)
+    for i in range(len(avatars)):
+        if avatars[i].present:
+            push, slope = answers[i].force, answers[i].slope
+            free = minus(free_velocity(avatars[i].impedance, avatars[i].u), velocity)
+            force, slopes = plus(force, push), each(plus, (slopes, slope))
+            size += math.sqrt(squared(push)) + math.sqrt(squared(each(_size, (slope,), free)))
+    missing, gives = each(imbalance, (xd, velocity, force), law), mobility(0.0, law)
+    numbers = avatars[0].impedance.numbers
+    inverse = loop_inverse(each(scaled, (slopes,), gives), numbers)
+    step = applied(inverse, scaled(missing, gives))
+    scale = math.sqrt(squared(velocity)) + gives * size
+    settled = math.sqrt(squared(step)) <= ROUNDING * scale
+    close = settled or gives * math.sqrt(squared(missing)) <= TAKEN * scale
+    return Looked(velocity, answers, missing, step, settled, close)
+
+
+def _answer(a: Avatar, velocity: Vector, h: float) -> Answer:
+    b: MatrixImpedance = a.impedance
+    free = minus(free_velocity(b, a.u), velocity)
+    if not a.present:
+        return Answer(zero(velocity), free, each(scaled, (b.b,), 0.0))
+    return coupled_answer(a.contact, free, b, h)
+
+
+def _size(row: Vector, free: Vector) -> float:
+    return dot(each(abs, (row,)), each(abs, (free,)))

@@ -8,8 +8,8 @@ room, at most ``SLIDE_M_S``::
 
     offset <- offset + w h,   x_s <- x_s + w h,   where the avatar is outside before and after
 
-which neither stores nor releases energy (phi(p) = 0 for p <= 0). Decoding belongs to the coupling;
-encoding is v_s = u_s - sqrt(2/b) f_s, so that f_s xd_s = (|u_s|^2 - |v_s|^2)/2.
+which neither stores nor releases energy (phi(p) = 0 for p <= 0). The wave returned is v_s = u_s -
+sqrt(2/b) f_s, so that f_s xd_s = (|u_s|^2 - |v_s|^2)/2.
 
 Equations: docs/theory.md 17.20.
 """
@@ -17,19 +17,15 @@ Equations: docs/theory.md 17.20.
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.safety.brakes import (
-    brake_ratio,
-    braked,
-    released_brake,
-    unbraked,
-)
-from pmwvc_core.law.server.avatar import Avatar, couple
-from pmwvc_core.law.server.body import Body, BodyLaw, kinetic_j
+from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
+from pmwvc_core.law.safety.brakes import brake_ratio, braked, released_brake, unbraked
 from pmwvc_core.law.server.contacts import (
+    Avatar,
     attached,
     changed_contact,
     cleared,
     contact_energy,
+    couple,
     detached,
     offset_of,
     slid,
@@ -83,14 +79,22 @@ class EnvironmentParams(NamedTuple):
     brakes: bool
 
 
-# (p, s, came) -> s: one step with what each user brings, :class:`.server_step.Came`
+class Came(NamedTuple):
+    """What a user brings to a step."""
+
+    wave: Vector  # [sqrt(W)]; without waves the velocity of its device [m/s]
+    position: Vector  # [m] of its device
+    brakes: bool  # none of its waves come
+    received_j: float  # by the sums of its packets, without waves
+    extra: Vector  # signals that a controller declares
+
+
+# (p, s, came) -> s: one step with what each user brings
 environment_step = Family("environment_step")
 
 
 def joined(s: UserPort, position: Vector, body: Body) -> tuple[UserPort, float]:
-    """Join with an avatar at the device's position [m]; no force. One who is present leaves first:
-    return the energy dropped [J].
-    """
+    """Join at the device's position [m], without force; return what leaving first dropped [J]."""
     s, dropped_j = left(s)
     a, nothing = s.avatar, zero(position)
     contact = attached(a.contact, minus(position, body.x))
@@ -110,11 +114,6 @@ def left(s: UserPort) -> tuple[UserPort, float]:
     return s._replace(avatar=avatar, brake=released_brake(s.brake), v_s=nothing), dropped_j
 
 
-def passed_through(s: UserPort, energy_j: float) -> UserPort:
-    """Count energy that came and goes back beside the waves [J]."""
-    return s._replace(u_j=s.u_j + energy_j, v_j=s.v_j + energy_j)
-
-
 def changed_port(
     s: UserPort, stiffness: float, damping: float, impedance: Any
 ) -> tuple[UserPort, float]:
@@ -125,7 +124,7 @@ def changed_port(
 
 
 @environment_step.member(EnvironmentParams)
-def _step(p: EnvironmentParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+def _step(p: EnvironmentParams, s: Environment, came: tuple[Came, ...]) -> Environment:
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
@@ -138,7 +137,7 @@ def avatar_of(s: UserPort) -> Avatar:
     return s.avatar
 
 
-def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, float]:
+def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, float]:
     """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
     a, brake, ratio = s.avatar, s.brake, 1.0
     if not a.present:
@@ -152,9 +151,8 @@ def taken_port(s: UserPort, came: Any, p: EnvironmentParams) -> tuple[UserPort, 
 
 
 def _give(
-    s: UserPort, a: Avatar, came: Any, ratio: float, body: Body, h: float
+    s: UserPort, a: Avatar, came: Came, ratio: float, body: Body, h: float
 ) -> tuple[UserPort, float]:
-    """Give the wave that the step returned to the user, through the brake."""
     if not a.present:
         return s, 0.0
     offset, contact, dropped_j, brake, wave = s.offset, a.contact, 0.0, s.brake, came.wave

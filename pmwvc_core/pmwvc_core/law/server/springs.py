@@ -14,26 +14,33 @@ phi(p) = K max(p, 0)^2 / 2, and the damper acts on the part of the way inside::
 
     N = max(0, [phi(p1) - phi(p0)] / (p1 - p0) + B [max(p1, 0) - max(p0, 0)] / h)
 
-N never falls with w, so with w = c - N/b it has exactly one solution, piece by piece a quadratic.
-Here p, c and w count inwards.
+N never falls with w, so with w = c - N/b it has exactly one solution, piece by piece a quadratic
+(p, c and w count inwards), and falls with the object's velocity by at most b per m/s. So the
+object's equation along an axis has one root, found by Newton's method within a bracket (in one
+step where all contacts are two-sided).
 
 Equations: docs/theory.md 4.1, 4.3.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.motion import BodyLaw, imbalance, mobility
+from pmwvc_core.law.vectors import each
+
+ROUNDING = 8.0 * 2.0**-52
+NEWTON = 20  # steps before halving alone is trusted
+LIMIT = 90  # then the bracket is as narrow as numbers are
 
 
 class ContactLaw(NamedTuple):
-    """K [N/m], B [N s/m]; of a grip the inward direction (1 or -1), where its face is, from the
-    centre of the object [m], and the least distance from it at the start [m].
-    """
+    """The law of a contact, and the face of a grip."""
 
-    stiffness: float
-    damping: float
-    inward: float
-    face: float
-    gap: float
+    stiffness: float  # K [N/m]
+    damping: float  # B [N s/m]
+    inward: float  # direction, 1 or -1
+    face: float  # from the centre of the object [m]
+    gap: float  # least distance from it at the start [m]
 
 
 class Spring(NamedTuple):
@@ -46,11 +53,11 @@ class Spring(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The answer of a contact to the velocity that its avatar would have without it, per axis."""
+    """The answer to an avatar's free velocity: numbers, or vectors and a matrix."""
 
-    force: float  # [N] on the object
-    rate: float  # [m/s] relative velocity, mean over the step
-    slope: float  # [N s/m] by how much the force falls per velocity of the object
+    force: Any  # [N] on the object
+    rate: Any  # [m/s] relative velocity, mean over the step
+    slope: Any  # [N s/m] by how much the force falls per velocity of the object
 
 
 def depth(s: Spring, law: ContactLaw) -> float:
@@ -93,9 +100,7 @@ def unwrapped_axis(
 def spring_answer(
     s: Spring, free: float, b: float, h: float, held: bool, law: ContactLaw
 ) -> Answer:
-    """Return the mean force over a step of h [s] for which rate = free - force/b; with an infinite
-    b the avatar moves as it is told.
-    """
+    """Return the mean force of a step of h [s] for rate = free - force/b; b may be infinite."""
     inward = law.inward if s.one_sided else 1.0
     p0, c = inward * s.deflection, inward * free
     push = Answer(0.0, c, 0.0)
@@ -132,9 +137,8 @@ def _leaving(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer
 
 
 def _entering(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
-    """Inside at the end only: p1 is the positive root of a p^2 - 2 q p = g, g >= 0 (over b).
-
-    The depth without resistance, p0 + h c > 0, is the only small difference in it.
+    """Inside at the end only: p1 is the positive root of a p^2 - 2 q p = g, g >= 0 (over b). The
+    only small difference in it is the depth without resistance, p0 + h c > 0.
     """
     k, damping = law.stiffness, law.damping
     reach = max(p0 + h * c, 0.0)
@@ -150,3 +154,54 @@ def _entering(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answe
     ratio = p1 / way  # of the way that is inside
     normal = 0.5 * k * p1 * ratio + damping * p1 / h
     return Answer(normal, way / h, 0.5 * h * k * ratio * (2.0 - ratio) + damping)
+
+
+class Row(NamedTuple):
+    """One avatar along one axis."""
+
+    spring: Spring
+    drive: float  # [m/s] velocity without the contact
+    present: bool
+    b: float  # [N s/m]; infinite where the avatar moves as it is told
+    held: bool
+    law: ContactLaw
+
+
+def solved_axis(
+    rows: tuple[Row, ...], xd: float, law: BodyLaw
+) -> tuple[float, tuple[Answer, ...], bool]:
+    """Return the object's mean velocity [m/s], the answers, and whether they fit to rounding."""
+    velocity, settled = xd, False
+    low = high = xd
+    answers = each(_answer, (rows,), velocity, law.period_s)
+    for turn in range(LIMIT):
+        force, slope, size = 0.0, 0.0, 0.0  # size of the terms that may cancel [N]
+        for i in range(len(rows)):
+            if rows[i].present:
+                push, fall = answers[i].force, answers[i].slope
+                force += push
+                slope += fall
+                size += abs(push) + fall * abs(rows[i].drive - velocity)
+        missing, gives = imbalance(xd, velocity, force, law), mobility(slope, law)
+        change = missing * gives
+        if abs(change) <= ROUNDING * (abs(velocity) + gives * size):
+            settled = True
+            break
+        if turn == 0:
+            other = velocity - missing * mobility(0.0, law)
+            low, high = min(velocity, other), max(velocity, other)
+        elif missing < 0.0:
+            low = velocity
+        else:
+            high = velocity
+        velocity -= change
+        if turn >= NEWTON or velocity < low or velocity > high:
+            velocity = 0.5 * (low + high)
+        answers = each(_answer, (rows,), velocity, law.period_s)
+    return velocity, answers, settled
+
+
+def _answer(row: Row, velocity: float, h: float) -> Answer:
+    if not row.present:
+        return Answer(0.0, 0.0, 0.0)
+    return spring_answer(row.spring, row.drive - velocity, row.b, h, row.held, row.law)

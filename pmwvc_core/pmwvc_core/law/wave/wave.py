@@ -41,17 +41,15 @@ Rows = tuple[Vector, ...]
 
 
 class MatrixImpedance(NamedTuple):
-    """A symmetric positive wave impedance B [N s/m], by rows: itself, its inverse, its roots; the
-    numbers of the axes, 0, 1 ...; its eigenvalues, and the matrices to and from its own axes.
-    """
+    """A symmetric positive wave impedance, by rows."""
 
-    b: Rows
+    b: Rows  # [N s/m]
     inverse: Rows
     root_2b: Rows
     root_2_over_b: Rows
-    numbers: tuple[int, ...]
-    values: Vector
-    to_axes: Rows
+    numbers: tuple[int, ...]  # of the axes, 0, 1 ...
+    values: Vector  # eigenvalues
+    to_axes: Rows  # its own
     from_axes: Rows
 
 
@@ -157,11 +155,9 @@ def wave_j(wave: Vector, time_s: float) -> float:
 
 
 def affordable(wave: Vector, change: Vector, power: float) -> tuple[Vector, float]:
-    """Return as much of a change w of a wave v [sqrt(W)] as the energy covers, and its cost.
-
-    That is the longest s w, 0 <= s <= 1, with |v + s w|^2 - |v|^2 <= power, which is twice the
-    power that may be spent: |v|^2 is 2 W. A change that makes the wave smaller brings energy: its
-    cost is negative.
+    """Return as much of a change w of a wave v [sqrt(W)] as the energy covers, and its cost
+    (negative where the wave gets smaller): the longest s w, 0 <= s <= 1, with |v + s w|^2 - |v|^2
+    <= power, which is twice the power that may be spent: |v|^2 is 2 W.
     """
     along, size = dot(wave, change), squared(change)
     cost = 2.0 * along + size
@@ -175,11 +171,11 @@ def affordable(wave: Vector, change: Vector, power: float) -> tuple[Vector, floa
 
 
 def repayment(undelivered: Vector, wave: Vector, free_j: float) -> Vector:
-    """Return the wave that delivers what is undelivered [sqrt(W) s], as fast as its energy allows.
+    """Return the wave that delivers what is undelivered, U [sqrt(W) s], as fast as its energy
+    allows.
 
-    A wave w along what is undelivered, U, beside v, costs v + w/2 for each part of it. So with an
-    energy E that may be spent [J], w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and
-    ``QUICKLY_S``.
+    A wave w along U beside v costs v + w/2 for each part of it. So with an energy E that may be
+    spent [J], w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
     """
     size = math.sqrt(squared(undelivered))
     if size == 0.0:

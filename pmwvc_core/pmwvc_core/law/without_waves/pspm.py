@@ -12,28 +12,24 @@ q follows the other end as received (``aimed``). With x where an end is, moving 
     dE = K/2 (|x - q'|^2 - |x - q|^2)
 
 out of a tank; q' is the nearest point on the way that the tank can pay for. The tank gets what the
-damper turns to heat, and what the peer sends; above a cap the rest goes to the peer. The heat is
-the work put in less the gain of the spring::
+damper turns to heat, and what the peer sends; above a cap the rest goes to the peer::
 
     work put in + received = spring + (tank - initial) + sent + dropped
 
-Passive with any delay, loss and order of packets for B > K T_c/2 at the device. A tank below zero
-moves the set point only where that pays the tank back.
+Passive with any delay, loss and order of packets for B > K T_c/2 at the device.
 """
 
 import math
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.motion import Body
 from pmwvc_core.law.safety.brakes import released_brake
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import offset_of
-from pmwvc_core.law.server.server_port import UserPort
-from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
-from pmwvc_core.law.without_waves import device_end
-from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet, pulled
-from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams
+from pmwvc_core.law.server.contacts import Avatar, offset_of
+from pmwvc_core.law.server.server_port import Came, UserPort
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves import ends
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet, pulled
 
 
 class Pspm(NamedTuple):
@@ -81,18 +77,15 @@ def taken_in(s: ModulatedSpring, received_j: float) -> ModulatedSpring:
 
 
 def set_to(s: ModulatedSpring, q: Vector, x: Vector, work_j: float, p: Pspm) -> ModulatedSpring:
-    """Take note that this end is at x [m] and its set point at q [m], while this work was put in
-    at its port.
-    """
+    """Note that this end is at x and its set point at q [m], with this work put in at its port."""
     spring_j = 0.5 * p.stiffness * squared(minus(x, q))
     tank_j = s.tank_j + work_j - (spring_j - s.spring_j)
     return s._replace(q=q, tank_j=tank_j, spring_j=spring_j)
 
 
 def aimed(s: ModulatedSpring, wanted: Vector, x: Vector, p: Pspm) -> ModulatedSpring:
-    """Move the set point towards a wanted one [m], as far as the tank allows.
-
-    The ratio s of the way w costs K/2 (s^2 |w|^2 - 2 s w . (x - q)).
+    """Move the set point towards a wanted one [m], as far as the tank allows: the ratio s of the
+    way w costs K/2 (s^2 |w|^2 - 2 s w . (x - q)).
     """
     way = minus(wanted, s.q)
     size, along = squared(way), dot(way, minus(x, s.q))
@@ -115,55 +108,48 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
     return ModulatedSpring(x, True, s.tank_j, 0.0, s.sent_j, s.received_j, dropped_j)
 
 
-@device_end.device_moved.member(PspmDevice)
-def _moved(
-    s: PspmDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
-) -> PspmDevice:
+@ends.device_moved.member(PspmDevice)
+def _moved(s: PspmDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
-    q, work_j = s.spring.q if s.coupled else x, dot(s.force, minus(x, before.x))
+    q, work_j = s.spring.q if s.coupled else x, dot(s.force, minus(x, was.x))
     return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
 
 
-@device_end.device_sends.member(PspmDevice)
+@ends.device_sends.member(PspmDevice)
 def _send(s: PspmDevice, p: DeviceEndParams) -> tuple[PspmDevice, float]:
     spring = divided(s.spring, p.law)
     return s._replace(spring=spring), spring.sent_j
 
 
-@device_end.device_receives.member(PspmDevice)
+@ends.device_receives.member(PspmDevice)
 def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> PspmDevice:
     return s._replace(spring=taken_in(s.spring, received_j))
 
 
-@device_end.device_answer.member(PspmDevice)
-def _answer(
-    s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
-) -> PspmDevice:
+@ends.device_answer.member(PspmDevice)
+def _aim(s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> PspmDevice:
     if silent:
         return PspmDevice(spring_let_go(s.spring, x), s.force, False)
     return PspmDevice(aimed(s.spring, wave, x, p.law), s.force, True)
 
 
-@device_end.device_force.member(PspmDevice)
+@ends.device_force.member(PspmDevice)
 def _force(s: PspmDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
-    return s, each(_wanted, (x, xd, s.spring.q), p.law) if s.coupled else zero(x)
+    pull = scaled(minus(x, s.spring.q), p.law.stiffness)
+    return s, plus(scaled(xd, p.law.damping), pull) if s.coupled else zero(x)
 
 
-def _wanted(x: float, xd: float, q: float, law: Pspm) -> float:
-    return law.damping * xd + law.stiffness * (x - q)
-
-
-@device_end.device_applied.member(PspmDevice)
+@ends.device_applied.member(PspmDevice)
 def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
     return s._replace(force=f)
 
 
-@device_end.controller_energies.member(ModulatedSpring)
+@ends.controller_energies.member(ModulatedSpring)
 def _of_spring(s: ModulatedSpring) -> Vector:
     return (s.tank_j, s.spring_j)
 
 
-@device_end.controller_energies.member(PspmDevice)
+@ends.controller_energies.member(PspmDevice)
 def _of_device(s: PspmDevice) -> Vector:
     return _of_spring(s.spring)
 
@@ -175,10 +161,10 @@ def _released(s: ModulatedSpring) -> ModulatedSpring:
 
 
 @meet.member(Pspm)
-def _meet(p: Pspm, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
+def _meet(p: Pspm, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     """Move the set point, then the avatar; one that has just joined begins where it is."""
     spring: ModulatedSpring = s.brake if s.brake.placed else spring_let_go(s.brake, s.x_s)
-    spring = aimed(taken_in(spring, report.received_j), report.position, s.x_s, p)
+    spring = aimed(taken_in(spring, came.received_j), came.position, s.x_s, p)
     met = pulled(spring, a.contact, minus(spring.q, s.x_s), zero(s.x_s), p, body, h)
     x_s, work_j = plus(body.x, offset_of(met.contact)), -h * dot(met.f, met.xd)
     spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)

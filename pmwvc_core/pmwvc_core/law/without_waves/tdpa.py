@@ -14,22 +14,20 @@ device and by giving way at the avatar::
 
     F += a xd,   a = min(dE/(h |xd|^2), damping_max),        xd_s -= (dE/(h |f|^2)) f
 
-At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}); what the damper
-falls short of stays in the observer. It fades over ``fade_s``. The drift of the avatar is made up
-by a share per step under the same observer (after Coelho et al. 2019).
+At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}), and the damper
+fades over ``fade_s``. The drift of the avatar is made up by a share per step under the same
+observer (after Coelho et al. 2019).
 """
 
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.server.avatar import Avatar
-from pmwvc_core.law.server.body import Body
-from pmwvc_core.law.server.contacts import contact_force, offset_of, slid
-from pmwvc_core.law.server.server_port import UserPort
-from pmwvc_core.law.vectors import Vector, dot, each, minus, plus, scaled, squared, zero
-from pmwvc_core.law.without_waves import device_end
-from pmwvc_core.law.without_waves.avatar_end import Met, Reported, meet
-from pmwvc_core.law.without_waves.device_end import DeviceEnd, DeviceEndParams
+from pmwvc_core.law.motion import Body
+from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
+from pmwvc_core.law.server.server_port import Came, UserPort
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
+from pmwvc_core.law.without_waves import ends
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
 from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -55,15 +53,13 @@ class Observer(NamedTuple):
 
 
 class TdpaDevice(NamedTuple):
-    """The device's end: observer, force as last received [N], the controller's damper [N s/m]; the
-    force on the device since the last tick [N], and that damper in it.
-    """
+    """The device's end."""
 
     observer: Observer
-    force: Vector
-    damping: float
-    held: Vector
-    braked: float
+    force: Vector  # as last received [N]
+    damping: float  # of the controller [N s/m]
+    held: Vector  # force on the device since the last tick [N]
+    braked: float  # that damper in it
 
 
 def tdpa_law(params: TdpaParams, tick_s: float) -> Tdpa:
@@ -102,37 +98,28 @@ def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float
     )  # fmt: skip
 
 
-@device_end.device_moved.member(TdpaDevice)
-def _moved(
-    s: TdpaDevice, before: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
-) -> TdpaDevice:
+@ends.device_moved.member(TdpaDevice)
+def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> TdpaDevice:
     """Book the work of the force held until here; the local damper is not the link's."""
-    way = minus(x, before.x)
-    drag = dot(before.xd, way)
+    way = minus(x, was.x)
+    drag = dot(was.xd, way)
     dissipated_j = s.braked * drag
     given_j = dissipated_j + p.law.damping * drag - dot(s.held, way)
     observer = observed(s.observer, given_j, dissipated_j, dissipated_j)
     return TdpaDevice(observer, s.force, s.damping, zero(s.held), 0.0)
 
 
-@device_end.device_sends.member(TdpaDevice)
+@ends.device_sends.member(TdpaDevice)
 def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
     return s, s.observer.in_j
 
 
-@device_end.device_receives.member(TdpaDevice)
+@ends.device_receives.member(TdpaDevice)
 def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
     return s._replace(observer=informed(s.observer, received_j))
 
 
-@device_end.device_answer.member(TdpaDevice)
-def _answer(
-    s: TdpaDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams
-) -> TdpaDevice:
-    return s._replace(force=zero(wave) if silent else wave)
-
-
-@device_end.device_force.member(TdpaDevice)
+@ends.device_force.member(TdpaDevice)
 def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
     """Return the force received and that of both dampers [N]."""
     square, needed = squared(xd), 0.0
@@ -144,44 +131,32 @@ def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Td
     return s._replace(damping=damping), f
 
 
-@device_end.device_applied.member(TdpaDevice)
+@ends.device_applied.member(TdpaDevice)
 def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
     return s._replace(held=f, braked=s.damping)
 
 
-@device_end.controller_energies.member(Observer)
+@ends.controller_energies.member(Observer)
 def _of_observer(s: Observer) -> Vector:
     return (s.dissipated_j, s.allowance_j)
 
 
-@device_end.controller_energies.member(TdpaDevice)
+@ends.controller_energies.member(TdpaDevice)
 def _of_device(s: TdpaDevice) -> Vector:
     return _of_observer(s.observer)
 
 
 @meet.member(Tdpa)
-def _meet(p: Tdpa, s: UserPort, a: Avatar, report: Reported, body: Body, h: float) -> Met:
+def _meet(p: Tdpa, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     """Arrive where the last step led, form the force, choose the velocity from here."""
-    observer = informed(s.brake, report.received_j)
+    observer = informed(s.brake, came.received_j)
     contact, lost_j = slid(a.contact, scaled(a.xd, h))
     x_s = plus(body.x, offset_of(contact))
-    rate = minus(report.velocity, body.xd)
+    rate = minus(came.wave, body.xd)
     f = contact_force(contact, rate)
-    excess_j = overdraft_j(observer, h * dot(f, report.velocity))
-    wanted = each(_made_up, (report.velocity, report.position, x_s), p.drift_share / h)
-    xd = _within(observer, f, wanted, h)
+    excess_j = overdraft_j(observer, h * dot(f, came.wave))
+    xd, size = plus(came.wave, scaled(minus(came.position, x_s), p.drift_share / h)), squared(f)
+    if size > LEAST:  # the nearest velocity that gives out no more than may be
+        xd = minus(xd, scaled(f, overdraft_j(observer, h * dot(f, xd)) / (h * size)))
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
     return Met(observer, xd, f, contact, rate, observer.in_j, lost_j)
-
-
-def _made_up(velocity: float, position: float, x_s: float, rate: float) -> float:
-    return velocity + (position - x_s) * rate
-
-
-def _within(s: Observer, f: Vector, velocity: Vector, h: float) -> Vector:
-    """Return the velocity nearest to the one wanted [m/s] that gives out no more than may be."""
-    size = squared(f)
-    if size <= LEAST:
-        return velocity
-    excess_j = overdraft_j(s, h * dot(f, velocity))
-    return minus(velocity, scaled(f, excess_j / (h * size)))

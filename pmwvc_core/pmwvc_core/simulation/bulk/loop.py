@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
-from pmwvc_core.law.port.sensing import Sample
-from pmwvc_core.law.server_step import Answer, Guest, GuestParams, Server, server_step
+from pmwvc_core.law.port.master import Sample, port_energies, port_opened, port_signals
+from pmwvc_core.law.server_step import Guest, GuestParams, Server, server_step
 from pmwvc_core.law.user_tick import User, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each
 from pmwvc_core.numeric import Array, Integers
@@ -137,10 +136,11 @@ def _sent(
     at[0] = s._replace(user=begin(user, tick, p.user), sent=s.sent + 1)
 
 
-def _posted(answer: Answer, posted: int, number: int, packets: Array) -> int:
-    if not answer.sends:
+def _posted(answer: tuple[Packet, bool], posted: int, number: int, packets: Array) -> int:
+    packet, sends = answer
+    if not sends:
         return posted
-    write(answer.packet, 2 * number + 1, posted, packets)
+    write(packet, 2 * number + 1, posted, packets)
     return posted + 1
 
 

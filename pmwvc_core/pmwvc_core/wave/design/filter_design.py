@@ -4,7 +4,7 @@
 frequency response.
 
 A cut-off can be given in several ways; here each becomes a pole or second-order sections. The
-filter that runs is in :mod:`pmwvc_core.law.wave.anti_aliasing`.
+filter that runs is in :mod:`pmwvc_core.law.wave.filter_and_hold`.
 
 Butterworth filters are in closed form: the analogue prototype of order n has its poles on the unit
 circle of the left half-plane,

@@ -1,10 +1,21 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Couplings that use the contact force at an instant and hold it over the step.
+"""How avatars and object go one step on: implicit, or with the contact force at an instant, held.
 
-The object moves exactly under the held forces. Energy balances only as the step goes to zero; the
-heat counts B |xd_s - xd_o|^2 at the instants. With the weights (old, new) [s] of old and new
-velocity in an avatar's displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
+implicit: solved together by the midpoint rule; energy balances exactly. With the mean velocity v
+of the object over the step and w_i = xd_si - v::
+
+    f_i    = contact law (w_i),         w_i = sqrt(2/b_i) u_i - f_i/b_i - v
+    sum f_i = m_o (v1 - v0)/h + b_o v,   v = (v0 + v1)/2
+    x_o += h v,  x_si += h xd_si
+    d(kinetic) + d(potential) + heat = h sum (|u_i|^2 - |v_i|^2)/2
+
+axis by axis (:func:`.solved_axis`), or where a wave impedance couples the axes, all at once
+(:mod:`.coupled_axes`).
+
+Else the object moves exactly under the held forces; energy balances only as the step goes to zero.
+With the weights (old, new) [s] of old and new velocity in an avatar's displacement: forward Euler
+(h, 0), backward (0, h), trapezoid (h/2, h/2).
 
 one-step delay (App. B, Eq. 4): decoded with the force of the step before
     xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
@@ -18,17 +29,81 @@ one frame late (App. B, Eq. 14, the sign of f_s/b corrected; Fig. 2)
     f_s(n)    = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)],   x_s(n+1) = x_s(n) + h xd_s(n)
     xd_s(n+1) = sqrt(2/b) u_s(n) - f_s(n)/b
 
-Equations: docs/theory.md 4.6, 4.7, 4.8.
+Equations: docs/theory.md 4.4, 4.5, 4.6, 4.7, 4.8.
 """
 
 from typing import NamedTuple
 
-from pmwvc_core.law.server.avatar import Avatar, couple
-from pmwvc_core.law.server.body import Body, BodyLaw, pushed_body
-from pmwvc_core.law.server.contacts import contact_force, contact_heat, slid
-from pmwvc_core.law.server.coupled_axes import solved_contact
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.motion import Body, BodyLaw, drifted, pushed_body
+from pmwvc_core.law.server.contacts import (
+    Avatar,
+    Contact,
+    advanced_contact,
+    contact_force,
+    contact_heat,
+    contact_unwrapped,
+    couple,
+    slid,
+    touching,
+)
+from pmwvc_core.law.server.springs import Answer, Row, solved_axis
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, total, zero
-from pmwvc_core.law.wave.wave import free_velocity, loaded, wave_velocity
+from pmwvc_core.law.wave.wave import Impedance, free_velocity, loaded, wave_velocity
+
+Pushed = tuple[tuple[Avatar, ...], Body, float]
+Step = tuple[tuple[Avatar, ...], Body, float, bool]
+
+
+class Implicit(NamedTuple):
+    """The coupling; it has no parameters."""
+
+    none: int
+
+
+@couple.member(Implicit)
+def implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    """Go one step on."""
+    rows = columns(each(_rows, (avatars,)))
+    velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
+    after, lost_j = drifted(body, velocity, law)
+    moved, heats = columns(each(_by_axis, (avatars, columns(answers)), law.period_s))
+    every = True
+    for i in range(len(settled)):
+        every = every and settled[i]
+    return moved, after, total(lost_j, heats), every
+
+
+def _rows(a: Avatar) -> tuple[Row, ...]:
+    return rows_of(a.contact, free_velocity(a.impedance, a.u), a.present, a.impedance.b)
+
+
+def rows_of(c: Contact, drive: Vector, present: bool, b: float) -> tuple[Row, ...]:
+    """Return an avatar along every axis, from what :class:`Row` holds of it."""
+    return each(Row, (c.springs, drive), present, b, touching(c), c.law)
+
+
+def _by_axis(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar, float]:
+    force, rate, _ = columns(answers)
+    return advanced_avatar(a, force, rate, h)
+
+
+def advanced_avatar(a: Avatar, force: Vector, rate: Vector, h: float) -> tuple[Avatar, float]:
+    """Move an avatar with mean force [N] and relative velocity [m/s]; return the heat [J]."""
+    if not a.present:
+        return a, 0.0
+    xd = wave_velocity(a.impedance, a.u, force)
+    contact, heat_j = advanced_contact(a.contact, force, rate, h)
+    return a._replace(xd=xd, f=force, contact=contact), heat_j
+
+
+# (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance
+solved_contact = Family("solved_contact")
+
+
+@solved_contact.member(Impedance)
+def _solved(b: Impedance, c: Contact, free: Vector, xd_o: Vector, weight: float) -> Vector:
+    return contact_unwrapped(c, free, xd_o, b.b, weight)
 
 
 class OneStepDelay(NamedTuple):
@@ -49,10 +124,6 @@ class OneFrameLate(NamedTuple):
     """The coupling; it has no parameters."""
 
     none: int
-
-
-Pushed = tuple[tuple[Avatar, ...], Body, float]
-Step = tuple[tuple[Avatar, ...], Body, float, bool]
 
 
 def weights(integrator: str, period_s: float) -> tuple[float, float]:

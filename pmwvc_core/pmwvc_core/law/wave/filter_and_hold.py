@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Between tick rate and packet rate: second-order sections, the anti-aliasing filter of the
+outgoing wave (App. A, B), and the hold of the returning one (App. B, Eq. 43-54, with corrected
+indices).
+
+A section is in transposed direct form II, at rest at first, so before the input of a tick is known
+its output is already ``rest + gain u``::
+
+    y = b0 u + s1,   s1+ = b1 u - a1 y + s2,   s2+ = b2 u - a2 y
+
+A packet carries the filter's output at a frame start::
+
+    none                the wave of the last tick
+    first_order         y+ = p y + (1 - p) u: the output after a tick already holds that tick
+    butterworth         second-order sections
+    integrate_and_dump  the mean over the frame, the integral of M ticks divided by their duration
+
+(mean)^2 M <= sum of squares, so the mean never sends more energy than came in. A frame that lost
+ticks is still divided by M, a longer one by its own number.
+
+The hold::
+
+    v_m = v_{i-1} + (v_i - v_{i-1}) j/M      delayed first order, for the ticks j = 1..M after a
+                                             packet; v_{-1} = 0
+    v_m = v_i                                zero order (M = 1 here), and after M ticks
+
+An early packet starts its ramp at the value reached. With E = T_c (M-1)/4 v_m^2 stored, a frame of
+up to M ticks releases no more than the packet brings and E loses; after M ticks it does.
+
+Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_core.law.family import Family
+from pmwvc_core.law.vectors import Vector, between, chain, columns, each, plus, scaled, zero
+from pmwvc_core.params import FilterParams
+from pmwvc_core.wave.design.filter_design import design, pole_of
+
+
+class Section(NamedTuple):
+    """The coefficients of a section."""
+
+    b0: float
+    b1: float
+    b2: float
+    a1: float
+    a2: float
+
+
+class Delays(NamedTuple):
+    """The state of a section."""
+
+    s1: float
+    s2: float
+
+
+# Of one axis: a tuple with the delays of every section. Of a filter: a tuple with its sections.
+Cascade = tuple[Delays, ...]
+Sections = tuple[Section, ...]
+
+
+def sections_of(sos: Any) -> Sections:
+    """Return the sections of a filter given as ``b0 b1 b2 1 a1 a2``, ``(sections, 6)``."""
+    return tuple(Section(*(float(row[k]) for k in (0, 1, 2, 4, 5))) for row in sos)
+
+
+def resting_cascade(p: Sections) -> Cascade:
+    """Return a filter at rest, of one axis."""
+    return tuple(Delays(0.0, 0.0) for _ in p)
+
+
+def gain_of(p: Sections) -> float:
+    """Return by how much the output follows the input of the same tick."""
+    gain = 1.0
+    for section in p:
+        gain *= section.b0
+    return gain
+
+
+def rest_of(s: Cascade, p: Sections) -> float:
+    """Return what the output of the next tick is without input."""
+    y = 0.0
+    for i in range(len(p)):
+        y = p[i].b0 * y + s[i].s1
+    return y
+
+
+def cascade(s: Cascade, u: float, p: Sections) -> tuple[Cascade, float]:
+    """Take the input of a tick along one axis; return the output."""
+    return chain(_section, s, u, p)
+
+
+def _section(s: Delays, u: float, p: Section) -> tuple[Delays, float]:
+    y = p.b0 * u + s.s1
+    return Delays(p.b1 * u - p.a1 * y + s.s2, p.b2 * u - p.a2 * y), y
+
+
+class FirstOrder(NamedTuple):
+    """The output; that of no filter, with its pole at zero, is the wave of the last tick."""
+
+    y: Vector
+
+
+class Mean(NamedTuple):
+    """The sum of a frame so far, and of how many ticks."""
+
+    total: Vector
+    ticks: int
+
+
+class Butterworth(NamedTuple):
+    """The output, and the delays of every axis."""
+
+    y: Vector
+    delays: tuple[Cascade, ...]
+
+
+filter_step = Family("filter_step")  # (s, u, p) -> (s, y): the wave of a tick [sqrt(W)]
+filter_sample = Family("filter_sample")  # (s, p) -> (s, y): what a packet carries
+
+
+def filter_params(params: FilterParams, *, tick_s: float, rate_drop: int) -> Any:
+    """Return the parameters of a filter: its sections, its pole, or M, the ticks of a frame."""
+    if params.kind == "butterworth":
+        return sections_of(design(params, tick_s=tick_s))
+    if params.kind == "first_order":
+        return math.exp(-float(pole_of(params)) * tick_s)
+    return 0.0 if params.kind == "none" else rate_drop
+
+
+def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
+    """Return a filter at rest."""
+    nothing = (0.0,) * axes
+    if params.kind == "butterworth":
+        return Butterworth(nothing, (resting_cascade(p),) * axes)
+    return Mean(nothing, 0) if params.kind == "integrate_and_dump" else FirstOrder(nothing)
+
+
+@filter_sample.member(FirstOrder, Butterworth)
+def _latest(s: Any, p: Any) -> tuple[Any, Vector]:
+    return s, s.y
+
+
+@filter_step.member(FirstOrder)
+def _first_order(s: FirstOrder, u: Vector, pole: float) -> tuple[FirstOrder, Vector]:
+    y = plus(scaled(u, 1.0 - pole), scaled(s.y, pole))
+    return FirstOrder(y), y
+
+
+@filter_step.member(Butterworth)
+def _butterworth(s: Butterworth, u: Vector, p: Sections) -> tuple[Butterworth, Vector]:
+    delays, y = columns(each(cascade, (s.delays, u), p))
+    return Butterworth(y, delays), y
+
+
+@filter_step.member(Mean)
+def _mean(s: Mean, u: Vector, rate_drop: int) -> tuple[Mean, Vector]:
+    s = Mean(plus(s.total, u), s.ticks + 1)
+    return s, each(_divided, (s.total,), max(s.ticks, rate_drop))
+
+
+@filter_sample.member(Mean)
+def _dump(s: Mean, rate_drop: int) -> tuple[Mean, Vector]:
+    return Mean(zero(s.total), 0), each(_divided, (s.total,), max(s.ticks, rate_drop))
+
+
+def _divided(total: float, ticks: int) -> float:
+    return total / ticks
+
+
+class Hold(NamedTuple):
+    """Ramp of the present frame [sqrt(W)], and the ticks of it that are over."""
+
+    start: Vector
+    target: Vector
+    value: Vector
+    done: int
+
+
+def load(s: Hold, v: Vector) -> Hold:
+    """Begin a frame with the packet v [sqrt(W)]."""
+    return Hold(s.value, v, s.value, 0)
+
+
+def hold(s: Hold, ticks: int) -> tuple[Hold, Vector]:
+    """Return the wave of the next tick [sqrt(W)]; ``ticks`` is M, or 1 for zero order."""
+    done, value = s.done + 1, s.target
+    if done < ticks:
+        value = between(s.start, s.target, done / ticks)
+    return s._replace(value=value, done=done), value
