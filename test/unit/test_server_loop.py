@@ -5,6 +5,7 @@
 from functools import partial
 
 import pytest
+from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
@@ -59,14 +60,13 @@ class Rig:
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
         self.loop = ServerLoop(
             ServerEnd(
-                users,
-                controller="pmwvc",
-                channel="plain",
-                dof=1,
-                server=ServerParams(**server),
-                task=TASK,
-                times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S),
-                epochs=[9, 9],
+                session_given(
+                    users=users,
+                    server=ServerParams(**server),
+                    task=TASK,
+                    times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S),
+                ),
+                epoch=9,
                 idle_until_joined=True,
             ),
             links=self.wires.links,

@@ -96,7 +96,7 @@ class SteppedSession:
         traces = SessionTraces("simulated", self.ticks * self.tick_s, [], None)
         for name, user, own in zip(names, self.users, self.user_notes, strict=True):
             of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s}
-            of |= {"first": user.ticks.first, "events": user.loop.safety_events}
+            of |= {"first": user.ticks.first, "events": user.loop.s.limits.events}
             traces.users.append(own.traces(name, **of))
             for way, link, looks, end in (
                 ("up", user.up, looks_ns, self.server),

@@ -15,14 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.ends.assembly import SERVER_EPOCH
+from pmwvc_core.ends.server_end import SERVER_EPOCH
 from pmwvc_core.frame.schedule import AT_ONCE
 from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
-from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.transport.packet import Packer, Verdict
@@ -72,7 +71,7 @@ def network_of(scenario: Scenario) -> Network:
     """Return what decides on the plan of a scenario."""
     users, tick_s = scenario.users, scenario.tick_s
     links = tuple((user.link_up, user.link_down) for user in users)
-    times = server_times(user.safety for user in users)
+    times = scenario.times
     return Network(
         links,
         scenario.seed if any(is_random(link) for both in links for link in both) else 0,
@@ -199,9 +198,3 @@ class _Planner:
                 self._present[user] = False
             if self._present[user]:
                 down.send(tick, up.inbox)
-
-
-def is_planned(scenario: Scenario) -> bool:
-    """Tell whether the packets of a scenario do not depend on its signals."""
-    ends = [end for user in scenario.users for end in (user.master, user.contact)]
-    return not any(end.deadband.is_on for end in ends) and not scenario.changes

@@ -7,16 +7,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.made.server import of_library, resting_server, server_params
-from pmwvc_core.made.user import resting_user, user_params
-from pmwvc_core.params.user import server_times
+from pmwvc_core.controllers.library import LIBRARY, has_waves
+from pmwvc_core.made.server import resting_server, server_params
+from pmwvc_core.made.user import made_user
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.plant.task import Task, task_of
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
 from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
-from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_of, plan_of
+from pmwvc_core.simulation.bulk.plan import Network, Plan, network_of, plan_of
 from pmwvc_core.simulation.conditions import place_of
 
 SIGNALS = 8  # of a tick
@@ -35,7 +38,19 @@ class Run(NamedTuple):
 
 def can_run(scenario: Scenario) -> bool:
     """Tell whether a session has a plan, and laws for all it consists of."""
-    return is_planned(scenario) and of_library(scenario)
+    server = scenario.server
+    ends = [end for user in scenario.users for end in (user.master, user.contact)]
+    return (
+        not scenario.changes
+        and not any(end.deadband.is_on for end in ends)
+        and scenario.controller in LIBRARY
+        and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
+        and server.compensation in COMPENSATIONS.library
+        and server.environment in ENVIRONMENTS
+        and not any(
+            user.master.bank.is_on and user.master.local_model.is_plugin for user in scenario.users
+        )
+    )
 
 
 class Prepared(NamedTuple):
@@ -53,11 +68,9 @@ class Prepared(NamedTuple):
 def prepared(scenario: Scenario) -> Prepared:
     """Return what the loop of a session begins with."""
     network = network_of(scenario)
-    made = [_end(scenario, number) for number in range(len(scenario.users))]
-    of: dict[str, Any] = {"controller": scenario.controller, "server": scenario.server}
-    of["axes"], times = scenario.dof, server_times(user.safety for user in scenario.users)
-    p = server_params(scenario.users, channel=scenario.channel, times=times, **of)
-    server = resting_server(scenario.users, p, **of)
+    made = [_end(scenario, user) for user in scenario.users]
+    p = server_params(scenario.users, scenario, scenario.server)
+    server = resting_server(scenario.users, scenario, p)
     ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
     paces = network.ticks, network.tick_ns, network.period_ticks
     clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
@@ -73,14 +86,11 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     return Run(scenario, plan, book, session(*begins, book))
 
 
-def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
-    user, axes = scenario.users[number], scenario.dof
-    of: dict[str, Any] = {"controller": scenario.controller, "packet_s": scenario.server.period_s}
-    p = user_params(user, channel=scenario.channel, answer_tick=0, **of)
+def _end(scenario: Scenario, user: User) -> tuple[End, EndParams]:
+    loop, p = made_user(user, scenario)
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    loop = resting_user(user, p, axes=axes, **of)
     start = End(loop, resting_device(at.start, device), hand, False, 0, 0, 0)
     return start, EndParams(p, device, of_hand)
 
