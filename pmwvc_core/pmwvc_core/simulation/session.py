@@ -7,7 +7,7 @@ step and answer are one instant: without delay a packet arrives when it was sent
 :mod:`pmwvc_core.simulation.conditions` can give other phases.
 
 Deterministic: the same scenario gives the same bits; compiled, for many sessions
-(:mod:`.bulk.choice`), the same numbers to rounding.
+(:mod:`.bulk.run`), the same numbers to rounding.
 """
 
 import gc
@@ -21,8 +21,7 @@ from pmwvc_core.frame.rows import Frame, ServerRow
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.choice import loops_of
-from pmwvc_core.simulation.bulk.run import run
+from pmwvc_core.simulation.bulk.run import loops_of, run
 from pmwvc_core.simulation.bulk.traces import learned_events, traces_of
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
 from pmwvc_core.simulation.links import add_link
