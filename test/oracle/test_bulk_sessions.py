@@ -14,8 +14,8 @@ from support.golden_sessions import MAPPINGS
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.bulk import run as bulk
 from pmwvc_core.simulation.bulk.run import can_run, run, session
-from pmwvc_core.simulation.bulk.traces import traces_of
 from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.simulation.traces import traces_of
 
 CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup" / "config"
 NAMES = [name for name in MAPPINGS if can_run(parse_scenario(MAPPINGS[name]))]

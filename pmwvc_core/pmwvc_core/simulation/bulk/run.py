@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.controllers.library import LIBRARY, has_waves
+from pmwvc_core.controllers.library import LIBRARY, has_waves, record_of
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import made_user
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.plant.task import Task, task_of
@@ -93,7 +94,7 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     """Run a session, compiled where the loop given is."""
     *begins, network = prepared(scenario)
     plan = plan_of(network)
-    book = _book(network, plan)
+    book = _book(scenario, network, plan)
     return Run(scenario, plan, book, session(*begins, book))
 
 
@@ -106,19 +107,26 @@ def _end(scenario: Scenario, user: User) -> tuple[End, EndParams]:
     return start, EndParams(p, device, of_hand)
 
 
-def _book(network: Network, plan: Plan) -> Book:
+def _book(scenario: Scenario, network: Network, plan: Plan) -> Book:
     users, ticks, axes = len(network.rate_drops), network.ticks, network.dof
     sent = max(len(link.sent) for link in (*plan.up, *plan.down))
     blocks = max(-(-ticks // rate_drop) for rate_drop in network.rate_drops)
-    steps = -(-ticks // network.period_ticks)
     return Book(
         plan.taken_up,
         plan.taken_down,
         np.zeros((2 * users, sent, 3 * axes + OF_PACKET)),
         np.zeros((users, SIGNALS, ticks, axes)),
         np.zeros((users, blocks, OF_BLOCK)),
-        np.zeros((3 + 5 * users, steps, axes)),
-        np.zeros((steps, 3 + 4 * users + OF_STEP)),
+        *empty_steps(scenario, -(-ticks // network.period_ticks)),
+    )
+
+
+def empty_steps(scenario: Scenario, steps: int) -> tuple[Array, Array, Integers]:
+    """Return the arrays of a :class:`.book.Book` for so many steps of the server."""
+    users, kept = len(scenario.users), len(record_of(scenario.controller).accounts)
+    return (
+        np.zeros((3 + 5 * users, steps, scenario.dof)),
+        np.zeros((steps, 3 + 4 * users + max(kept, OF_STEP))),
         np.zeros((steps, users), dtype=np.int64),
     )
 
