@@ -29,7 +29,7 @@ from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.task import task_of
 from pmwvc_core.server.black_box import Call, Outside, directly
-from pmwvc_core.server.contained import Contained, Faults, Unsettled
+from pmwvc_core.server.contained import BadAnswer, Contained, Faults
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -146,7 +146,7 @@ class ServerEnd(ServerView):
         ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
-        p = self._made(self.period_s, self.p)
+        p = self._made(self.p.period_s, self.p)
         pairs = zip(p.guests, self.p.guests, strict=True)
         # What a receiver was made for stays; the longest wave is the receiver's to know.
         self.p = p._replace(
@@ -173,7 +173,7 @@ class ServerEnd(ServerView):
             and where the deadband holds it back), and the server after the step (None while it
             waits for the first user, or is paused).
         """
-        if self.period_s != self.params.period_s:
+        if self.p.period_s != self.params.period_s:
             self._last(self.params.period_s)
         self._take_changes()
         pairs = zip(self.inboxes, packets, strict=True)
@@ -196,7 +196,8 @@ class ServerEnd(ServerView):
         unsettled = self.s.environment.unsettled
         self.s, answers = self._step(self.s, now_ns, taken, missed_s, self.p)
         if self.s.environment.unsettled > unsettled:
-            self.faults.note(Unsettled())
+            # Not solved to rounding: the best solution was used.
+            self.faults.note(BadAnswer("did not settle"))
         self.faults.note_jumps(self.s.environment.body)
         self._expect()
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]

@@ -72,7 +72,7 @@ class VirtualTime:
             if row is not None:
                 self._on_step(self._tick, now_ns, row)
             if self._recorded:
-                self._due = self._tick + round(self.server.period_s * 1e9 / self.tick_ns)
+                self._due = self._tick + round(self.server.p.period_s * 1e9 / self.tick_ns)
             self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
     def _on_grid(self, ticks: int) -> Iterator[Step]:
