@@ -43,8 +43,8 @@ def unrolled(law: Callable[..., Any], axes: int) -> Any:
 
 
 @cache
-def _members(family: Family, axes: int) -> ByType:
-    """Return the unrolled laws of a family by type."""
+def members(family: Family, axes: int) -> ByType:
+    """Return the unrolled laws of a family by the type of the first argument."""
 
     def made(kind: type) -> Any:
         law = family.members[kind]
@@ -159,7 +159,7 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         if any(isinstance(each, ast.Starred) for each in given):
             return ast.Call(self.visit(node.func), given, [])
         if isinstance(function, Family):
-            return self.by_type(_members(function, self.axes), function.name, given)
+            return self.by_type(members(function, self.axes), function.name, given)
         if function in BY_AXIS:
             return self.by_axis(*BY_AXIS[function], given)
         if function is vectors.length and self.axes == 1:
@@ -197,7 +197,7 @@ class _Unrolling(Expressions, ast.NodeTransformer):
             of_one = [f"{t}[{i}]", *[f"{pair[i > 0]}[{i}]" for pair in other]]
             known = [expression_of(text) for text in [*of_one, *[pair[i > 0] for pair in for_all]]]
             if isinstance(chosen, Family):
-                cells.append(self.by_type(_members(chosen, self.axes), chosen.name, known))
+                cells.append(self.by_type(members(chosen, self.axes), chosen.name, known))
             elif isinstance(chosen, type):
                 cells.append(self.built(chosen, known))
             elif isinstance(chosen, FunctionType) and _is_short(chosen):
