@@ -112,12 +112,12 @@ class Master:
 
     def _change_master(self, params: MasterParams) -> None:
         protocol = self.loop.protocol
-        protocol.hand_over(lambda: protocol.configure(params))
+        protocol.hand_over(lambda: protocol.configure(master=params))
         self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:
         protocol = self.loop.protocol
-        protocol.hand_over(lambda: protocol.configure_safety(params))
+        protocol.hand_over(lambda: protocol.configure(safety=params))
 
     def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Let the force come back after a fault."""

@@ -5,6 +5,7 @@ between a controller and a device, a user's port, and the users around an enviro
 """
 
 from collections import deque
+from dataclasses import replace
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
@@ -38,7 +39,7 @@ from pmwvc_core.law.server.server_port import (
 )
 from pmwvc_core.law.server_step import Came
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import changed_master, made_user
+from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.scenario.scenario import User
@@ -98,10 +99,9 @@ class Port:
         self.account = 0.0
 
     def configure(self, master):
-        old = self._user.master
-        self._user = User("user1", master=master, baseline=self._user.baseline)
-        wanted = made_user(self._user, self._session)
-        s, self.p = changed_master(self.user._replace(port=self.s), self.p, wanted, old, master)
+        old, self._user = self._user, replace(self._user, master=master)
+        wanted, s = made_user(self._user, self._session), self.user._replace(port=self.s)
+        s, self.p = changed_user(s, self.p, wanted, old, self._user)
         self.s = s.port
 
     def measure(self, x, xd):

@@ -31,7 +31,7 @@ def test_another_rate_begins_with_the_next_frame_and_lies_on_its_own_grid():
     rig.ticks(*range(11))
     protocol = rig.loop.protocol
     wanted = MasterParams(rate_drop=20)
-    protocol.hand_over(lambda: protocol.configure(wanted))
+    protocol.hand_over(lambda: protocol.configure(master=wanted))
     rig.ticks(*range(11, 62))
     assert [first for first, *_ in rig.wires.blocks] == [0, 8, 16, 20, 40]
     assert [len(series["x"]) for *_, series in rig.wires.blocks] == [8, 8, 4, 20, 20]

@@ -25,10 +25,9 @@ from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.master import port_energies, port_opened, port_signals
 from pmwvc_core.law.port.sensing import NEVER_NS, Sample
 from pmwvc_core.law.user_tick import begin, send, user_tick
-from pmwvc_core.made.user import changed_master, changed_safety, made_user
+from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
@@ -81,16 +80,10 @@ class UserEnd(End):
         answer_tick = self._schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
         return made_user(self._user, of, answer_tick=answer_tick, workspace_m=self._workspace_m)
 
-    def configure(self, master: MasterParams) -> None:
-        """Take other parameters of the master over, at a frame start."""
-        old = self._user.master
-        self._user = dataclasses.replace(self._user, master=master)
-        self.s, self.p = changed_master(self.s, self.p, self._made(), old, master)
-
-    def configure_safety(self, safety: SafetyParams) -> None:
-        """Take other limits over, at a frame start."""
-        self._user = dataclasses.replace(self._user, safety=safety)
-        self.s, self.p = changed_safety(self.s, self.p, self._made()[1])
+    def configure(self, **groups: Any) -> None:
+        """Take other parameters over, at a frame start: ``master``, ``safety``."""
+        old, self._user = self._user, dataclasses.replace(self._user, **groups)
+        self.s, self.p = changed_user(self.s, self.p, self._made(), old, self._user)
         self.inbox.expect(self.s.arrivals.silence.limit_ns)
 
     def rearm(self) -> None:

@@ -27,7 +27,6 @@ from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
 from pmwvc_core.law.safety.limits import (
     LARGEST,
     REACH,
-    LimitsParams,
     limits_params,
     resting_limits,
 )
@@ -110,37 +109,55 @@ def made_user(
     )
 
 
-def changed_master(
-    s: User, p: UserParams, made: tuple[User, UserParams], old: MasterParams, new: MasterParams
-) -> tuple[User, UserParams]:
-    """Take other parameters of a master over: ``s`` and ``p`` are the force loop as it runs,
-    ``made`` as it would begin now.
+def changed_user(
+    s: User, p: UserParams, made: tuple[User, UserParams], old: "scenarios.User",
+    new: "scenarios.User",
+) -> tuple[User, UserParams]:  # fmt: skip
+    """Take other parameters of master and limits over: ``s`` and ``p`` are the force loop as it
+    runs, ``made`` as it would begin now. A brake that holds keeps its stiffness, a receiver what
+    it was made for, but for the time of silence.
     """
-    (rest, q), port, was = made, s.port, p.port
-    wanted = q.port
-    if hasattr(wanted, "filters"):
-        kept = {name: getattr(old, name) for name in GOES_ON}
-        anew = dataclasses.replace(new, **kept) != old
-        strict = isinstance(wanted, StrictMasterParams)
-        of = was.filters, wanted.filters, rest.port.filters
-        filters, of_filters = _changed_filters(port.filters, *of, anew=anew)
-        position, of_position = port.position, wanted.position
-        if isinstance(position, Nothing):
-            position = rest.port.position
-        else:
-            of_position = position_params(new, wanted.impedance, strict=strict)
-        port = port._replace(filters=filters, position=position)
-        wanted = wanted._replace(filters=of_filters, position=of_position)
-        if strict:
-            lends = not isinstance(position, Nothing)
-            wanted = wanted._replace(lends=lends, lent_j=of_position.lent_j if lends else 0.0)
-        elif anew:
-            port = port._replace(hold=rest.port.hold, filter=rest.port.filter)
-        else:
-            held = {"hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
-            wanted = wanted._replace(filter=was.filter, **held)
-    q = q._replace(port=wanted, limits=_limits(p, q), arrivals=p.arrivals)
-    return s._replace(port=port), q
+    (rest, q), port, of_port, arrivals = made, s.port, p.port, s.arrivals
+    if new.master is not old.master:
+        of = port, of_port, rest.port, q.port
+        port, of_port = _changed_port(*of, old.master, new.master)
+    timeout_s = q.arrivals.timeout_s
+    if new.safety is not old.safety:
+        silence = arrivals.silence
+        of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
+        silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
+        arrivals = arrivals._replace(silence=silence)
+    brake = {"brakes": p.limits.brakes, "brake_stiffness": p.limits.brake_stiffness}
+    of_arrivals = p.arrivals._replace(timeout_s=timeout_s)
+    q = q._replace(port=of_port, limits=q.limits._replace(**brake), arrivals=of_arrivals)
+    return s._replace(port=port, arrivals=arrivals), q
+
+
+def _changed_port(
+    port: Any, was: Any, rest: Any, wanted: Any, old: MasterParams, new: MasterParams
+) -> tuple[Any, Any]:
+    """Return a port that goes on with other parameters of its master, and its parameters."""
+    if not hasattr(wanted, "filters"):
+        return port, wanted
+    kept = {name: getattr(old, name) for name in GOES_ON}
+    anew = dataclasses.replace(new, **kept) != old
+    strict = isinstance(wanted, StrictMasterParams)
+    of = was.filters, wanted.filters, rest.filters
+    filters, of_filters = _changed_filters(port.filters, *of, anew=anew)
+    position, of_position = port.position, wanted.position
+    if isinstance(position, Nothing):
+        position = rest.position
+    else:
+        of_position = position_params(new, wanted.impedance, strict=strict)
+    port = port._replace(filters=filters, position=position)
+    wanted = wanted._replace(filters=of_filters, position=of_position)
+    if strict:
+        lends = not isinstance(position, Nothing)
+        return port, wanted._replace(lends=lends, lent_j=of_position.lent_j if lends else 0.0)
+    if anew:
+        return port._replace(hold=rest.hold, filter=rest.filter), wanted
+    held = {"hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
+    return port, wanted._replace(filter=was.filter, **held)
 
 
 def _changed_filters(s: Any, p: Any, q: Any, rest: Any, *, anew: bool) -> tuple[Any, Any]:
@@ -161,22 +178,3 @@ def _changed_filters(s: Any, p: Any, q: Any, rest: Any, *, anew: bool) -> tuple[
             far = rest.far._replace(energies=far.energies)
         far = far._replace(local=local)
     return Filtered(near, far, force, s.held, s.gains), q
-
-
-def _limits(p: UserParams, q: UserParams) -> LimitsParams:
-    """Return other limits; a brake that holds keeps its stiffness, a receiver what it was made
-    for.
-    """
-    return q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
-
-
-def changed_safety(s: User, p: UserParams, q: UserParams) -> tuple[User, UserParams]:
-    """Take other limits over, and another time of silence; ``q`` is the force loop as it would be
-    made now.
-    """
-    silence, timeout_s = s.arrivals.silence, q.arrivals.timeout_s
-    of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
-    silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
-    arrivals = p.arrivals._replace(timeout_s=timeout_s)
-    s = s._replace(arrivals=s.arrivals._replace(silence=silence))
-    return s, p._replace(limits=_limits(p, q), arrivals=arrivals)

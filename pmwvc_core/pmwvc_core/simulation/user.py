@@ -39,10 +39,9 @@ class SimulatedUser:
 
     def change(self, old: User, new: User) -> None:
         """Hand over the groups of parameters that differ to the loop and the links."""
-        if new.master is not old.master:
-            self.loop.hand_over(partial(self.loop.configure, new.master))
-        if new.safety is not old.safety:
-            self.loop.hand_over(partial(self.loop.configure_safety, new.safety))
+        both = {name: (getattr(old, name), getattr(new, name)) for name in ("master", "safety")}
+        if groups := {name: other for name, (one, other) in both.items() if other is not one}:
+            self.loop.hand_over(partial(self.loop.configure, **groups))
         if new.link_up is not old.link_up:
             self.up.configure(new.link_up)
         if new.link_down is not old.link_down:
