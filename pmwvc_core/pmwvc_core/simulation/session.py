@@ -87,7 +87,7 @@ class SteppedSession:
             notes.frames.append((frame.ends, user.loop.report(), work, user.loop.changes))
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
-        server, arrays = self.server, empty_steps(self._scenario, 1)
+        server, arrays = self.time.server, empty_steps(self._scenario, 1)
         note_step(server.s, 0, server.p, self._task, *arrays)
         self.steps.append(Step(tick, now_ns, server.p.period_s, server.changes, arrays))
 

@@ -44,17 +44,8 @@ class Network(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Plan:
-    """The links after the session, with packets of nothing, and what was accepted at their ends.
-
-    Attributes
-    ----------
-    up, down
-        Links of every user.
-    taken_up, taken_down
-        Packets accepted, ``(accepted, 5)`` in the order of time: tick, user, which of those sent
-        from 0, whether it is a beginning, how many were lost before it.
-    looks_ns
-        When the server and the masters looked.
+    """The links of every user after the session, with packets of nothing; what was accepted at
+    their ends (as a :class:`.book.Book` has it); when the server and the masters looked [ns].
     """
 
     up: list[SimulatedLink]
