@@ -33,7 +33,7 @@ from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.design.aliasing import delay_of
-from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
+from pmwvc_core.wave.design.velocity_filter_design import passing
 
 
 def made_impedance(b: Any) -> Any:
@@ -106,8 +106,8 @@ def _made_filters(
     near: tuple[Any, Any] = NOTHING, NOTHING
     force, far = near, near
     if own.is_on:
-        high, twice = sections_of(high_pass(master)), own.splits  # through the pair twice
-        low = sections_of(low_pass(master)) if twice else ()
+        high, twice = sections_of(passing(master, "high")), own.splits  # through the pair twice
+        low = sections_of(passing(master, "low")) if twice else ()
         velocity = VelocityParams(high * (1 + twice), low, own.share, master.tick_s)
         lows, highs = ((resting_cascade(each),) * axes for each in (velocity.low, velocity.high))
         if own.in_force:
