@@ -43,8 +43,8 @@ def unrolled(law: Callable[..., Any], axes: int) -> Any:
 
 
 @cache
-def _members(family: Family, axes: int) -> ByType:
-    """Return the unrolled laws of a family by type."""
+def members(family: Family, axes: int) -> ByType:
+    """Return the unrolled laws of a family by the type of the first argument."""
 
     def made(kind: type) -> Any:
         law = family.members[kind]
@@ -159,7 +159,7 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         if any(isinstance(each, ast.Starred) for each in given):
             return ast.Call(self.visit(node.func), given, [])
         if isinstance(function, Family):
-            return self._member(function, given)
+            return self.by_type(members(function, self.axes), function.name, given)
         if function in BY_AXIS:
             return self.by_axis(*BY_AXIS[function], given)
         if function is vectors.length and self.axes == 1:
@@ -171,10 +171,6 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         if isinstance(function, FunctionType) and _is_short(function):
             return self._in_place(function, given)
         return ast.Call(self.visit(node.func), given, [])
-
-    def _member(self, family: Family, given: list[ast.expr]) -> ast.expr:
-        """Return the call of the law for the type of the first argument."""
-        return self.by_type(_members(family, self.axes), family.name, given)
 
     def _replaced(self, of: ast.expr, keywords: list[ast.keyword]) -> ast.expr:
         """Return a NamedTuple with other fields: built here where its type is known."""
@@ -201,7 +197,7 @@ class _Unrolling(Expressions, ast.NodeTransformer):
             of_one = [f"{t}[{i}]", *[f"{pair[i > 0]}[{i}]" for pair in other]]
             known = [expression_of(text) for text in [*of_one, *[pair[i > 0] for pair in for_all]]]
             if isinstance(chosen, Family):
-                cells.append(self._member(chosen, known))
+                cells.append(self.by_type(members(chosen, self.axes), chosen.name, known))
             elif isinstance(chosen, type):
                 cells.append(self.built(chosen, known))
             elif isinstance(chosen, FunctionType) and _is_short(chosen):

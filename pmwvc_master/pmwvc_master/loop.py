@@ -44,7 +44,7 @@ class MasterLoop:
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         publish = partial(publish_trace, self)
-        self._trace = TraceBlocks(protocol.rate_drop, dof, self.work, publish)
+        self._trace = TraceBlocks(protocol.p.rate_drop, dof, self.work, publish)
 
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
@@ -61,21 +61,21 @@ class MasterLoop:
             self.device.stop()
         finally:
             self._link.send(self.protocol.leave(self._clock()))
-            self._trace.close(self.protocol.report(), self.protocol.rate_drop)
+            self._trace.close(self.protocol.report(), self.protocol.p.rate_drop)
             self._trace.publish()
 
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
         protocol = self.protocol
-        if not self._begun and tick.grid % protocol.rate_drop:
+        if not self._begun and tick.grid % protocol.p.rate_drop:
             return  # begin with a whole frame
         self._begun = True
-        starts, coupled = protocol.starts(tick.grid), protocol.coupled
+        starts, coupled = tick.grid >= protocol.s.next_frame, protocol.s.coupled
         self.missed += tick.skipped
         sample = self.device.read(tick.due_ns)
         self.work.moved(protocol.x, sample)
         if tick.skipped and not starts:
-            self._trace.close(protocol.report(), protocol.rate_drop)
+            self._trace.close(protocol.report(), protocol.p.rate_drop)
         packets = self._link.take()
         looked_ns = self._clock()
         f, packet, row = protocol.tick(tick.grid, looked_ns, sample, packets)
@@ -83,11 +83,11 @@ class MasterLoop:
         if packet is not None:
             self._link.send(packet)
         if starts:
-            self._trace.close(protocol.ended, protocol.rate_drop)
-        if protocol.coupled and not coupled:
+            self._trace.close(protocol.ended, protocol.p.rate_drop)
+        if protocol.s.coupled and not coupled:
             self.device.couple()
         self.work.held = f, sample.f_h
-        last = tick.grid + 1 == protocol.next_frame
+        last = tick.grid + 1 == protocol.s.next_frame
         if self._trace.reaches(TRACE_TICK, last=last):
             self._trace.publish()
         if self._trace.reaches(MOTION_TICK, last=last):

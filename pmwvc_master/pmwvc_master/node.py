@@ -82,7 +82,7 @@ class Master:
     def _use_profile(self) -> None:
         """Show the force limit that holds; warn of parameters that do not fit the device."""
         node, asked = self.node, self.settings.safety.max_force
-        allowed = self.loop.protocol.max_force
+        allowed = self.loop.protocol.p.limits.max_force
         if allowed < asked:
             node.get_logger().warning(
                 f"safety.max_force = {asked:g} N: lowered to the device's limit of {allowed:g} N"
@@ -112,12 +112,12 @@ class Master:
 
     def _change_master(self, params: MasterParams) -> None:
         protocol = self.loop.protocol
-        protocol.hand_over(lambda: protocol.configure(params))
+        protocol.hand_over(lambda: protocol.configure(master=params))
         self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:
         protocol = self.loop.protocol
-        protocol.hand_over(lambda: protocol.configure_safety(params))
+        protocol.hand_over(lambda: protocol.configure(safety=params))
 
     def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Let the force come back after a fault."""
@@ -130,14 +130,14 @@ class Master:
         """Return level, text and values of the diagnostics, once a second."""
         protocol = self.loop.protocol
         values, missed = self._watch.look()
-        late, self._late = protocol.late_samples - self._late, protocol.late_samples
+        late, self._late = protocol.s.late - self._late, protocol.s.late
         state = STATES[int(protocol.state)]
         values |= {
             "device samples": self.loop.work.samples,
-            LATE_SAMPLES: protocol.late_samples,
+            LATE_SAMPLES: protocol.s.late,
             "state": state,
             "reason": protocol.reason,
-            "safety events": protocol.safety_events,
+            "safety events": protocol.s.limits.events,
         }
         values |= diagnostics(protocol.inbox, out="up", into="down")
         wrong, peers = self._watch.peers.look()

@@ -11,7 +11,7 @@ from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.made.waves import waves_params
+from pmwvc_core.made.waves import made_waves
 from pmwvc_core.master.safety import check_change
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams, TaskParams, specs
 from pmwvc_core.params.ports import matrix_conflicts
@@ -53,16 +53,8 @@ class MasterSettings(User):
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:
         """Return this user's end of the protocol, for a device that declares this of itself."""
-        return UserEnd(
-            replace(self, safety=limits_of(info, self.safety)),
-            controller=self.controller,
-            channel=self.channel,
-            dof=self.dof,
-            server_period_s=self.server.period_s,
-            epoch=epoch,
-            schedule=LIVE,
-            workspace_m=info.workspace_m,
-        )
+        user = replace(self, safety=limits_of(info, self.safety))
+        return UserEnd(user, self, epoch=epoch, schedule=LIVE, workspace_m=info.workspace_m)
 
     def device_setup(self, node: Node) -> DeviceSetup:
         """Return what the device is made for; it starts in front of the user's face."""
@@ -90,7 +82,7 @@ def declare_settings(
 
     def designed(master: MasterParams) -> None:
         """Refuse what cannot be made; the plain channel has no playout."""
-        waves_params(master, impedance_of(master), None, strict=False)  # type: ignore[arg-type]
+        made_waves(master, impedance_of(master), 1, None, strict=False)  # type: ignore[arg-type]
 
     def allowed(old: MasterParams, new: MasterParams) -> None:
         """Refuse a change of the packets that the channel cannot carry."""

@@ -71,7 +71,7 @@ class RosWires:
                 state=block.state,
                 reason=block.reason,
                 missed=loop.missed,
-                safety_events=int(loop.protocol.safety_events),
+                safety_events=loop.protocol.s.limits.events,
                 hand_force_known=self._hand_force_known,
                 energy=block.energy,
                 accounts=block.accounts,

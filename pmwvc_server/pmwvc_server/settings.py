@@ -75,19 +75,8 @@ class ServerSettings:
 
     def make_step(self, epoch: int) -> ServerEnd:
         """Return the server's end of the protocol at rest, with no user present."""
-        return ServerEnd(
-            self.users,
-            controller=self.controller,
-            channel=self.channel,
-            dof=self.dof,
-            server=self.server,
-            task=self.task,
-            own=self.own,
-            times=self.times,
-            epochs=[epoch for _ in self.users],
-            call=caller(self.server),
-            idle_until_joined=True,
-        )
+        call = caller(self.server)
+        return ServerEnd(self, epoch=epoch, call=call, idle_until_joined=True)
 
 
 def declare_settings(

@@ -61,7 +61,7 @@ class RosWires:
                 start_ns=tick.due_ns,
                 epoch=self._epoch,
                 step=loop.protocol.steps,
-                period=loop.protocol.period_s,
+                period=loop.protocol.p.period_s,
                 dof=self._dof,
                 users=self._users,
                 lateness=tick.lateness_ns * 1e-9,

@@ -18,8 +18,9 @@ from rich.console import Console
 from rich.table import Table
 
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.ends.assembly import server_end_of, user_end_of
 from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.server_end import ServerEnd
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -84,8 +85,8 @@ class Session:
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario, self.tick = scenario, 0
-        self.loops = [user_end_of(scenario, i) for i in range(len(scenario.users))]
-        self.server = server_end_of(scenario)
+        self.loops = [UserEnd(user, scenario, epoch=i) for i, user in enumerate(scenario.users, 1)]
+        self.server = ServerEnd(scenario)
 
     def run(self, frames: int) -> Compute:
         """Return the compute of some frames, on average."""

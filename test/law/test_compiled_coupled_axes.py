@@ -11,7 +11,6 @@ from pmwvc_core.compiled import compiled
 from pmwvc_core.law.server.server_port import Came, Environment, environment_step, joined
 from pmwvc_core.law.vectors import each
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.reader import parse_scenario
 
 STEPS = 120
@@ -54,17 +53,8 @@ driver.__module__ = wave_of.__module__ = "pmwvc_core.law.driver"
 @pytest.mark.parametrize("coupling", ["implicit", "unwrapped"])
 def test_compiled_coupled_axes_are_the_same(coupling):
     scenario = parse_scenario(GIVEN | {"server": {"coupling": coupling, "contact": "grip"}})
-    p = server_params(
-        scenario.users,
-        controller=scenario.controller,
-        channel=scenario.channel,
-        server=scenario.server,
-        times=server_times(user.safety for user in scenario.users),
-        axes=3,
-    )
-    rest = resting_server(
-        scenario.users, p, controller=scenario.controller, server=scenario.server, axes=3
-    ).environment
+    p = server_params(scenario.users, scenario, scenario.server)
+    rest = resting_server(scenario.users, scenario, p).environment
     ports = tuple(
         joined(port, (-0.05 + 0.1 * k, 0.0, 0.0), rest.body)[0]
         for k, port in enumerate(rest.ports)

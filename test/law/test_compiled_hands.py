@@ -8,7 +8,7 @@ import pytest
 from pmwvc_core.compiled import compiled
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
-from pmwvc_core.plant.forces import RecordedForce, hand_force, hand_hold, recorded_params
+from pmwvc_core.plant.forces import RecordedForce, hand_force, recorded_params
 from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
@@ -20,10 +20,7 @@ TICKS = 2000
 def pushed(device, dp, hand, hp, f_m):
     x, xd = device.x, device.xd
     for tick in range(TICKS):
-        if tick < 100:
-            hand, f_h = hand_hold(hand, x, hp)
-        else:
-            hand, f_h = hand_force(hand, x, xd, hp)
+        hand, f_h = hand_force(hand, x, xd, tick >= 100, hp)
         device, x, xd = device_step(device, f_h, f_m, dp)
     return device, hand
 

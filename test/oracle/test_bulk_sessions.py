@@ -12,10 +12,10 @@ from support import golden
 from support.golden_sessions import MAPPINGS
 
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.bulk import choice
+from pmwvc_core.simulation.bulk import run as bulk
 from pmwvc_core.simulation.bulk.run import can_run, run, session
-from pmwvc_core.simulation.bulk.traces import traces_of
 from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.simulation.traces import traces_of
 
 CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup" / "config"
 NAMES = [name for name in MAPPINGS if can_run(parse_scenario(MAPPINGS[name]))]
@@ -47,8 +47,8 @@ def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
     monkeypatch, tmp_path, caplog
 ):
     monkeypatch.setenv("HOME", str(tmp_path))  # where compiled code is kept
-    monkeypatch.setattr(choice, "COMPILING_S", 0.8)
-    monkeypatch.setattr(choice, "LOADING_S", 0.1)
+    monkeypatch.setattr(bulk, "COMPILING_S", 0.8)
+    monkeypatch.setattr(bulk, "LOADING_S", 0.1)
     mapping = yaml.safe_load((CONFIG / "wifi_bursty.yaml").read_text("utf-8"))
     mapping |= {"channel": "strict", "duration_s": 4.0}
     many = [parse_scenario(mapping | {"server.object_mass": mass}) for mass in (1.0, 1.5, 2.0)]
@@ -59,7 +59,7 @@ def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
         assert golden.differences(was, golden.record_of(traces), 1e-10) == []
     (said,) = caplog.messages  # not of the plain one: it takes less than compiling
     assert "compiling" in said
-    assert choice.loops_of(many)[0] is not None and choice.loops_of(few) == [None]
+    assert bulk.loops_of(many)[0] is not None and bulk.loops_of(few) == [None]
 
 
 def test_a_compiled_loop_is_kept_for_later_processes_by_the_sources_of_the_laws(tmp_path):

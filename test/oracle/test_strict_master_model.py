@@ -9,11 +9,11 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 from oracle.strict_master_model import MasterModel
 from oracle.strict_sender import NETWORKS, Sender
+from support.session_given import session_given
 
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.rows import DeviceSample
-from pmwvc_core.frame.schedule import AT_ONCE
-from pmwvc_core.params import MasterParams, SafetyParams
+from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_WAITING
 
@@ -60,14 +60,11 @@ def loop_of(case):
         timeout_s=TIMEOUT_S,
         release_s=case["release_s"],
     )
+    server_s = case["server_ticks"] * H
     loop = UserEnd(
         User("user1", master=master, safety=safety),
-        controller="pmwvc",
-        channel="strict",
-        dof=case["dof"],
-        server_period_s=case["server_ticks"] * H,
+        session_given(channel="strict", dof=case["dof"], server=ServerParams(period_s=server_s)),
         epoch=5,
-        schedule=AT_ONCE,
     )
     model = MasterModel(
         dof=case["dof"],

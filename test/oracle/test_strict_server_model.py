@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from oracle.strict_contact_model import Face, Spring
 from oracle.strict_sender import NETWORKS, Sender
 from oracle.strict_server_model import ServerModel, UserModel
+from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
@@ -54,9 +55,8 @@ def ends_of(case):
     contact = ContactParams(contact="grip" if case["grips"] else "bilateral", gap_m=GAP_M, **law)
     master = MasterParams(impedance=b, rate_drop=case["frame"], tick_s=TICK_S)
     sides = (-1, 1)
-    step = ServerEnd(
-        [User(f"user{side}", side=side, master=master, contact=contact) for side in sides],
-        controller="pmwvc",
+    session = session_given(
+        users=[User(f"user{side}", side=side, master=master, contact=contact) for side in sides],
         channel="strict",
         dof=case["dof"],
         server=ServerParams(
@@ -69,8 +69,8 @@ def ends_of(case):
         ),
         task=TaskParams(kind="hold"),
         times=ServerTimes(TIMEOUT_S, case["release_s"], 0.5),
-        epochs=(901, 902),
     )
+    step = ServerEnd(session)
     users = []
     for side in sides:
         spring = Spring(case["dof"], *law.values())

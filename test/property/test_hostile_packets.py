@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.rows import DeviceSample
-from pmwvc_core.frame.schedule import AT_ONCE
-from pmwvc_core.params import ContactParams, MasterParams, ServerParams, TaskParams
+from pmwvc_core.params import ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import WavePacket
@@ -32,12 +32,8 @@ class Master:
     def __init__(self):
         self.loop = UserEnd(
             User("user1", master=MasterParams(impedance=B, rate_drop=M, store_j=0.0)),
-            controller="pmwvc",
-            channel="strict",
-            dof=1,
-            server_period_s=FRAME_S,
+            session_given(channel="strict", server=ServerParams(period_s=FRAME_S)),
             epoch=5,
-            schedule=AT_ONCE,
         )
         self.k, self.moved = 0, 0.0
 
@@ -62,14 +58,13 @@ class Server:
         nothing = ContactParams(contact_stiffness=0.0, contact_damping=0.0)
         master = MasterParams(impedance=B, rate_drop=M)
         self.step = ServerEnd(
-            [User("user1", side=-1, master=master, contact=nothing)],
-            controller="pmwvc",
-            channel="strict",
-            dof=1,
-            server=ServerParams(period_s=FRAME_S, store_j=0.0),
-            task=TaskParams(),
-            times=ServerTimes(0.03, 60.0, 0.5),
-            epochs=(901,),
+            session_given(
+                users=[User("user1", side=-1, master=master, contact=nothing)],
+                channel="strict",
+                server=ServerParams(period_s=FRAME_S, store_j=0.0),
+                times=ServerTimes(0.03, 60.0, 0.5),
+            ),
+            epoch=901,
         )
         self.frame = 0
 

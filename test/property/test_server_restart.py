@@ -14,7 +14,7 @@ from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.account import continued
-from pmwvc_core.ends.assembly import server_end_of
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.simulation.session import SteppedSession
 
 STEP_NS = 8_000_000
@@ -25,7 +25,7 @@ class TwoServers:
     """A server, nothing, and another server, in place of one."""
 
     def __init__(self, scenario, dead_ns, again_ns):
-        self._first, self._second = server_end_of(scenario), server_end_of(scenario)
+        self._first, self._second = ServerEnd(scenario), ServerEnd(scenario)
         self._second._epochs = [epoch + 100 for epoch in self._second._epochs]
         self._dead_ns, self._again_ns = dead_ns, again_ns
         self.present = self._first

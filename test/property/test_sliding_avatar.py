@@ -18,7 +18,7 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events.nodes import of_server
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.ends.assembly import server_end_of
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.law.server import server_port
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.simulation.session import SteppedSession
@@ -134,7 +134,7 @@ def test_the_avatar_stays_the_gap_outside_the_face_and_slides_when_there_is_room
 
 
 def test_a_device_is_sent_the_position_of_its_avatar_without_what_it_has_slid():
-    end = server_end_of(files.load("wall", settings_texts=["server.gap_m=0"]))
+    end = ServerEnd(files.load("wall", settings_texts=["server.gap_m=0"]))
     wave, energy, moved = wave_of(-0.05), 0.0, 0.0
     for number in range(1, 101):
         now_ns, energy = number * 8_000_000, energy + 0.5 * H * wave**2

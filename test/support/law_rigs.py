@@ -5,6 +5,7 @@ between a controller and a device, a user's port, and the users around an enviro
 """
 
 from collections import deque
+from dataclasses import replace
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
@@ -38,13 +39,13 @@ from pmwvc_core.law.server.server_port import (
     port_shown,
 )
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import changed_master, resting_user, user_params
+from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
-from pmwvc_core.params import MasterParams, SafetyParams
-from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box import Outside, directly
 from pmwvc_core.server.contained import Faults
+from support.session_given import session_given
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 
@@ -87,30 +88,20 @@ class Port:
     def __init__(self, master, *, controller="pmwvc", channel="plain", axes=1, baseline=None):
         own = {} if baseline is None else {"baseline": baseline}
         self._user, self.axes = User("user1", master=master, **own), axes
-        self._session = {"controller": controller, "channel": channel}
-        self.user, self.p = self._made()
+        server = ServerParams(period_s=master.frame_s)
+        self._session = session_given(
+            controller=controller, channel=channel, dof=axes, server=server
+        )
+        self.user, self.p = made_user(self._user, self._session)
         rest = (0.0,) * axes
         self.arrivals = arrivals_of(self.user.arrivals, rest)
         self.s, self._number, self._epoch = port_opened(self.user.port), 0, None
         self.account = 0.0
 
-    def _made(self):
-        master = self._user.master
-        p = user_params(self._user, packet_s=master.frame_s, answer_tick=0, **self._session)
-        s = resting_user(
-            self._user,
-            p,
-            controller=self._session["controller"],
-            axes=self.axes,
-            packet_s=master.frame_s,
-        )
-        return s, p
-
     def configure(self, master):
-        old = self._user.master
-        self._user = User("user1", master=master, baseline=self._user.baseline)
-        _, wanted = self._made()
-        s, self.p = changed_master(self.user._replace(port=self.s), self.p, wanted, old, master)
+        old, self._user = self._user, replace(self._user, master=master)
+        wanted, s = made_user(self._user, self._session), self.user._replace(port=self.s)
+        s, self.p = changed_user(s, self.p, wanted, old, self._user)
         self.s = s.port
 
     def measure(self, x, xd):
@@ -179,7 +170,7 @@ class Port:
     def energies(self):
         """Energies since the start [J] by name."""
         session, master = self._session, self._user.master
-        own = accounts_of_user(session["controller"], session["channel"], master)
+        own = accounts_of_user(session.controller, session.channel, master)
         names = (*FIRST, *(entry.name for entry in own))
         return dict(zip(names, port_energies(self.s, self.arrivals, self.p.port), strict=False))
 
@@ -211,23 +202,10 @@ class Users:
             User(f"user{side}", side=side, contact=contact, master=master, **own)
             for side, contact, master in zip(sides, contacts, masters, strict=True)
         ]
-        p = server_params(
-            users,
-            controller=controller,
-            channel=channel,
-            server=server,
-            times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=0.5),
-            axes=axes,
-        )
-        made = resting_server(
-            users,
-            p,
-            controller=controller,
-            server=server,
-            axes=axes,
-            call=call,
-            own=of_environments,
-        )
+        of = {"controller": controller, "channel": channel, "dof": axes, "server": server}
+        session = session_given(**of, own=of_environments)
+        p = server_params(users, session, server)
+        made = resting_server(users, session, p, call)
         self.p, self.s = p.environment, made.environment
         self._sums = [None] * len(users)
         self.received_j = [0.0] * len(users)  # by the sums of packets, without waves

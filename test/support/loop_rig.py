@@ -4,12 +4,13 @@
 
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.params import MasterParams
+from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import Packer
 from pmwvc_master.devices import DeviceInfo, DeviceSample
 from pmwvc_master.loop import MasterLoop
+from support.session_given import session_given
 
 TICK_NS = 1_000_000
 TICKS = 8
@@ -76,10 +77,7 @@ class Rig:
         self.server = Packer(99, period=FRAME_S)
         protocol = UserEnd(
             User("user1", master=MasterParams(rate_drop=rate_drop)),
-            controller="pmwvc",
-            channel=channel,
-            dof=1,
-            server_period_s=FRAME_S,
+            session_given(channel=channel, server=ServerParams(period_s=FRAME_S)),
             epoch=7,
             schedule=LIVE,
         )

@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.law.vectors import zero
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
-from pmwvc_core.plant.forces import hand_force, hand_hold
+from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
@@ -33,11 +34,12 @@ class Hand:
         if self._before:
             self.s = self._before(self.s, x, self.p)
         self.x = x
-        self.s, self.f_h = hand_force(self.s, x, xd, self.p)
+        self.s, self.f_h = hand_force(self.s, x, xd, True, self.p)
         return value(self.f_h)
 
     def hold(self, x=0.0):
-        self.s, f_h = hand_hold(self.s, vector(x, self.axes), self.p)
+        x = vector(x, self.axes)
+        self.s, f_h = hand_force(self.s, x, zero(x), False, self.p)
         return value(f_h)
 
     remote = property(lambda self: getattr(self.s, "hand", self.s))

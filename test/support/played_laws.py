@@ -13,7 +13,7 @@ from pmwvc_core.law.port.master import Sample, port_opened
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.plant.device import device_step
-from pmwvc_core.plant.forces import hand_force, hand_hold
+from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.simulation.bulk.run import prepared
 from pmwvc_core.unrolled import unrolled
 
@@ -95,10 +95,8 @@ class Laws:
         down, packets = taken(down, rng)
         for i, (p, sample) in enumerate(zip(self.made.users, samples, strict=True)):
             device = devices[i]
-            if users[i].limits.ready:
-                hands[i], f_h = hand_force(hands[i], device.x, device.xd, p.hand)
-            else:
-                hands[i], f_h = hand_hold(hands[i], device.x, p.hand)
+            acts = users[i].limits.ready
+            hands[i], f_h = hand_force(hands[i], device.x, device.xd, acts, p.hand)
             users[i], f_m, f = self.tick(users[i], tick, now_ns, sample, packets[i], p.user)
             devices[i], *read = device_step(device, f_h, f, p.device)
             found += [f_m, f, f_h, read, users[i].limits.cause]

@@ -23,6 +23,7 @@ from pmwvc_core.law.channel.arrivals import (
 from pmwvc_core.law.channel.packet import Sent, pack, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
 from pmwvc_core.params import DeadbandParams
+from support.session_given import session_given
 
 UNMOVED = Moved(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -43,7 +44,9 @@ class ReceivingEnd:
         store_j=0.0,
     ):
         times = {"period_s": period_s, "timeout_s": timeout_s}
-        self.inbox = inbox("pmwvc", channel, dof, 25.0, from_server=False, **times)
+        self.inbox = inbox(
+            session_given(channel=channel, dof=dof), 25.0, from_server=False, **times
+        )
         self.inbox.max_wave = longest
         played = PlayoutParams(most_repaid, RETURN_S, store_j)
         strict, once = channel == "strict", channel == "zeroing"

@@ -20,7 +20,7 @@ def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impe
     session = SteppedSession(scenario)
     session.time.run(CHANGE_NS)  # up to a frame start
     master = dataclasses.replace(scenario.users[0].master, impedance=impedance)
-    session.users[0].loop.configure(master)
+    session.users[0].loop.configure(master=master)
     session.run(lambda _: None)
     traces = session.traces()
     user = traces.users[0]

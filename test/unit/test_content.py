@@ -5,7 +5,8 @@
 import pytest
 
 from pmwvc_core.controllers.library import LIBRARY
-from pmwvc_core.ends.assembly import server_end_of, user_end_of
+from pmwvc_core.ends.server_end import ServerEnd
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.transport.packet import FLAG_DIRECT
@@ -17,13 +18,13 @@ def test_the_content_of_a_packet_is_given_by_its_flag(controller):
     scenario = parse_scenario(
         {"name": "one", "duration_s": 1.0, "controller": controller, "users": 1}
     )
-    user, server = user_end_of(scenario, 0), server_end_of(scenario)
+    user, server = UserEnd(scenario.users[0], scenario, epoch=1), ServerEnd(scenario)
     sent = user.start_frame(0, 0, DeviceSample())
     [answer], _ = server.tick(0, [[sent]])
     for packet in (sent, answer):
         assert bool(packet.flags & FLAG_DIRECT) is not LIBRARY[controller].waves
     other = "direct" if LIBRARY[controller].waves else "pmwvc"  # the control
-    ignores = server_end_of(
+    ignores = ServerEnd(
         parse_scenario({"name": "one", "duration_s": 1.0, "controller": other, "users": 1})
     )
     assert ignores.tick(0, [[sent]])[0] == [None]

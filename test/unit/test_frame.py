@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from support import plain as scenarios
 
-from pmwvc_core.ends.assembly import server_end_of, user_end_of
+from pmwvc_core.ends.server_end import ServerEnd
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.rows import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.simulation.conditions import Conditions
@@ -23,8 +24,11 @@ def scenario():
 def forces(scenario, schedule):
     """Return the forces of every user ``(users, ticks)`` by calls of the two objects alone."""
     users = SteppedSession(scenario).users  # devices and hands only
-    loops = [user_end_of(scenario, i, schedule=schedule) for i in range(len(users))]
-    server = server_end_of(scenario)
+    loops = [
+        UserEnd(user, scenario, epoch=i + 1, schedule=schedule)
+        for i, user in enumerate(scenario.users)
+    ]
+    server = ServerEnd(scenario)
     period = scenario.period_ticks
     phase = schedule.server_tick(tick_s=scenario.tick_s, period_ticks=period)
     up, down = [[] for _ in users], [[] for _ in users]
@@ -42,7 +46,7 @@ def forces(scenario, schedule):
                 link.clear()
                 back += [answer] if answer is not None else []
         for i, (loop, user) in enumerate(zip(loops, users, strict=True)):
-            acts = loop.coupled or (schedule == AT_ONCE and loop.ready)
+            acts = loop.s.coupled or (schedule == AT_ONCE and loop.s.limits.ready)
             user.device.sense(acts)
             force, packet, _ = loop.tick(tick, now_ns, samples[i], tuple(down[i]))
             down[i].clear()
@@ -84,7 +88,7 @@ def test_the_server_steps_2_ms_into_its_period(tick_s, period_ticks, expected):
 
 def test_a_frame_starts_once_whoever_starts_it(scenario):
     sample = DeviceSample()
-    loop = user_end_of(scenario, 0)
+    loop = UserEnd(scenario.users[0], scenario, epoch=1)
     assert loop.start_frame(0, 0, sample).seq == 1
     assert loop.start_frame(0, 0, sample) is None
     assert loop.tick(0, 0, sample, [])[1] is None
@@ -92,4 +96,4 @@ def test_a_frame_starts_once_whoever_starts_it(scenario):
     assert [packet is not None for packet in packets] == [False] * 7 + [True]
     assert packets[-1].seq == 2
     skipped = loop.tick(21, 21 * TICK_NS, sample, [])[1]  # tick 16 was skipped
-    assert skipped.seq == 3 and loop.starts(24) and not loop.starts(23)
+    assert skipped.seq == 3 and loop.s.next_frame == 24

@@ -31,7 +31,7 @@ def test_another_rate_begins_with_the_next_frame_and_lies_on_its_own_grid():
     rig.ticks(*range(11))
     protocol = rig.loop.protocol
     wanted = MasterParams(rate_drop=20)
-    protocol.hand_over(lambda: protocol.configure(wanted))
+    protocol.hand_over(lambda: protocol.configure(master=wanted))
     rig.ticks(*range(11, 62))
     assert [first for first, *_ in rig.wires.blocks] == [0, 8, 16, 20, 40]
     assert [len(series["x"]) for *_, series in rig.wires.blocks] == [8, 8, 4, 20, 20]
@@ -204,7 +204,7 @@ def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again(paci
 
     tick_with_answers(*range(8, 800))
     end = rig.loop.protocol
-    assert rig.device.forces[-1] > 0.5 and (end.state, end.safety_events) == (1, 0)
+    assert rig.device.forces[-1] > 0.5 and (end.state, end.s.limits.events) == (1, 0)
     rig.device.sample.fresh = False
     tick_with_answers(*range(800, 820))
     assert rig.device.forces[-1] > 0.5  # 20 ms without anything new: not silent yet
@@ -213,7 +213,7 @@ def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again(paci
     assert (end.state, end.reason) == (SafetyState.DAMPING, "device silent: no force")
     tick_with_answers(*range(840, 1900))
     assert end.state == SafetyState.FAULT and "more than 1 s" in end.reason
-    assert set(rig.device.forces[850:]) == {0.0} and end.safety_events == 1
+    assert set(rig.device.forces[850:]) == {0.0} and end.s.limits.events == 1
     rig.device.sample.fresh = True
     tick_with_answers(*range(1900, 1910))
     assert end.state == SafetyState.STARTING
@@ -247,7 +247,7 @@ def test_the_age_of_a_sample_is_the_time_since_it_was_measured(age_ms, late, for
         rig.answer(-0.05)
         rig.device.sample.measured_ns = (grid - age_ms) * TICK_NS
         rig.tick(grid)
-    assert rig.loop.protocol.late_samples == late
+    assert rig.loop.protocol.s.late == late
     assert (rig.device.forces[-1] > 0.5) == force and any(rig.device.forces) == force
 
 

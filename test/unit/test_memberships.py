@@ -8,7 +8,7 @@ import pickle
 import pytest
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.ends.assembly import server_end_of
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
@@ -21,7 +21,7 @@ class Server:
 
     def __init__(self, channel):
         texts = [f"channel={channel}"]
-        self.step_ = server_end_of(files.load("carry_16ms", settings_texts=texts))
+        self.step_ = ServerEnd(files.load("carry_16ms", settings_texts=texts))
         self.now_ns = self.lives = 0
         self.echo = (0, 0, 0)
 

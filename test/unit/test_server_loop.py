@@ -5,6 +5,7 @@
 from functools import partial
 
 import pytest
+from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
@@ -59,14 +60,13 @@ class Rig:
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
         self.loop = ServerLoop(
             ServerEnd(
-                users,
-                controller="pmwvc",
-                channel="plain",
-                dof=1,
-                server=ServerParams(**server),
-                task=TASK,
-                times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S),
-                epochs=[9, 9],
+                session_given(
+                    users=users,
+                    server=ServerParams(**server),
+                    task=TASK,
+                    times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S),
+                ),
+                epoch=9,
                 idle_until_joined=True,
             ),
             links=self.wires.links,
@@ -249,7 +249,7 @@ def test_another_period_begins_with_the_next_step_and_lies_on_its_own_grid():
             rig.loop.protocol.hand_over(partial(rig.loop.configure, wanted))
         rig.send(0)
         rig.loop.tick(Tick(0, 0, rig.now_ns, rig.now_ns, 0, 0))
-        lasted[due_ms] = round(rig.loop.protocol.period_s * 1e3)
+        lasted[due_ms] = round(rig.loop.protocol.p.period_s * 1e3)
     # Only the step at 98 ms is shorter: 102 ms is on the grid of 20 ms, 2 ms behind its points.
     assert lasted == {42: 20, 62: 20, 82: 8, 90: 8, 98: 4, 102: 20, 122: 20}
     assert [round(p.period * 1e3) for p in rig.wires.links[0].sent[-7:]] == list(lasted.values())

@@ -144,11 +144,11 @@ def test_a_flatter_low_pass_needs_twice_its_order():
 
 def test_what_cannot_be_designed_is_refused_by_name():
     with pytest.raises(ParameterError, match=r"filter\.kind = none"):
-        design.high_pass(master(FilterParams(kind="none")))
+        design.passing(master(FilterParams(kind="none")), "high")
     with pytest.raises(ParameterError, match="cutoff_hz = 600"):
-        design.high_pass(master(cutoff_hz=600.0))
+        design.passing(master(cutoff_hz=600.0), "high")
     with pytest.raises(ParameterError, match=r"share = 0\.99"):
-        design.high_pass(master(share=0.99))
+        design.passing(master(share=0.99), "high")
     for numbers, said in (
         ({"alpha": 0.9, "cutoff_hz": 5.0}, "takes one of them"),
         ({"alpha": 0.9}, "order = 1"),
@@ -172,7 +172,7 @@ def test_a_complementary_pair_keeps_energy_at_every_frequency(order, cutoff_hz):
     angle = np.linspace(1e-3, math.pi - 1e-3, 300)
     low, high = (
         sections_response(sos, angle)
-        for sos in (design.low_pass(params), design.high_pass(params))
+        for sos in (design.passing(params, "low"), design.passing(params, "high"))
     )
     np.testing.assert_allclose(np.abs(low) ** 2 + np.abs(high) ** 2, 1.0, atol=1e-7)
 

@@ -110,7 +110,7 @@ def _missed(scenario: Scenario) -> str:
     unknown: dict[str, str] = {}
     for user in scenario.users:
         found = record_of(scenario.controller).check(user.baseline, rule_loop(user, scenario))
-        for name, margin in found.criteria.items() if found else ():
+        for name, margin in found.items():
             if math.isnan(margin):
                 unknown[name] = f"; rule {name} unknown, as {unknown_delay(user)}"
             elif margin < 0.0:

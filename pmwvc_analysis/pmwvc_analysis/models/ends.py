@@ -5,6 +5,7 @@
 import dataclasses
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import lifted, stacked
@@ -17,8 +18,7 @@ from pmwvc_core.law.port.master import port_opened
 from pmwvc_core.law.server.contacts import offset_of
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import resting_user, user_params
-from pmwvc_core.params.user import server_times
+from pmwvc_core.made.user import made_user
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.contained import Contained
@@ -63,25 +63,22 @@ def _made(
     scenario: Scenario, lines: Sequence[Line], dof: int, kept: dict[tuple[int, ...], Any]
 ) -> tuple[State, Params]:
     """Return both ends of one run; those of users with the same parameters are made once."""
-    server, controller = scenario.server, scenario.controller
-    of: dict[str, Any] = {"controller": controller, "channel": scenario.channel}
+    of = SimpleNamespace(**vars(scenario) | {"dof": dof, "times": scenario.times})
     rest, ends = (0.0,) * dof, []
     for index, (user, line) in enumerate(zip(scenario.users, lines, strict=True)):
         own = user.master, user.baseline, user.own, user.safety, user.device
         key = index, *map(id, own)
         if key not in kept:
             fed = _fed_back(user, line.user.master.position.is_on)
-            p = user_params(fed, packet_s=server.period_s, answer_tick=line.answer.phase, **of)
-            s = resting_user(fed, p, controller=controller, axes=dof, packet_s=server.period_s)
+            s, p = made_user(fed, of, answer_tick=line.answer.phase)
             s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
             device = simulated_params(user.device, scenario.tick_s)
             # With the parameters, so that their numbers stay those of this user.
             kept[key] = (*_opened(s, p), resting_device(rest, device), device, own)
         ends.append(kept[key][:4])
     guests = [user for user, line in zip(scenario.users, lines, strict=True) for _ in line.ports]
-    times = server_times(user.safety for user in scenario.users)
-    q = server_params(guests, server=server, times=times, axes=dof, **of)
-    at_server = resting_server(guests, q, controller=controller, server=server, axes=dof)
+    q = server_params(guests, of, scenario.server)
+    at_server = resting_server(guests, of, q)
     present = [g._replace(arrivals=arrivals_of(g.arrivals, rest)) for g in at_server.guests]
     at_server = at_server._replace(guests=tuple(present))
     states, params, devices, of_devices = zip(*ends, strict=True)

@@ -95,7 +95,7 @@ def _rule_lines(scenario: Scenario) -> list[str]:
     for user in scenario.users:
         loop = rule_loop(user, scenario)
         checked = record_of(scenario.controller).check(user.baseline, loop)
-        for rule, margin in checked.criteria.items() if checked else ():
+        for rule, margin in checked.items():
             if math.isnan(margin):
                 found.append(f"{user.name}: rule '{rule}' unknown: {unknown_delay(user)}.")
                 continue

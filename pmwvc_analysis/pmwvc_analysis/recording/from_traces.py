@@ -21,7 +21,7 @@ from pmwvc_analysis.recording.format.topics import about, session_topics
 from pmwvc_analysis.recording.links import fate_blocks, state_blocks
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.assembly import SERVER_EPOCH
+from pmwvc_core.ends.server_end import SERVER_EPOCH
 from pmwvc_core.errors import file_errors
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import OF_OBJECT, MessageTypes

@@ -20,8 +20,9 @@ import yaml
 
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.controllers import library
-from pmwvc_core.ends.assembly import server_end_of, user_end_of
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.made.user import made_user
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.design.velocity_filter_design import chosen, noise_gain
@@ -121,9 +122,9 @@ def fitting(
         texts = [*settings_texts, *settings_of(variant, defaults)]
         try:
             scenario = files.load(name, settings_texts=texts)
-            for number in range(len(scenario.users)):
-                user_end_of(scenario, number)
-            server_end_of(scenario)
+            for user in scenario.users:
+                made_user(user, scenario)
+            ServerEnd(scenario)
         except ScenarioError as error:
             left_out[variant] = "; ".join(error.problems)
         except ParameterError as error:

@@ -13,7 +13,6 @@ from pathlib import Path
 import yaml
 
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.params.user import server_times
 from pmwvc_core.runtime.messages import record_of
 from pmwvc_core.runtime.parameter_values import (
     SHARED_AT_MASTER,
@@ -118,12 +117,11 @@ def nodes(
     names = [user.name for user in scenario.users]
     own = {"start.paused": paused}
     top = own | {name: getattr(scenario, name) for name in TOP_AT_ENDS}
-    times = server_times(user.safety for user in scenario.users)
     server: dict[str, object] = {
         **top,
         "users": names,
         **given(SHARED_AT_SERVER, scenario),
-        **{f"safety.{name}": value for name, value in times._asdict().items()},
+        **{f"safety.{name}": value for name, value in scenario.times._asdict().items()},
     }
     netem: dict[str, object] = {**own, "seed": scenario.seed, "users": names}
     masters = {}

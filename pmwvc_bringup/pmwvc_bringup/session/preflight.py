@@ -88,9 +88,9 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
         make_hand(user.operator, scenario.task, place_of(user, scenario))
 
     def master() -> None:
-        from pmwvc_core.ends.assembly import user_end_of  # no help waits for the laws
+        from pmwvc_core.made.user import made_user  # no help waits for the laws
 
-        user_end_of(scenario, scenario.users.index(user))
+        made_user(user, scenario)
 
     links = [partial(effects.check, link) for link in (user.link_up, user.link_down)]
     attempts: list[Callable[[], object]] = [operator, master, *links]

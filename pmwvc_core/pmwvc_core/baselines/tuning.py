@@ -23,7 +23,7 @@ Not here: waves, whose rules are in docs/theory.md.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from pmwvc_core.network.effects import longest_s
 from pmwvc_core.params import ServerParams
@@ -45,16 +45,8 @@ class Loop:
     period_s: float  # h, step of the server
 
 
-@dataclass(frozen=True)
-class Margins:
-    """By how much each criterion of a rule is met (zero or more) [N s/m]; NaN: not known."""
-
-    criteria: Mapping[str, float]
-
-    @property
-    def met(self) -> bool:
-        """Tell whether every criterion is known to be met."""
-        return all(value >= 0.0 for value in self.criteria.values())
+# By how much each criterion of a rule is met (zero or more) [N s/m]; NaN: not known.
+Margins: TypeAlias = Mapping[str, float]
 
 
 def loop_of(user: Any, server: ServerParams) -> Loop:
@@ -81,20 +73,19 @@ def check_virtual_coupling(params: VirtualCouplingParams, loop: Loop) -> Margins
     """Return by how much a virtual coupling meets its rules."""
     k, damping, b = params.stiffness, params.damping, loop.damping
     sampled, delayed = 0.5 * k * loop.tick_s, 0.5 * k * loop.round_trip_s
-    return Margins({"colgate": b - sampled - damping, "delay": b + damping - delayed})
+    return {"colgate": b - sampled - damping, "delay": b + damping - delayed}
 
 
 def check_tdpa(params: TdpaParams, loop: Loop) -> Margins:
     """Return by how much the dampers meet their rules."""
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
-    criteria = {
+    return {
         "sampling": STOP_RATIO * loop.mass / loop.tick_s - params.damping_max,
         "delay": loop.damping + params.damping - late,
         "contact": loop.contact_damping - 0.5 * loop.contact_stiffness * loop.period_s,
     }
-    return Margins(criteria)
 
 
 def check_pspm(params: PspmParams, loop: Loop) -> Margins:
     """Return by how much the damper outweighs the held spring."""
-    return Margins({"sampling": params.damping - 0.5 * params.stiffness * loop.tick_s})
+    return {"sampling": params.damping - 0.5 * params.stiffness * loop.tick_s}

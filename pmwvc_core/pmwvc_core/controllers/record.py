@@ -82,8 +82,6 @@ class Controller(Record):
         if self.device is not None and self.avatar is None and not self.waves:
             raise ParameterError("avatar = None: a controller without waves needs both laws")
 
-    def check(self, baseline: BaselineParams, loop: Loop) -> Margins | None:
-        """Return by how much parameters meet the tuning rule; None without a rule."""
-        if self.rule is None:
-            return None
-        return self.rule.check(getattr(baseline, self.rule.group), loop)
+    def check(self, baseline: BaselineParams, loop: Loop) -> Margins:
+        """Return by how much parameters meet the tuning rule; nothing without a rule."""
+        return self.rule.check(getattr(baseline, self.rule.group), loop) if self.rule else {}

@@ -6,6 +6,7 @@ from other threads.
 
 from collections import deque
 from collections.abc import Callable, Iterable
+from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, record_of
 from pmwvc_core.ends.forms import known
@@ -19,7 +20,7 @@ ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
 
 
 class Inbox(Receiver):
-    """The receiver of a session's controller and channel at a port of some impedance [N s/m].
+    """The receiver at a port of some impedance [N s/m], of a session's controller and channel.
 
     Attributes
     ----------
@@ -28,22 +29,15 @@ class Inbox(Receiver):
     """
 
     def __init__(
-        self,
-        controller: str,
-        channel: str,
-        dof: int,
-        impedance: Impedance,
-        period_s: float,
-        timeout_s: float,
-        *,
+        self, session: Any, impedance: Impedance, *, period_s: float, timeout_s: float,
         from_server: bool,
-    ) -> None:
-        self._waves = has_waves(controller)
+    ) -> None:  # fmt: skip
+        self._waves = has_waves(session.controller)
         longest = largest_wave(impedance, waves=self._waves)
-        super().__init__(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+        super().__init__(session.dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
         self.flags = 0 if self._waves else FLAG_DIRECT  # of packets that this end sends
-        self._extra = record_of(controller).extra(dof)[from_server]
-        self._any_period = is_strict(controller, channel)
+        self._extra = record_of(session.controller).extra(session.dof)[from_server]
+        self._any_period = is_strict(session.controller, session.channel)
         self.other_controller = 0
 
     def take(self, packets: Iterable[WavePacket], now_ns: int) -> list[Packet]:

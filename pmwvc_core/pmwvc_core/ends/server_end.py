@@ -26,26 +26,26 @@ from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
-from pmwvc_core.params import ContactParams, ServerParams, TaskParams
-from pmwvc_core.params.user import ServerTimes
+from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.task import task_of
-from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box import Call, Outside, directly
-from pmwvc_core.server.contained import Contained, Faults, Unsettled
+from pmwvc_core.server.contained import BadAnswer, Contained, Faults
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
+
+SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
 
 
 class ServerEnd(ServerView):
     """All users' ports around one environment.
 
-    Of ``users`` it takes side, contact, baseline, and the impedance and frame of the master;
-    ``controller``, ``channel``, ``dof``, ``server`` and ``task`` are those of the session, ``own``
-    the parameters of environments from other packages by their names, ``times`` silence, release
-    and start, ``epochs`` those of the packets to each user. ``call`` says how an environment of
-    another package is asked. Steps may be ``idle_until_joined``: they begin with the first user
-    rather than with the first tick.
+    ``session`` has controller, channel, axes, users, server, task, the parameters ``own`` of
+    environments from other packages, and the ``times`` of silence, release and start (a scenario,
+    or what a node was given); of a user counts side, contact, baseline, and the impedance and
+    frame of the master. Packets to each user have the epoch given, or those of a scenario.
+    ``call`` says how an environment of another package is asked. Steps may be
+    ``idle_until_joined``: they begin with the first user rather than with the first tick.
 
     Attributes
     ----------
@@ -58,43 +58,28 @@ class ServerEnd(ServerView):
     """
 
     def __init__(
-        self,
-        users: Sequence[User],
-        *,
-        controller: str,
-        channel: str,
-        dof: int,
-        server: ServerParams,
-        task: TaskParams,
-        own: Any = None,
-        times: ServerTimes,
-        epochs: Sequence[int],
-        call: Call = directly,
+        self, session: Any, *, epoch: int | None = None, call: Call = directly,
         idle_until_joined: bool = False,
-    ) -> None:
-        self._users, self.params, self._epochs = list(users), server, list(epochs)
-        self._session: dict[str, Any] = {"controller": controller, "channel": channel}
-        self._session |= {"times": times, "axes": dof}
-        self.p = self._made(server.period_s)
-        s = resting_server(
-            users, self.p, controller=controller, server=server, axes=dof, own=own, call=call
-        )
+    ) -> None:  # fmt: skip
+        self._session, self._users = session, list(session.users)
+        self.params: ServerParams = session.server
+        count, dof = len(self._users), session.dof
+        first, step = (SERVER_EPOCH, 1) if epoch is None else (epoch, 0)
+        self._epochs = [first + step * number for number in range(count)]
+        self.p = self._made(self.params.period_s)
+        s = resting_server(self._users, session, self.p, call)
         rest = (0.0,) * dof
         guests = (guest._replace(arrivals=arrivals_of(guest.arrivals, rest)) for guest in s.guests)
         self.s = s._replace(guests=tuple(guests))
         self.faults = self._found_faults()
-        of = controller, channel, dof
-        super().__init__(
-            [
-                Inbox(
-                    *of, u.server_impedance, u.master.frame_s, times.timeout_s, from_server=False
-                )
-                for u in users
-            ]
-        )
-        self._step = unrolled(server_step, dof)
-        self._task = task_of(task, dof)
-        self._accounts = [each.name for each in accounts_of_server(controller, channel, server)]
+        inboxes = []
+        for user in self._users:
+            times_s = {"period_s": user.master.frame_s, "timeout_s": session.times.timeout_s}
+            inboxes.append(Inbox(session, user.server_impedance, from_server=False, **times_s))
+        super().__init__(inboxes)
+        self._step, self._task = unrolled(server_step, dof), task_of(session.task, dof)
+        kept = accounts_of_server(session.controller, session.channel, self.params)
+        self._accounts = [each.name for each in kept]
         self.steps, self.paused, self._idle = 0, False, idle_until_joined
 
     def _made(self, period_s: float, before: Any = None) -> Any:
@@ -102,7 +87,7 @@ class ServerEnd(ServerView):
         on counting the faults that it had before.
         """
         server = dataclasses.replace(self.params, period_s=period_s)
-        p = server_params(self._users, server=server, **self._session)
+        p = server_params(self._users, self._session, server)
         coupling, was = _contained(p), _contained(before)
         if coupling is None or was is None:
             return p
@@ -161,7 +146,7 @@ class ServerEnd(ServerView):
         ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
-        p = self._made(self.period_s, self.p)
+        p = self._made(self.p.period_s, self.p)
         pairs = zip(p.guests, self.p.guests, strict=True)
         # What a receiver was made for stays; the longest wave is the receiver's to know.
         self.p = p._replace(
@@ -188,7 +173,7 @@ class ServerEnd(ServerView):
             and where the deadband holds it back), and the server after the step (None while it
             waits for the first user, or is paused).
         """
-        if self.period_s != self.params.period_s:
+        if self.p.period_s != self.params.period_s:
             self._last(self.params.period_s)
         self._take_changes()
         pairs = zip(self.inboxes, packets, strict=True)
@@ -211,7 +196,8 @@ class ServerEnd(ServerView):
         unsettled = self.s.environment.unsettled
         self.s, answers = self._step(self.s, now_ns, taken, missed_s, self.p)
         if self.s.environment.unsettled > unsettled:
-            self.faults.note(Unsettled())
+            # Not solved to rounding: the best solution was used.
+            self.faults.note(BadAnswer("did not settle"))
         self.faults.note_jumps(self.s.environment.body)
         self._expect()
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]

@@ -26,11 +26,6 @@ class ServerView(End):
     _accounts: Sequence[str]
 
     @property
-    def period_s(self) -> float:
-        """Time of the present step [s]."""
-        return self.p.period_s  # type: ignore[no-any-return]
-
-    @property
     def presence(self) -> list[Presence]:
         """State of every user."""
         return [PRESENCES[guest.presence] for guest in self.s.guests]

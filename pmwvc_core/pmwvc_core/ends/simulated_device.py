@@ -15,9 +15,9 @@ from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
-from pmwvc_core.plant.forces import hand_step
+from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
-from pmwvc_core.unrolled import unrolled
+from pmwvc_core.unrolled import members, unrolled
 
 # Time that a loop misses passes at the device, with the last force held, but no more than this at
 # once: beyond it the device stands still, as one with a watchdog.
@@ -39,7 +39,7 @@ class SimulatedDevice:
         self._take: Callable[[], Sequence[Target]] | None = None
         self._axes, self._f_h = len(start), zero(start)
         self._device_step = unrolled(device_step, self._axes)
-        self._hand_step = unrolled(hand_step, self._axes)
+        self._hand_laws = members(hand_force, self._axes)
         self.sample = DeviceSample(value(self.s.read_x), value(self.s.read_xd), work=(0.0, 0.0))
 
     @property
@@ -62,7 +62,8 @@ class SimulatedDevice:
         for target in self._take() if self._take else ():
             wanted = math.nan if target is None else target
             hand = remote_target(hand, vector(wanted, self._axes))
-        self.hand, self._f_h = self._hand_step(hand, self.s.x, self.s.xd, acts, self._of_hand)
+        law = self._hand_laws[type(hand)]
+        self.hand, self._f_h = law(hand, self.s.x, self.s.xd, acts, self._of_hand)
         self.sample.f_h = value(self._f_h)
         return self.sample
 

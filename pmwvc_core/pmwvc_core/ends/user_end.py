@@ -20,14 +20,13 @@ from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import End, Inbox
 from pmwvc_core.frame.rows import DeviceSample, FrameReport, Row
-from pmwvc_core.frame.schedule import FrameSchedule
+from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_opened, port_signals
 from pmwvc_core.law.user_tick import begin, send, user_tick
-from pmwvc_core.made.user import changed_master, changed_safety, resting_user, user_params
+from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
@@ -36,8 +35,8 @@ from pmwvc_core.unrolled import unrolled
 class UserEnd(End):
     """One user's force loop.
 
-    ``controller``, ``channel``, ``dof`` and ``server_period_s`` [s] are those of the session,
-    ``epoch`` the number of this life of the sender, ``schedule`` the phases of a frame, and
+    ``session`` has controller, channel, axes and server (a scenario, or what a node was given),
+    ``epoch`` is the number of this life of the sender, ``schedule`` the phases of a frame, and
     ``workspace_m`` the half extent that the device declares [m].
 
     Attributes
@@ -46,64 +45,49 @@ class UserEnd(End):
         The receiver of the returning packets.
     ended
         State and energies when the last frame ended, its last packet included.
+    s, p
+        State and parameters of the laws.
     """
 
     def __init__(
-        self,
-        user: User,
-        *,
-        controller: str,
-        channel: str,
-        dof: int,
-        server_period_s: float,
-        epoch: int,
-        schedule: FrameSchedule,
+        self, user: User, session: Any, *, epoch: int, schedule: FrameSchedule = AT_ONCE,
         workspace_m: float | None = None,
-    ) -> None:
-        self._user, self._epoch, self._schedule, self._dof = user, epoch, schedule, dof
-        self._session: dict[str, Any] = {"controller": controller, "channel": channel}
-        self._session |= {"packet_s": server_period_s, "workspace_m": workspace_m}
+    ) -> None:  # fmt: skip
+        self._user, self._session, self._epoch, self._dof = user, session, epoch, session.dof
+        self._schedule, self._workspace_m = schedule, workspace_m
         self._accounts: list[str] = []
-        self.p = self._made()
-        rest = (0.0,) * dof
-        s = resting_user(user, self.p, controller=controller, axes=dof, packet_s=server_period_s)
-        self.s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
-        of, timeout_s = (controller, channel, dof), user.safety.timeout_s
-        self.inbox = Inbox(*of, user.impedance, server_period_s, timeout_s, from_server=True)
+        s, self.p = self._made()
+        arrivals = arrivals_of(s.arrivals, (0.0,) * self._dof)
+        self.s = s._replace(arrivals=arrivals, port=port_opened(s.port))
+        times_s = {"period_s": session.server.period_s, "timeout_s": user.safety.timeout_s}
+        self.inbox = Inbox(session, user.impedance, from_server=True, **times_s)
         super().__init__([self.inbox])
-        self._tick, self._send = unrolled(user_tick, dof), unrolled(send, dof)
-        self._begin = unrolled(begin, dof)
+        self._tick, self._send, self._begin = (
+            unrolled(law, self._dof) for law in (user_tick, send, begin)
+        )
         self.ended: FrameReport | None = None
         self._measured_ns = NEVER_NS
 
     def _made(self) -> Any:
-        """Return the parameters; name the energies of the port: one ever kept goes on."""
+        """Return the force loop as it would begin; name the energies of the port: one ever kept
+        goes on.
+        """
         master, of = self._user.master, self._session
-        kept = accounts_of_user(of["controller"], of["channel"], master)
+        kept = accounts_of_user(of.controller, of.channel, master)
         if len(kept) >= len(self._accounts):
             self._accounts = [entry.name for entry in kept]
         answer_tick = self._schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
-        return user_params(self._user, answer_tick=answer_tick, **of)
+        return made_user(self._user, of, answer_tick=answer_tick, workspace_m=self._workspace_m)
 
-    def configure(self, master: MasterParams) -> None:
-        """Take other parameters of the master over, at a frame start."""
-        old = self._user.master
-        self._user = dataclasses.replace(self._user, master=master)
-        self.s, self.p = changed_master(self.s, self.p, self._made(), old, master)
-
-    def configure_safety(self, safety: SafetyParams) -> None:
-        """Take other limits over, at a frame start."""
-        self._user = dataclasses.replace(self._user, safety=safety)
-        self.s, self.p = changed_safety(self.s, self.p, self._made())
+    def configure(self, **groups: Any) -> None:
+        """Take other parameters over, at a frame start: ``master``, ``safety``."""
+        old, self._user = self._user, dataclasses.replace(self._user, **groups)
+        self.s, self.p = changed_user(self.s, self.p, self._made(), old, self._user)
         self.inbox.expect(self.s.arrivals.silence.limit_ns)
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
         self.s = self.s._replace(limits=self.s.limits._replace(faulty=False))
-
-    def starts(self, tick: int) -> bool:
-        """Tell whether a tick is the first of its frame to run."""
-        return tick >= self.s.next_frame
 
     def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
         """Return the packet where a frame starts with this tick; None inside a frame, and where
@@ -112,7 +96,7 @@ class UserEnd(End):
         ``tick`` does this itself. A caller whose answers come within the same instant calls it
         before: the packet leaves, the answer arrives, the tick begins.
         """
-        if not self.starts(tick):
+        if tick < self.s.next_frame:
             return None
         packet = self._sent(now_ns, self._known(sample, now_ns), leaves=False)
         self._take_changes()
@@ -141,7 +125,7 @@ class UserEnd(End):
             start; signals of the tick (``SIGNALS``).
         """
         packet = None
-        if self.starts(tick):
+        if tick >= self.s.next_frame:
             packet = self.start_frame(tick, now_ns, sample)
             self.ended = self.report()
         taken = self.inbox.take(packets, now_ns) if packets else None
@@ -178,45 +162,13 @@ class UserEnd(End):
         self.s, packet, sends = self._send(self.s, now_ns, sample, leaves, self.p)
         if not sends:
             return None
-        limited = self.safety_events != before and not leaves
+        limited = self.s.limits.events != before and not leaves
         return message(packet, self._epoch, self.inbox.flags | limited * FLAG_LIMITED, echo)
-
-    @property
-    def rate_drop(self) -> int:
-        """Ticks of a frame."""
-        return self.p.rate_drop  # type: ignore[no-any-return]
-
-    @property
-    def next_frame(self) -> int:
-        """Tick with which the next frame starts."""
-        return self.s.next_frame
-
-    @property
-    def ready(self) -> bool:
-        """Whether the server has answered and the soft start is over: a simulated hand that acted
-        before would push the device away from its avatar against a force held back.
-        """
-        return self.s.limits.ready
-
-    @property
-    def coupled(self) -> bool:
-        """Whether the server had answered and the soft start was over when an answer was taken."""
-        return self.s.coupled
 
     @property
     def x(self) -> Value:
         """Last valid position [m]."""
         return value(self.s.x)
-
-    @property
-    def late_samples(self) -> int:
-        """Ticks so far with an old sample, or none."""
-        return self.s.late
-
-    @property
-    def max_force(self) -> float:
-        """Longest force that the device is given [N]."""
-        return self.p.limits.max_force  # type: ignore[no-any-return]
 
     @property
     def state(self) -> int:
@@ -227,11 +179,6 @@ class UserEnd(End):
     def reason(self) -> str:
         """Why they are in that state."""
         return str(text_of(self.s.limits.cause, self._user.safety))
-
-    @property
-    def safety_events(self) -> int:
-        """How often the limits intervened."""
-        return self.s.limits.events
 
     def report(self) -> FrameReport:
         """Return safety state and energies as they are now."""

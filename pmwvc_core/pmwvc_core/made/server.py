@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.controllers.library import LIBRARY, has_waves, is_strict, record_of
+from pmwvc_core.controllers.library import is_strict, record_of
 from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
@@ -32,14 +32,12 @@ from pmwvc_core.made.user import arrivals_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
-from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.contained import Contained, Faults
 from pmwvc_core.server.couplings import COUPLINGS, backward
-from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -84,46 +82,33 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
     return Contact(law, grips, (first,) + (across,) * (axes - 1))
 
 
-def of_library(scenario: "scenarios.Scenario") -> bool:
-    """Tell whether all laws of a scenario are the library's: those can be compiled."""
-    server = scenario.server
-    return (
-        scenario.controller in LIBRARY
-        and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
-        and server.compensation in COMPENSATIONS.library
-        and server.environment in ENVIRONMENTS
-        and not any(
-            user.master.bank.is_on and user.master.local_model.is_plugin for user in scenario.users
-        )
-    )
-
-
 def server_params(
-    users: Sequence["scenarios.User"], *, controller: str, channel: str, server: ServerParams,
-    times: ServerTimes, axes: int,
-) -> ServerStepParams:  # fmt: skip
-    """Return the parameters of the server's step."""
-    strict, record = is_strict(controller, channel), record_of(controller)
-    of_times = {"timeout_s": times.timeout_s, "lets_go_s": AVATAR_RETURN_S}
-    of_times["store_j"] = server.store_j
-    guests = []
+    users: Sequence["scenarios.User"], session: Any, server: ServerParams
+) -> ServerStepParams:
+    """Return the parameters of the server's step; ``session`` has controller, channel, axes and
+    times (a scenario, or what a node was given).
+    """
+    strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
+    times, guests = session.times, []
     for user in users:
-        arrivals = arrivals_params(controller, channel, user.server_impedance, **of_times)
+        arrivals = arrivals_params(
+            session, user.server_impedance,
+            timeout_s=times.timeout_s, lets_go_s=AVATAR_RETURN_S, store_j=server.store_j,
+        )  # fmt: skip
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
     values = tuple(values_of(user, record) for user in users)
+    environment: Any
     if record.avatar is not None:
-        environment: Any = PluggedServerParams(
-            record.avatar, values, record.energies, object_of(server)
-        )
+        body = object_of(server)
+        environment = PluggedServerParams(record.avatar, values, record.energies, body)
     elif record.law is not None:
-        ticks_s = [user.master.tick_s for user in users]
-        laws = tuple(map(record.law, values, ticks_s))
+        laws = tuple(map(record.law, values, [user.master.tick_s for user in users]))
         environment = AvatarEndParams(laws, object_of(server), record.sprung)
     elif COUPLINGS.of(server.coupling).black_box:
-        law, sloped = None, environment_of(server.environment).sloped
-        if made := environment_of(server.environment).made:
-            _, law = made(server, _contacts(users, server, axes), axes)
-        identity = tuple(map(tuple, np.eye(axes).tolist()))
+        law, of_environment = None, environment_of(server.environment)
+        if of_environment.made:
+            _, law = of_environment.made(server, _contacts(users, session), session.dof)
+        sloped, identity = of_environment.sloped, tuple(map(tuple, np.eye(session.dof).tolist()))
         environment = BlackBoxParams(
             law, compensation_params(server), wall_law(server.period_s), strict,
             *weights(server.integrator, server.period_s), sloped, server.learns and not sloped,
@@ -136,9 +121,9 @@ def server_params(
     )
 
 
-def _contacts(users: Sequence["scenarios.User"], server: ServerParams, axes: int) -> list[Contact]:
-    size = server.object_size_m
-    return [contact_of(user.contact, side=user.side, size=size, axes=axes) for user in users]
+def _contacts(users: Sequence["scenarios.User"], session: Any) -> list[Contact]:
+    of = {"size": session.server.object_size_m, "axes": session.dof}
+    return [contact_of(user.contact, side=user.side, **of) for user in users]
 
 
 def are_coupled(users: Sequence["scenarios.User"]) -> bool:
@@ -170,17 +155,16 @@ def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> 
 
 
 def _resting_box(
-    server: ServerParams, users: Sequence["scenarios.User"], contacts: Sequence[Contact],
-    own: Any, call: Call,
-) -> BlackBox:  # fmt: skip
+    users: Sequence["scenarios.User"], session: Any, contacts: Sequence[Contact], call: Call
+) -> BlackBox:
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
-    axes, name = len(contacts[0].springs), server.environment
+    axes, server, name = session.dof, session.server, session.server.environment
     rest = (0.0,) * axes
     if made := environment_of(name).made:
         state, _ = made(server, contacts, axes)
     else:
         sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
-        values = getattr(own, name, None)
+        values = getattr(session.own, name, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults, absent = Faults("server.environment", name), (False,) * len(users)
         state = Outside(PLUGINS.make(name, setup), deque(), call, faults, absent)
@@ -191,15 +175,14 @@ def _resting_box(
 
 
 def resting_server(
-    users: Sequence["scenarios.User"], p: ServerStepParams, *, controller: str,
-    server: ServerParams, axes: int, own: Any = None, call: Call = directly,
-) -> Server:  # fmt: skip
+    users: Sequence["scenarios.User"], session: Any, p: ServerStepParams, call: Call = directly
+) -> Server:
     """Return the server with no user present. Environments of other packages have their parameters
-    in ``own``, by their names, and ``call`` is how they are asked.
+    in ``session.own``, by their names, and ``call`` is how they are asked.
     """
-    rest, record = (0.0,) * axes, record_of(controller)
-    up, down = record.extra(axes)
-    contacts, ports, guests = _contacts(users, server, axes), [], []
+    axes, record = session.dof, record_of(session.controller)
+    rest, (up, down) = (0.0,) * axes, record.extra(axes)
+    contacts, ports, guests = _contacts(users, session), [], []
     for user, guest, contact in zip(users, p.guests, contacts, strict=True):
         kept: Any = AvatarBrake(resting_brake(rest), 0.0)
         if record.avatar is not None or record.law is not None:
@@ -214,6 +197,6 @@ def resting_server(
         guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
-        body = _resting_box(server, users, contacts, own, call)
+        body = _resting_box(users, session, contacts, call)
     environment = Environment(alike(ports, users), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

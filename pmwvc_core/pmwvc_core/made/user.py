@@ -18,7 +18,7 @@ from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.packet import LATENESSES, no_packet, packing_params, resting_packing
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.port.filter_bank import Bank, changed_local, resting_bank
+from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.master import NEVER_NS
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
@@ -26,21 +26,12 @@ from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
 from pmwvc_core.law.safety.limits import (
     LARGEST,
     REACH,
-    LimitsParams,
     limits_params,
     resting_limits,
 )
 from pmwvc_core.law.user_tick import User, UserParams
-from pmwvc_core.law.wave.filter_and_hold import Hold, resting_filter
 from pmwvc_core.law.without_waves.ends import DeviceEndParams, resting_end
-from pmwvc_core.made.waves import (
-    lent_of,
-    position_params,
-    resting_filters,
-    resting_position,
-    resting_waves,
-    waves_params,
-)
+from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
@@ -62,135 +53,127 @@ def values_of(user: "scenarios.User", record: Controller) -> Any:
 
 
 def arrivals_params(
-    controller: str, channel: str, b: Any, *, timeout_s: float, lets_go_s: float, store_j: float
+    session: Any, b: Any, *, timeout_s: float, lets_go_s: float, store_j: float
 ) -> ArrivalsParams:
     """Return the rules of a receiver of a port of this impedance [N s/m], whose brake lets go in
     so much time after an outage [s], and whose playout begins with so much energy [J].
     """
     return ArrivalsParams(
         timeout_s,
-        float(largest_wave(b, waves=has_waves(controller))),
-        is_zeroing(controller, channel),
-        is_strict(controller, channel),
+        float(largest_wave(b, waves=has_waves(session.controller))),
+        is_zeroing(session.controller, session.channel),
+        is_strict(session.controller, session.channel),
         PlayoutParams(float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j),
     )
 
 
-def user_params(
-    user: "scenarios.User", *, controller: str, channel: str, packet_s: float, answer_tick: int,
-    workspace_m: float | None = None,
-) -> UserParams:  # fmt: skip
-    """Return the parameters of a user's force loop."""
-    master, b, safety, record = user.master, user.impedance, user.safety, record_of(controller)
-    strict, tick_s = is_strict(controller, channel), master.tick_s
-    arrivals = arrivals_params(
-        controller, channel, b,
-        timeout_s=safety.timeout_s, lets_go_s=HAND_RETURN_S, store_j=master.store_j,
-    )  # fmt: skip
-    values = values_of(user, record)
-    if record.device is not None:
-        port: Any = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
-    elif record.law is not None:
-        port = DeviceEndParams(tick_s, record.law(values, tick_s))
-    else:
-        port = waves_params(master, b, arrivals.playout, strict=strict)
-    stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
-    reach = LARGEST if workspace_m is None else REACH * workspace_m
-    limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
-    packing = packing_params(master.deadband)
-    return UserParams(master.rate_drop, answer_tick, tick_s, packing, arrivals, port, limits)
-
-
-def resting_user(
-    user: "scenarios.User", p: UserParams, *, controller: str, axes: int, packet_s: float
-) -> User:
-    """Return a user's force loop at rest."""
-    nothing, master, record = (0.0,) * axes, user.master, record_of(controller)
-    law, packet = record.device_rest(values_of(user, record), axes), no_packet(nothing, ())
+def made_user(
+    user: "scenarios.User", session: Any, *, answer_tick: int = 0, workspace_m: float | None = None
+) -> tuple[User, UserParams]:
+    """Return a user's force loop at rest, and its parameters; ``session`` has controller, channel,
+    axes and server (a scenario, or what a node was given).
+    """
+    master, b, safety = user.master, user.impedance, user.safety
+    record, strict = record_of(session.controller), is_strict(session.controller, session.channel)
+    axes, packet_s, tick_s = session.dof, session.server.period_s, master.tick_s
+    of_arrivals = arrivals_params(
+        session, b, timeout_s=safety.timeout_s, lets_go_s=HAND_RETURN_S, store_j=master.store_j
+    )
+    nothing, values = (0.0,) * axes, values_of(user, record)
+    packet, law = no_packet(nothing, ()), record.device_rest(values, axes)
+    port: Any
+    of_port: Any
     if record.device is not None:
         up, down = record.extra(axes)
         answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
         came, sums_j = packet._replace(extra=(0.0,) * down), (0.0,) * 4
-        port: Any = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
+        port = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
+        of_port = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
     elif record.law is not None:
         port = resting_end(law, axes)
+        of_port = DeviceEndParams(tick_s, record.law(values, tick_s))
     else:
-        port = resting_waves(master, p.port, axes)
-    arrivals = start_of(p.arrivals.plays_on, axes, user.safety.timeout_s, packet_s)
-    return User(
+        port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
+    stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
+    reach = LARGEST if workspace_m is None else REACH * workspace_m
+    of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
+    arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
+    s = User(
         0, 0, master.rate_drop, master.frame_s, resting_packing(axes), arrivals, packet, 0, port,
-        resting_limits(nothing, p.limits), nothing, NEVER_NS, 0, NEVER, False,
+        resting_limits(nothing, of_limits), nothing, NEVER_NS, 0, NEVER, False,
     )  # fmt: skip
+    packing = packing_params(master.deadband)
+    return s, UserParams(
+        master.rate_drop, answer_tick, tick_s, packing, of_arrivals, of_port, of_limits
+    )
 
 
-def changed_master(
-    s: User, p: UserParams, q: UserParams, old: MasterParams, new: MasterParams
-) -> tuple[User, UserParams]:
-    """Take other parameters of a master over: ``p`` are those of the force loop as it runs, ``q``
-    as it would be made now.
+def changed_user(
+    s: User, p: UserParams, made: tuple[User, UserParams], old: "scenarios.User",
+    new: "scenarios.User",
+) -> tuple[User, UserParams]:  # fmt: skip
+    """Take other parameters of master and limits over: ``s`` and ``p`` are the force loop as it
+    runs, ``made`` as it would begin now. A brake that holds keeps its stiffness, a receiver what
+    it was made for, but for the time of silence.
     """
-    port, was, wanted = s.port, p.port, q.port
-    if hasattr(wanted, "filters"):
-        kept = {name: getattr(old, name) for name in GOES_ON}
-        anew = dataclasses.replace(new, **kept) != old
-        rest, strict = (0.0,) * len(port.x), isinstance(wanted, StrictMasterParams)
-        filters, of_filters = _filters(port.filters, was.filters, wanted.filters, new, anew=anew)
-        position, of_position = port.position, wanted.position
-        if isinstance(position, Nothing):
-            position = resting_position(new, of_position, rest, strict=strict)
-        else:
-            of_position = position_params(new, wanted.impedance, strict=strict)
-        port = port._replace(filters=filters, position=position)
-        wanted = wanted._replace(filters=of_filters, position=of_position)
-        if strict:
-            lends, lent_j = not isinstance(position, Nothing), lent_of(of_position)
-            wanted = wanted._replace(lends=lends, lent_j=lent_j)
-        elif anew:
-            chosen = resting_filter(new.filter, len(rest), wanted.filter)
-            port = port._replace(hold=Hold(rest, rest, rest, 0), filter=chosen)
-        else:
-            held = {"hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
-            wanted = wanted._replace(filter=was.filter, **held)
-    q = q._replace(port=wanted, limits=_limits(p, q), arrivals=p.arrivals)
-    return s._replace(port=port), q
+    (rest, q), port, of_port, arrivals = made, s.port, p.port, s.arrivals
+    if new.master is not old.master:
+        of = port, of_port, rest.port, q.port
+        port, of_port = _changed_port(*of, old.master, new.master)
+    timeout_s = q.arrivals.timeout_s
+    if new.safety is not old.safety:
+        silence = arrivals.silence
+        of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
+        silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
+        arrivals = arrivals._replace(silence=silence)
+    of_limits = q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
+    of_arrivals = p.arrivals._replace(timeout_s=timeout_s)
+    q = q._replace(port=of_port, limits=of_limits, arrivals=of_arrivals)
+    return s._replace(port=port, arrivals=arrivals), q
 
 
-def _filters(s: Any, p: Any, q: Any, new: MasterParams, *, anew: bool) -> tuple[Any, Any]:
+def _changed_port(
+    port: Any, was: Any, rest: Any, wanted: Any, old: MasterParams, new: MasterParams
+) -> tuple[Any, Any]:
+    """Return a port that goes on with other parameters of its master, and its parameters."""
+    if not hasattr(wanted, "filters"):
+        return port, wanted
+    kept = {name: getattr(old, name) for name in GOES_ON}
+    anew = dataclasses.replace(new, **kept) != old
+    strict = isinstance(wanted, StrictMasterParams)
+    of = was.filters, wanted.filters, rest.filters
+    filters, of_filters = _changed_filters(port.filters, *of, anew=anew)
+    position, of_position = port.position, wanted.position
+    if isinstance(position, Nothing):
+        position = rest.position
+    else:
+        of_position = position_params(new, wanted.impedance, strict=strict)
+    port = port._replace(filters=filters, position=position)
+    wanted = wanted._replace(filters=of_filters, position=of_position)
+    if strict:
+        lends = not isinstance(position, Nothing)
+        return port, wanted._replace(lends=lends, lent_j=of_position.lent_j if lends else 0.0)
+    if anew:
+        return port._replace(hold=rest.hold, filter=rest.filter), wanted
+    held = {"hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
+    return port, wanted._replace(filter=was.filter, **held)
+
+
+def _changed_filters(s: Any, p: Any, q: Any, rest: Any, *, anew: bool) -> tuple[Any, Any]:
     """Return the filters of a port and their parameters; which there are never changes."""
     if not isinstance(q, FilteredParams):
         return s, q
-    if not anew:
-        q = q._replace(near=p.near, force=p.force)
-    rest = resting_filters(new, q, len(s.held))
-    assert isinstance(rest, Filtered)
     near, far, force = s.near, s.far, s.force
     if anew:
         near, force = (  # at rest, but they go on counting
             each._replace(kept_j=old.kept_j) if hasattr(each, "kept_j") else each
             for each, old in ((rest.near, near), (rest.force, force))
         )
+    else:
+        q = q._replace(near=p.near, force=p.force)
     if isinstance(far, Bank):
         local = changed_local(far.local, p.far.local, q.far.local)
         if q.far[:4] != p.far[:4]:  # another split starts at zero
-            far = resting_bank(len(far.low_up), q.far)._replace(energies=far.energies)
+            far = rest.far._replace(energies=far.energies)
         far = far._replace(local=local)
     return Filtered(near, far, force, s.held, s.gains), q
-
-
-def _limits(p: UserParams, q: UserParams) -> LimitsParams:
-    """Return other limits; a brake that holds keeps its stiffness, a receiver what it was made
-    for.
-    """
-    return q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
-
-
-def changed_safety(s: User, p: UserParams, q: UserParams) -> tuple[User, UserParams]:
-    """Take other limits over, and another time of silence; ``q`` is the force loop as it would be
-    made now.
-    """
-    silence, timeout_s = s.arrivals.silence, q.arrivals.timeout_s
-    of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
-    silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
-    arrivals = p.arrivals._replace(timeout_s=timeout_s)
-    s = s._replace(arrivals=s.arrivals._replace(silence=silence))
-    return s, p._replace(limits=_limits(p, q), arrivals=arrivals)

@@ -37,7 +37,7 @@ from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.design.aliasing import delay_of
-from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
+from pmwvc_core.wave.design.velocity_filter_design import passing
 
 
 def made_impedance(b: Any) -> Any:
@@ -54,88 +54,80 @@ def _rows(matrix: Any) -> tuple[Vector, ...]:
     return tuple(tuple(row) for row in np.asarray(matrix).tolist())
 
 
-def waves_params(
-    master: MasterParams, b: Any, playout: PlayoutParams, *, strict: bool
-) -> StrictMasterParams | PlainMasterParams:
-    """Return the parameters of a master behind an impedance [N s/m]."""
-    impedance_ = made_impedance(b)
+def made_waves(
+    master: MasterParams, b: Any, axes: int, playout: PlayoutParams, *, strict: bool
+) -> tuple[StrictMaster | PlainMaster, StrictMasterParams | PlainMasterParams]:
+    """Return a master behind an impedance [N s/m], at rest, and its parameters."""
+    impedance_, rest = made_impedance(b), (0.0,) * axes
+    waves = rest, rest, rest
+    filters, of_filters = _made_filters(master, impedance_, rest)
     position: Any = NOTHING
+    of_position: Any = NOTHING
     if master.position.is_on:
-        position = position_params(master, impedance_, strict=strict)
-    filters = _filters_params(master, impedance_)
+        of_position = position_params(master, impedance_, strict=strict)
+        error = resting_error(rest)
+        if strict:
+            position = OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
+        elif master.position.as_published:
+            position = Published(error, 0.0)
+        else:
+            position = Budgeted(error, resting_tank(rest, of_position.lent_j))
     if strict:
-        of_position = position, master.position.is_on, lent_of(position)
-        return StrictMasterParams(impedance_, master.tick_s, filters, *of_position, playout)
+        lent_j = of_position.lent_j if master.position.is_on else 0.0
+        state = StrictMaster(
+            lent_j, 0.0, 0.0, 0.0,
+            filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
+            rest, rest, rest, True, False, 0.0, False, False, 0.0, 0.0, 0.0,
+        )  # fmt: skip
+        lent = master.position.is_on, lent_j
+        return state, StrictMasterParams(
+            impedance_, master.tick_s, of_filters, of_position, *lent, playout
+        )
     chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, chosen)
     ticks = master.rate_drop if master.ramps else 1
-    return PlainMasterParams(
-        impedance_, master.tick_s, master.frame_s, ticks, chosen, filters, position
+    return PlainMaster(
+        hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5
+    ), PlainMasterParams(
+        impedance_, master.tick_s, master.frame_s, ticks, chosen, of_filters, of_position
     )
 
 
-def lent_of(position: Any) -> float:
-    """Return the energy that position feedback of these parameters borrows at the start [J]."""
-    return position.lent_j if isinstance(position, PositionParams) else 0.0
-
-
-def _filters_params(master: MasterParams, b: Any) -> FilteredParams | Nothing:
-    """Return the parameters of the filters at a port; those of the velocity are nearest."""
-    own = master.velocity_filter
+def _made_filters(
+    master: MasterParams, b: Any, rest: Vector
+) -> tuple[Filtered | Nothing, FilteredParams | Nothing]:
+    """Return the filters at a port, at rest, and their parameters; those of the velocity are
+    nearest.
+    """
+    own, axes = master.velocity_filter, len(rest)
     if own.splits and master.bank.is_on:
         raise ParameterError(
             f"bank.kind = {master.bank.kind}: must be none with velocity_filter.kind = "
             f"{own.kind}, which splits the wave itself"
         )
     if not own.is_on and not master.bank.is_on:
-        return NOTHING
-    velocity: Any = NOTHING
+        return NOTHING, NOTHING
+    near: tuple[Any, Any] = NOTHING, NOTHING
+    force, far = near, near
     if own.is_on:
-        high, twice = sections_of(high_pass(master)), own.splits  # through the pair twice
-        low = sections_of(low_pass(master)) if twice else ()
+        high, twice = sections_of(passing(master, "high")), own.splits  # through the pair twice
+        low = sections_of(passing(master, "low")) if twice else ()
         velocity = VelocityParams(high * (1 + twice), low, own.share, master.tick_s)
-    far: Any = NOTHING
+        lows, highs = ((resting_cascade(each),) * axes for each in (velocity.low, velocity.high))
+        if own.in_force:
+            force = InForce(highs, 0.0), velocity
+        else:
+            near = InWaves(lows, lows, highs, rest, rest, 0.0), velocity
     if master.bank.is_on:
         local = master.local_model
         place = ACTS.index(local.acts), local.begins_m, master.tick_s
         model: Any = SpringDamper(local.stiffness, local.damping, *place)
         if local.is_plugin:
             model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
-        far = bank_of(master, model)
-    in_force = own.is_on and own.in_force
-    near, force = (NOTHING, velocity) if in_force else (velocity, NOTHING)
-    return FilteredParams(near, far, force, b)
-
-
-def resting_filters(master: MasterParams, p: Any, axes: int) -> Filtered | Nothing:
-    """Return these filters at rest."""
-    if not isinstance(p, FilteredParams):
-        return NOTHING
-    rest, near, force = (0.0,) * axes, p.near, p.force
-    if isinstance(force, VelocityParams):
-        force = InForce((resting_cascade(force.high),) * axes, 0.0)
-    if isinstance(near, VelocityParams):
-        low, high = ((resting_cascade(each),) * axes for each in (near.low, near.high))
-        near = InWaves(low, low, high, rest, rest, 0.0)
-    far = resting_bank(axes, p.far) if master.bank.is_on else NOTHING
-    return Filtered(near, far, force, rest, same_gain(p.impedance, 0.0))
-
-
-def resting_waves(
-    master: MasterParams, p: StrictMasterParams | PlainMasterParams, axes: int
-) -> StrictMaster | PlainMaster:
-    """Return a master at rest."""
-    rest, strict = (0.0,) * axes, isinstance(p, StrictMasterParams)
-    position = resting_position(master, p.position, rest, strict=strict)
-    filters = resting_filters(master, p.filters, axes)
-    waves = rest, rest, rest
-    if isinstance(p, StrictMasterParams):
-        return StrictMaster(
-            p.lent_j, 0.0, 0.0, 0.0,
-            filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
-            rest, rest, rest, True, False, 0.0, False, False, 0.0, 0.0, 0.0,
-        )  # fmt: skip
-    hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, p.filter)
-    return PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5)
+        bank = bank_of(master, model)
+        far = resting_bank(axes, bank), bank
+    states, params = zip(near, far, force, strict=True)
+    return Filtered(*states, rest, same_gain(b, 0.0)), FilteredParams(*params, b)
 
 
 def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:
@@ -156,15 +148,3 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionPa
         b, tick_s, master.frame_s, *lags, position.of_residual, drop,
         float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
     )  # fmt: skip
-
-
-def resting_position(master: MasterParams, p: Any, rest: Vector, *, strict: bool) -> Any:
-    """Return position feedback at rest."""
-    if not isinstance(p, PositionParams):
-        return p
-    error = resting_error(rest)
-    if strict:
-        return OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
-    if master.position.as_published:
-        return Published(error, 0.0)
-    return Budgeted(error, resting_tank(rest, p.lent_j))

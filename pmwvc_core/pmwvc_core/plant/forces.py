@@ -8,7 +8,7 @@ A given force is an ideal source: nothing limits the energy it can deliver, so i
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,22 +16,9 @@ from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, each, scaled, zero
 from pmwvc_core.numeric import Array
 
-
-def _not_yet(s: Any, x: Vector, p: Any) -> tuple[Any, Vector]:
-    return s, zero(x)  # time does not pass
-
-
-# A hand begins with its first ``hand_force``.
-hand_force = Family("hand_force")  # (s, x, xd, p) -> (s, f_h [N] over the tick that starts now)
-# (s, x, p) -> (s, f_h [N]) while there is nothing to do yet
-hand_hold = Family("hand_hold", _not_yet)
-
-
-def hand_step(s: Any, x: Vector, xd: Vector, acts: bool, p: Any) -> tuple[Any, Vector]:
-    """Return the force of a hand that acts, or waits, over the tick that starts now [N]."""
-    if acts:
-        return hand_force(s, x, xd, p)
-    return hand_hold(s, x, p)
+# (s, x, xd, acts, p) -> (s, f_h [N]) over the tick that starts now. While there is nothing to do
+# yet (``acts`` is false) time does not pass, but where a hand says so.
+hand_force = Family("hand_force")
 
 
 class GivenForce(NamedTuple):
@@ -55,7 +42,11 @@ class ForceParams(NamedTuple):
 
 
 @hand_force.member(GivenForce)
-def _given(s: GivenForce, x: Vector, xd: Vector, p: ForceParams) -> tuple[GivenForce, Vector]:
+def _given(
+    s: GivenForce, x: Vector, xd: Vector, acts: bool, p: ForceParams
+) -> tuple[GivenForce, Vector]:
+    if not acts:
+        return s, zero(x)
     if not p.swings:
         return s, p.force
     sweep, time_s = divmod(s.ticks * p.tick_s, p.sweep_s)
@@ -106,16 +97,11 @@ def _element(axis: int, rows: Array, number: int) -> float:
 
 @hand_force.member(RecordedForce)
 def _recorded(
-    s: RecordedForce, x: Vector, xd: Vector, p: RecordedParams
+    s: RecordedForce, x: Vector, xd: Vector, acts: bool, p: RecordedParams
 ) -> tuple[RecordedForce, Vector]:
+    if not acts and not p.early:
+        return s, zero(x)
     number, after = s.ticks, RecordedForce(s.ticks + 1)
     if p.repeat:
         number = number % len(p.rows)
     return after, row(p.rows, number, p.axes) if number < len(p.rows) else zero(x)
-
-
-@hand_hold.member(RecordedForce)
-def _recorded_before(
-    s: RecordedForce, x: Vector, p: RecordedParams
-) -> tuple[RecordedForce, Vector]:
-    return _recorded(s, x, x, p) if p.early else (s, zero(x))

@@ -159,7 +159,9 @@ def _aim(tick: int, closed: float, p: HandParams) -> Vector:
 
 
 @hand_force.member(Hand)
-def _held(s: Hand, x: Vector, xd: Vector, p: HandParams) -> tuple[Hand, Vector]:
+def _held(s: Hand, x: Vector, xd: Vector, acts: bool, p: HandParams) -> tuple[Hand, Vector]:
+    if not acts:
+        return s, zero(x)
     y, ticks, closed = s.y, s.ticks + 1, s.closed
     if s.ticks == 0:
         y = x  # it takes hold of the handle where that is
@@ -208,8 +210,10 @@ def recorded_motion(
 
 @hand_force.member(RecordedHand)
 def _recorded(
-    s: RecordedHand, x: Vector, xd: Vector, p: RecordedMotion
+    s: RecordedHand, x: Vector, xd: Vector, acts: bool, p: RecordedMotion
 ) -> tuple[RecordedHand, Vector]:
+    if not acts:
+        return s, zero(x)
     number, last = s.ticks, len(p.y) - 1
     if p.repeat:
         number = number % len(p.y)

@@ -37,7 +37,7 @@ from pmwvc_core.law.vectors import (
 )
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.forces import hand_force, hand_hold, row
+from pmwvc_core.plant.forces import hand_force, row
 from pmwvc_core.plant.hand import Arm, Grip, arm_step, grip_force, grip_of
 from pmwvc_core.plant.task import Task, closing, offset
 
@@ -102,20 +102,17 @@ def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
     return s._replace(wanted=target, usable=usable, age=-1, holding=s.holding and usable)
 
 
-@hand_hold.member(RemoteHand)
-def remote_hold(s: RemoteHand, x: Vector, p: RemoteParams) -> tuple[RemoteHand, Vector]:
-    """Return no force while the user is not coupled; targets grow old."""
-    age = s.age + 1
-    return s._replace(usable=s.usable and age <= p.silent_ticks, age=age), zero(x)
-
-
 @hand_force.member(RemoteHand)
 def remote_force(
-    s: RemoteHand, x: Vector, xd: Vector, p: RemoteParams
+    s: RemoteHand, x: Vector, xd: Vector, acts: bool, p: RemoteParams
 ) -> tuple[RemoteHand, Vector]:
-    """Move the arm; return the force on the handle [N]."""
+    """Move the arm; return the force on the handle [N]. While the user is not coupled targets grow
+    old, and there is none.
+    """
     age = s.age + 1
     s = s._replace(usable=s.usable and age <= p.silent_ticks, age=age)
+    if not acts:
+        return s, zero(x)
     s = _changed_grip(s, x, xd, p)
     if s.grip == 0.0 and s.pull == 0.0:
         return s._replace(y=x, yd=zero(x), target=x), scaled(xd, -p.brake)
@@ -200,37 +197,30 @@ class PointerParams(NamedTuple):
     every: int  # ticks
 
 
-def _read(s: TableHand, p: TableParams) -> TableHand:
-    """Take the targets of this tick."""
+@hand_force.member(TableHand)
+def _table(
+    s: TableHand, x: Vector, xd: Vector, acts: bool, p: TableParams
+) -> tuple[TableHand, Vector]:
+    if not acts and not p.early:
+        return s, zero(x)
     hand, number = s.hand, s.next
     while number < len(p.ticks) and p.ticks[number] <= s.tick:
         hand = remote_target(hand, row(p.rows, number, p.axes))
         number += 1
-    return TableHand(hand, s.tick + 1, number)
-
-
-@hand_force.member(TableHand)
-def _table(s: TableHand, x: Vector, xd: Vector, p: TableParams) -> tuple[TableHand, Vector]:
-    s = _read(s, p)
-    hand, f_h = remote_force(s.hand, x, xd, p.hand)
-    return s._replace(hand=hand), f_h
-
-
-@hand_hold.member(TableHand)
-def _table_before(s: TableHand, x: Vector, p: TableParams) -> tuple[TableHand, Vector]:
-    if not p.early:
-        return s, zero(x)
-    s = _read(s, p)
-    hand, f_h = remote_hold(s.hand, x, p.hand)
-    return s._replace(hand=hand), f_h
+    hand, f_h = remote_force(hand, x, xd, acts, p.hand)
+    return TableHand(hand, s.tick + 1, number), f_h
 
 
 @hand_force.member(TaskHand)
-def _task(s: TaskHand, x: Vector, xd: Vector, p: PointerParams) -> tuple[TaskHand, Vector]:
+def _task(
+    s: TaskHand, x: Vector, xd: Vector, acts: bool, p: PointerParams
+) -> tuple[TaskHand, Vector]:
+    if not acts:
+        return s, zero(x)
     hand, time_s = s.hand, s.tick * p.hand.tick_s
     closed = closing(time_s, p.task) if s.tick % p.every == 0 else 0.0
     if closed > 0.0:
         aim = plus(p.start, scaled(minus(p.pressed, p.start), closed))
         hand = remote_target(hand, plus(aim, offset(time_s, p.task)))
-    hand, f_h = remote_force(hand, x, xd, p.hand)
+    hand, f_h = remote_force(hand, x, xd, acts, p.hand)
     return TaskHand(hand, s.tick + 1), f_h

@@ -9,7 +9,6 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
 from pmwvc_core.params.ports import matrix_conflicts
-from pmwvc_core.params.user import server_times
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
@@ -48,7 +47,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
         found.append(
             f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
         )
-    silence_s = server_times(user.safety for user in scenario.users).timeout_s
+    silence_s = scenario.times.timeout_s
     for user in scenario.users:
         if zeroing and not math.isclose(period, user.master.frame_s):
             found.append(

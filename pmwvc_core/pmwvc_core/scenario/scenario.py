@@ -39,6 +39,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
 from pmwvc_core.params.names import joined, leaves, nested
+from pmwvc_core.params.user import ServerTimes, server_times
 from pmwvc_core.plugins import installed
 from pmwvc_core.scenario.conflicts import conflicts
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
@@ -155,6 +156,11 @@ class Scenario:
     def zeroing(self) -> bool:
         """Whether a wave of this session counts for one step, with zero where none has come."""
         return is_zeroing(self.controller, self.channel)
+
+    @property
+    def times(self) -> ServerTimes:
+        """Times of the server, one for all users."""
+        return server_times(user.safety for user in self.users)
 
     @property
     def coupling(self) -> Coupling:

@@ -30,14 +30,6 @@ class Unanswered(BadAnswer):
     """It has not answered in time, or is still busy with an earlier step."""
 
 
-class Unsettled(BadAnswer):
-    """The equation of a step was not solved to rounding; its best solution was used."""
-
-    def __str__(self) -> str:
-        """Return what happened."""
-        return "did not settle"
-
-
 class Faults:
     """Count of faulty steps of what was asked (``parameter``: ``server.environment``, or
     ``server.coupling``), and the text of the last fault.

@@ -23,20 +23,12 @@ from pmwvc_core.transport.receiver import Receiver
 
 
 class Ticks:
-    """The ticks of a user's loop, counted by the session, of which there are so many.
-
-    Attributes
-    ----------
-    first
-        Tick of the session at which the loop counts 0.
-    at_ns
-        Time of every tick of the session up to the last that runs.
-    next
-        The next tick that runs or passes.
-    """
+    """The ticks of a user's loop, counted by the session, of which there are so many."""
 
     def __init__(self, first: int, ran_ns: Integers | None, ticks: int, tick_ns: int) -> None:
-        self.first = self.next = first
+        self.first = first  # tick of the session at which the loop counts 0
+        self.next = first  # that runs or passes
+        # Time of every tick of the session up to the last that runs.
         self.at_ns: Sequence[int] = range(0, ticks * tick_ns, tick_ns)
         self._missed: frozenset[int] = frozenset()  # in between; they pass when it runs again
         if ran_ns is not None:

@@ -4,17 +4,17 @@
 traces of packets on both sides, of their fates and receptions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from pmwvc_core.ends.forms import vector
 from pmwvc_core.network.in_flight import Cause, Fate, RecordedLink
 from pmwvc_core.network.link import Link
-from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.numeric import Array, Integers, Value
 from pmwvc_core.params import LinkParams
-from pmwvc_core.simulation.notes import columns
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, SessionTraces, TakenTraces
 from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
 from pmwvc_core.transport.receiver import Receiver, counts, passage
@@ -148,3 +148,9 @@ def _packets(seen: Sequence[tuple[WavePacket, int]], dof: int) -> PacketTraces:
         energy=vectors("energy", 1)[:, 0],
         position=vectors("position"),
     )
+
+
+def columns(values: Iterable[Value], axes: int) -> Array:
+    """Return signals ``(rows, axes)``; a number stands for all axes."""
+    every = [vector(value, axes) for value in values]
+    return np.array(every, dtype=float).reshape(len(every), axes)

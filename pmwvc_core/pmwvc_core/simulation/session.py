@@ -7,7 +7,7 @@ step and answer are one instant: without delay a packet arrives when it was sent
 :mod:`pmwvc_core.simulation.conditions` can give other phases.
 
 Deterministic: the same scenario gives the same bits; compiled, for many sessions
-(:mod:`.bulk.choice`), the same numbers to rounding.
+(:mod:`.bulk.run`), the same numbers to rounding.
 """
 
 import gc
@@ -19,14 +19,14 @@ import numpy as np
 
 from pmwvc_core.frame.rows import Frame, ServerRow
 from pmwvc_core.numeric import Array
+from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.choice import loops_of
-from pmwvc_core.simulation.bulk.run import run
-from pmwvc_core.simulation.bulk.traces import learned_events, traces_of
+from pmwvc_core.simulation.bulk.book import note_step
+from pmwvc_core.simulation.bulk.run import empty_steps, loops_of, run
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
 from pmwvc_core.simulation.links import add_link
-from pmwvc_core.simulation.notes import Step, UserNotes, stepped_server
+from pmwvc_core.simulation.traces import Step, UserNotes, learned_events, stepped_server, traces_of
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
 from pmwvc_core.traces import SessionTraces
 
@@ -49,6 +49,7 @@ class SteppedSession:
             on_step=self._note_step,
         )
         self.tick_ns, self.server, self.users = time.tick_ns, time.server, time.users
+        self._task = task_of(scenario.task, scenario.dof)
         self.user_notes = [UserNotes(scenario.dof) for _ in scenario.users]
         self.steps: list[Step] = []
 
@@ -86,8 +87,9 @@ class SteppedSession:
             notes.frames.append((frame.ends, user.loop.report(), work, user.loop.changes))
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
-        server = self.server
-        self.steps.append(Step(tick, now_ns, server.period_s, row, server.changes))
+        server, arrays = self.time.server, empty_steps(self._scenario, 1)
+        note_step(server.s, 0, server.p, self._task, *arrays)
+        self.steps.append(Step(tick, now_ns, server.p.period_s, server.changes, arrays))
 
     def traces(self) -> SessionTraces:
         """Return what the session leaves behind."""
@@ -96,7 +98,7 @@ class SteppedSession:
         traces = SessionTraces("simulated", self.ticks * self.tick_s, [], None)
         for name, user, own in zip(names, self.users, self.user_notes, strict=True):
             of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s}
-            of |= {"first": user.ticks.first, "events": user.loop.safety_events}
+            of |= {"first": user.ticks.first, "events": user.loop.s.limits.events}
             traces.users.append(own.traces(name, **of))
             for way, link, looks, end in (
                 ("up", user.up, looks_ns, self.server),
@@ -106,13 +108,7 @@ class SteppedSession:
                 if link.link.faults.count:  # of plug-ins
                     of_links = traces.metadata.setdefault("links", {})
                     of_links[f"{name}/{way}"] = str(link.link.faults)
-        traces.server = stepped_server(
-            names,
-            self.steps,
-            time_s=self._began_s(),
-            tick_ns=self.tick_ns,
-            dof=self._scenario.dof,
-        )
+        traces.server = stepped_server(self._scenario, self.steps, self._began_s())
         if self._prescribed:
             traces.metadata["server_lateness_s"] = traces.server.looked_ns * 1e-9
         if faults.steps and faults.replaced:
@@ -122,8 +118,8 @@ class SteppedSession:
             what = f"{faults.steps} steps: {faults.text}"
             event = {"time_s": None, "who": "server", "kind": "environment", "what": what}
             traces.events.append(event)
-        learned = [self.server.learned(i) or 0.0 for i in range(len(names))]
-        traces.events += learned_events(names, learned)
+        if self.steps:
+            traces.events += learned_events(self._scenario, self.steps[-1].arrays[1])
         return traces
 
     def _began_s(self) -> Array:

@@ -4,10 +4,9 @@
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Any
 
-from pmwvc_core.ends.assembly import user_end_of
 from pmwvc_core.ends.simulated_device import CATCH_UP_S, SimulatedDevice
+from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.rows import Frame
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hands import make_hand
@@ -24,7 +23,7 @@ class SimulatedUser:
         self, scenario: Scenario, index: int, ticks: int, inbox: Receiver, conditions: Conditions
     ) -> None:
         self.settings = user = scenario.users[index]
-        self.loop: Any = user_end_of(scenario, index, schedule=conditions.schedule)
+        self.loop = UserEnd(user, scenario, epoch=index + 1, schedule=conditions.schedule)
         self.up = conditions.link_of(scenario, index, 0, inbox)
         self.down = conditions.link_of(scenario, index, 1, self.loop.inbox)
         at, name = place_of(user, scenario), user.name
@@ -40,10 +39,9 @@ class SimulatedUser:
 
     def change(self, old: User, new: User) -> None:
         """Hand over the groups of parameters that differ to the loop and the links."""
-        if new.master is not old.master:
-            self.loop.hand_over(partial(self.loop.configure, new.master))
-        if new.safety is not old.safety:
-            self.loop.hand_over(partial(self.loop.configure_safety, new.safety))
+        both = {name: (getattr(old, name), getattr(new, name)) for name in ("master", "safety")}
+        if groups := {name: other for name, (one, other) in both.items() if other is not one}:
+            self.loop.hand_over(partial(self.loop.configure, **groups))
         if new.link_up is not old.link_up:
             self.up.configure(new.link_up)
         if new.link_down is not old.link_down:
@@ -68,7 +66,7 @@ class SimulatedUser:
     def run(self, before_ns: int) -> Iterator[Frame]:
         """Run the ticks that are due before an instant [ns], frame by frame."""
         while self.send(before_ns - 1):
-            ends = self.ticks.first + self.loop.next_frame
+            ends = self.ticks.first + self.loop.s.next_frame
             ticks, over = self.ticks.take(before_ns, ends)
             times_ns = self.ticks.at_ns[ticks.start : ticks.stop]
             yield Frame(ticks, times_ns, self._advance(ticks, times_ns), ends if over else None)
@@ -83,7 +81,9 @@ class SimulatedUser:
         values: list[Value] = []
         for number, now_ns in zip(numbers, times_ns, strict=True):
             if not acts:
-                acts = loop.coupled or (loop.ready and not self._live)
+                # Before the end of the soft start the force is held back: a simulated hand would
+                # push the device away from its avatar.
+                acts = loop.s.coupled or (loop.s.limits.ready and not self._live)
             sample = device.sense(acts)
             if due_ns is not None and due_ns <= now_ns:
                 packets = self.down.collect(now_ns)
@@ -92,5 +92,5 @@ class SimulatedUser:
             packets = ()
             device.step(f)
             values += row
-        self._f, self._acts = f, acts or loop.coupled
+        self._f, self._acts = f, acts or loop.s.coupled
         return values

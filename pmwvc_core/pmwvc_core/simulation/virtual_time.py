@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from pmwvc_core.ends.assembly import server_end_of
+from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Frame, ServerRow
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario
@@ -40,7 +40,7 @@ class VirtualTime:
         conditions: Conditions = FROM_SCENARIO,
     ) -> None:
         self._present, self.tick_ns = scenario, round(scenario.tick_s * 1e9)
-        self.server: Any = server_end_of(scenario)
+        self.server: Any = ServerEnd(scenario)
         self.users = [
             SimulatedUser(scenario, i, ticks=ticks, inbox=inbox, conditions=conditions)
             for i, inbox in enumerate(self.server.inboxes)
@@ -72,7 +72,7 @@ class VirtualTime:
             if row is not None:
                 self._on_step(self._tick, now_ns, row)
             if self._recorded:
-                self._due = self._tick + round(self.server.period_s * 1e9 / self.tick_ns)
+                self._due = self._tick + round(self.server.p.period_s * 1e9 / self.tick_ns)
             self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
     def _on_grid(self, ticks: int) -> Iterator[Step]:

@@ -18,7 +18,7 @@ from oracle.linear_model.sections import Sections
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
+from pmwvc_core.wave.design.velocity_filter_design import passing
 
 
 class Part(Protocol):
@@ -46,7 +46,7 @@ class FedBack:
 
     def __init__(self, params: MasterParams) -> None:
         self._share = column(params.velocity_filter.share)
-        self._high = Sections(high_pass(params))
+        self._high = Sections(passing(params, "high"))
         self.blocks: dict[str, Block] = {"velocity_filter.": self._high}
 
     def down(self, v: Array) -> Array:
@@ -72,7 +72,7 @@ class SplitBothWays:
 
     def __init__(self, params: MasterParams) -> None:
         self._share = column(params.velocity_filter.share)
-        low, high = low_pass(params), high_pass(params)
+        low, high = passing(params, "low"), passing(params, "high")
         self._up, self._down = Sections(low), Sections(low)
         self._first, self._second = Sections(high), Sections(high)
         self.blocks: dict[str, Block] = {
@@ -124,7 +124,7 @@ class LessVelocity:
 
     def __init__(self, params: MasterParams) -> None:
         self._twice = 2.0 * column(params.velocity_filter.share)
-        self._high = Sections(high_pass(params))
+        self._high = Sections(passing(params, "high"))
         self.names = self._high.names
 
     @property

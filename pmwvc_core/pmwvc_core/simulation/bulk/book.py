@@ -16,32 +16,19 @@ OF_PACKET = 7  # columns behind wave, integral and position: energy, period, tim
 
 
 class Book(NamedTuple):
-    """What a session reads and writes.
+    """What a session reads and writes."""
 
-    Attributes
-    ----------
-    up, down
-        Packets accepted, ``(accepted, 5)`` in the order of time: tick, user, which of those sent
-        from 0, whether it is a beginning, how many were lost before it.
-    packets
-        Sent, by link ``(2 users, packets, 3 axes + OF_PACKET)``: up and down of each user.
-    signals
-        ``(users, 8, ticks, axes)``.
-    blocks
-        ``(users, blocks, 4 + energies)``: cause, interventions, work, energies of the port.
-    steps, energies, presence
-        Of the server: ``(3 + 5 users, steps, axes)``, the last of them the target;
-        ``(steps, 3 + 4 users + accounts)``; ``(steps, users)``.
-    """
-
+    # Packets accepted in the order of time ``(accepted, 5)``: tick, user, which of those sent from
+    # 0, whether it is a beginning, how many were lost before it.
     up: Integers
     down: Integers
-    packets: Array
-    signals: Array
+    packets: Array  # sent, by link ``(2 users, packets, 3 axes + OF_PACKET)``: up and down of each
+    signals: Array  # ``(users, 8, ticks, axes)``
+    # ``(users, blocks, 4 + energies)``: cause, interventions, work, energies of the port
     blocks: Array
-    steps: Array
-    energies: Array
-    presence: Integers
+    steps: Array  # of the server ``(3 + 5 users, steps, axes)``, the last of them the target
+    energies: Array  # ``(steps, 3 + 4 users + accounts)``
+    presence: Integers  # ``(steps, users)``
 
 
 def after(rows: Integers, row: int, tick: int) -> int:

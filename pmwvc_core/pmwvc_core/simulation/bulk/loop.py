@@ -20,7 +20,7 @@ from pmwvc_core.law.user_tick import User, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
-from pmwvc_core.plant.forces import hand_step
+from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.task import Task
 from pmwvc_core.simulation.bulk.book import Book, after, note_step, taken, write
 
@@ -160,7 +160,7 @@ def _ran(
         s = at[0]
         device, acts = s.device, s.acts or s.user.limits.ready
         # The hand is in touch with the device itself, not with its encoder.
-        hand, f_h = hand_step(s.hand, device.x, device.xd, acts, p.hand)
+        hand, f_h = hand_force(s.hand, device.x, device.xd, acts, p.hand)
         sample = Sample(device.read_x, device.read_xd, True, now_ns)
         user, f_m, f = user_tick(s.user, tick, now_ns, sample, None, p.user)
         u_m, u_m_lp, v_m = port_signals(user.port)

@@ -1,27 +1,42 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions in bulk: compiled by Numba, one after the other, each from the laws of its scenario."""
+"""Sessions in bulk: compiled by Numba, one after the other, each from the laws of its scenario.
 
-from collections.abc import Callable
+Compiled are those of a kind of which there is more to do than compiling takes. Compiled code is
+kept on disk, so that later processes only load it. Without Numba every session is interpreted; the
+numbers are the same to rounding.
+"""
+
+import hashlib
+import logging
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.made.server import of_library, resting_server, server_params
-from pmwvc_core.made.user import resting_user, user_params
-from pmwvc_core.params.user import server_times
+from pmwvc_core.controllers.library import LIBRARY, has_waves, record_of
+from pmwvc_core.made.server import resting_server, server_params
+from pmwvc_core.made.user import made_user
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.plant.task import Task, task_of
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
 from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
-from pmwvc_core.simulation.bulk.plan import Network, Plan, is_planned, network_of, plan_of
+from pmwvc_core.simulation.bulk.plan import Network, Plan, network_of, plan_of
 from pmwvc_core.simulation.conditions import place_of
 
 SIGNALS = 8  # of a tick
 OF_BLOCK = 4 + 21  # cause, interventions, work; energies of a port at most
 OF_STEP = 8  # accounts of an environment at most
+TICK_S = 35e-6  # of a user's tick, interpreted
+COMPILING_S, LOADING_S = 40.0, 2.0
+LOG = logging.getLogger("pmwvc")
 
 
 class Run(NamedTuple):
@@ -35,7 +50,19 @@ class Run(NamedTuple):
 
 def can_run(scenario: Scenario) -> bool:
     """Tell whether a session has a plan, and laws for all it consists of."""
-    return is_planned(scenario) and of_library(scenario)
+    server = scenario.server
+    ends = [end for user in scenario.users for end in (user.master, user.contact)]
+    return (
+        not scenario.changes
+        and not any(end.deadband.is_on for end in ends)
+        and scenario.controller in LIBRARY
+        and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
+        and server.compensation in COMPENSATIONS.library
+        and server.environment in ENVIRONMENTS
+        and not any(
+            user.master.bank.is_on and user.master.local_model.is_plugin for user in scenario.users
+        )
+    )
 
 
 class Prepared(NamedTuple):
@@ -53,11 +80,9 @@ class Prepared(NamedTuple):
 def prepared(scenario: Scenario) -> Prepared:
     """Return what the loop of a session begins with."""
     network = network_of(scenario)
-    made = [_end(scenario, number) for number in range(len(scenario.users))]
-    of: dict[str, Any] = {"controller": scenario.controller, "server": scenario.server}
-    of["axes"], times = scenario.dof, server_times(user.safety for user in scenario.users)
-    p = server_params(scenario.users, channel=scenario.channel, times=times, **of)
-    server = resting_server(scenario.users, p, **of)
+    made = [_end(scenario, user) for user in scenario.users]
+    p = server_params(scenario.users, scenario, scenario.server)
+    server = resting_server(scenario.users, scenario, p)
     ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
     paces = network.ticks, network.tick_ns, network.period_ticks
     clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
@@ -69,34 +94,91 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     """Run a session, compiled where the loop given is."""
     *begins, network = prepared(scenario)
     plan = plan_of(network)
-    book = _book(network, plan)
+    book = _book(scenario, network, plan)
     return Run(scenario, plan, book, session(*begins, book))
 
 
-def _end(scenario: Scenario, number: int) -> tuple[End, EndParams]:
-    user, axes = scenario.users[number], scenario.dof
-    of: dict[str, Any] = {"controller": scenario.controller, "packet_s": scenario.server.period_s}
-    p = user_params(user, channel=scenario.channel, answer_tick=0, **of)
+def _end(scenario: Scenario, user: User) -> tuple[End, EndParams]:
+    loop, p = made_user(user, scenario)
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    loop = resting_user(user, p, axes=axes, **of)
     start = End(loop, resting_device(at.start, device), hand, False, 0, 0, 0)
     return start, EndParams(p, device, of_hand)
 
 
-def _book(network: Network, plan: Plan) -> Book:
+def _book(scenario: Scenario, network: Network, plan: Plan) -> Book:
     users, ticks, axes = len(network.rate_drops), network.ticks, network.dof
     sent = max(len(link.sent) for link in (*plan.up, *plan.down))
     blocks = max(-(-ticks // rate_drop) for rate_drop in network.rate_drops)
-    steps = -(-ticks // network.period_ticks)
     return Book(
         plan.taken_up,
         plan.taken_down,
         np.zeros((2 * users, sent, 3 * axes + OF_PACKET)),
         np.zeros((users, SIGNALS, ticks, axes)),
         np.zeros((users, blocks, OF_BLOCK)),
-        np.zeros((3 + 5 * users, steps, axes)),
-        np.zeros((steps, 3 + 4 * users + OF_STEP)),
+        *empty_steps(scenario, -(-ticks // network.period_ticks)),
+    )
+
+
+def empty_steps(scenario: Scenario, steps: int) -> tuple[Array, Array, Integers]:
+    """Return the arrays of a :class:`.book.Book` for so many steps of the server."""
+    users, kept = len(scenario.users), len(record_of(scenario.controller).accounts)
+    return (
+        np.zeros((3 + 5 * users, steps, scenario.dof)),
+        np.zeros((steps, 3 + 4 * users + max(kept, OF_STEP))),
         np.zeros((steps, users), dtype=np.int64),
     )
+
+
+def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
+    """Return the compiled loop for each session that is worth it, in their order; else None."""
+    none: list[Callable[..., bool] | None] = [None for _ in scenarios]
+    fit = [i for i, scenario in enumerate(scenarios) if can_run(scenario)]
+    if sum(_takes_s(scenarios[i]) for i in fit) < LOADING_S or find_spec("numba") is None:
+        return none
+    kinds: dict[str, list[int]] = {}
+    for i in fit:
+        kinds.setdefault(_types(prepared(scenarios[i])[:6]), []).append(i)
+    for kind, members in kinds.items():
+        if _is_worth_it(kind, [scenarios[i] for i in members]):
+            for i in members:
+                none[i] = _loop()
+    return none
+
+
+def _types(value: Any) -> str:
+    """Return the types in nested tuples: sessions with the same share their compiled loop."""
+    if isinstance(value, tuple):
+        return f"{type(value).__name__}({','.join(map(_types, value))})"
+    return type(value).__name__
+
+
+def _takes_s(scenario: Scenario) -> float:
+    """Return about how long a session takes interpreted [s]."""
+    return scenario.duration_s / scenario.tick_s * len(scenario.users) * TICK_S
+
+
+def _loop() -> Callable[..., bool]:
+    from pmwvc_core.compiled import compiled  # Numba takes its time to load
+
+    return compiled(session, kept=True)  # type: ignore[no-any-return]
+
+
+def _is_worth_it(kind: str, members: Sequence[Scenario]) -> bool:
+    from pmwvc_core.compiled import kept_in
+
+    takes_s = sum(map(_takes_s, members))
+    if takes_s <= LOADING_S:
+        return False
+    try:
+        mark = kept_in() / hashlib.sha256(kind.encode()).hexdigest()[:16]
+    except (OSError, RuntimeError) as error:  # no home, or one that cannot be written
+        LOG.warning("sessions are not compiled: %s", error)
+        return False
+    if mark.exists() or takes_s <= COMPILING_S:
+        return mark.exists()
+    LOG.warning("compiling the laws of this kind of session: half a minute, once")
+    run(members[0], _loop())
+    mark.touch()
+    return True

@@ -48,16 +48,11 @@ HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
 SLOW = 1e-6  # angle [rad per tick] at which a lag is read
 
 
-def high_pass(params: MasterParams) -> Array:
-    """Return H_HP as second-order sections ``(sections, 6)`` (of ``complementary``: one of the two
-    H_2); ParameterError where no such filter exists.
+def passing(params: MasterParams, side: str) -> Array:
+    """Return H_HP (``high``; of ``complementary`` one of the two H_2) or H_1 (``low``) as
+    second-order sections ``(sections, 6)``; ParameterError where no such filter exists.
     """
-    return sections_of(chosen(params).velocity_filter, params.tick_s, "high")
-
-
-def low_pass(params: MasterParams) -> Array:
-    """Return H_1 of the complementary pair, shaped as :func:`high_pass`."""
-    return sections_of(chosen(params).velocity_filter, params.tick_s, "low")
+    return sections_of(chosen(params).velocity_filter, params.tick_s, side)
 
 
 def chosen(params: MasterParams) -> MasterParams:
@@ -90,17 +85,17 @@ def _completed(
             "filter.kind = none: an anti-aliasing filter is what a velocity filter is designed "
             "for; take one, or give velocity_filter.cutoff_hz"
         )
+    near = np.geomspace(1e-6, 1.0, POINTS // 2)
+    angle = np.pi * np.concatenate([near, (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)])
     if own.order == 1:
         angle = np.pi * np.arange(POINTS_IN_PHASE) / POINTS_IN_PHASE
-        values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
+    values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
+    if own.order == 1:
         edge = float(half_power_hz(low, tick_s=tick_s))
         below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
         return dataclasses.replace(
             own, alpha=flattest_alpha(values, angle, share=own.share, below=below)
         )
-    near = np.geomspace(1e-6, 1.0, POINTS // 2)
-    angle = np.pi * np.concatenate([near, (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)])
-    values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
     return dataclasses.replace(own, cutoff_hz=_lowest_cutoff(own, np.abs(values), angle, tick_s))
 
 
