@@ -30,9 +30,12 @@ def wall_of(case):
 @pytest.mark.parametrize("case", CASES)
 def test_sessions_lose_stability_where_the_exact_model_does(case):
     of = wall_of(case)
-    for b, limit in zip(DAMPING, z_width(of, DAMPING), strict=True):
-        below, above = limit.first - STEP, limit.first + STEP
-        assert simulated_z_width(of, b, highest=below, parts=2, rounds=1) == (below, None)
+    limits = [limit.first for limit in z_width(of, DAMPING)]
+    assert limits[0] > STEP and limits[1] > STEP  # with much damping there may be none
+    for b, limit in zip(DAMPING, limits, strict=True):
+        below, above = limit - STEP, limit + STEP
+        if below > 0.0:
+            assert simulated_z_width(of, b, highest=below, parts=2, rounds=1) == (below, None)
         assert simulated_z_width(of, b, highest=above, parts=1, rounds=1) == (0.0, above)
 
 
