@@ -101,11 +101,11 @@ def _made(law: Any, **options: Any) -> Any:
 
 @cache
 def kept_in() -> Path:
-    """Return the folder of what is kept on disk, by a number of the sources of all laws: what is
-    kept of others is not used.
+    """Return the folder of what is kept on disk, by a number of the sources of all laws and of
+    where they are, as Numba keeps it: what is kept of others is not used.
     """
-    package = Path(vectors.__file__).parents[1]
-    total = hashlib.sha256(numba.__version__.encode())
+    package = Path(vectors.__file__).resolve().parents[1]
+    total = hashlib.sha256(f"{numba.__version__} {package}".encode())
     for part in ("law", "simulation"):
         for file in sorted((package / part).rglob("*.py")):
             total.update(file.read_bytes())

@@ -71,10 +71,10 @@ def test_a_virtual_coupling_is_stable_up_to_its_rule_and_not_far_beyond(delay_s,
             baseline__virtual_coupling__stiffness=stiffness,
             baseline__virtual_coupling__damping=own,
         )
-        for stiffness in (0.8 * edge, edge, 4.0 * edge)
+        for stiffness in (edge, 4.0 * edge)
     ]
     found = [verdict(simulate_one(scenario), scenario).instability for scenario in scenarios]
-    assert found == [None, None, "diverged"]
+    assert found == [None, "diverged"]
 
 
 def test_the_criteria_are_those_published():

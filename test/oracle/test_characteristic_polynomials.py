@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import linear_loops
 
@@ -77,6 +77,7 @@ def wall(case, alpha, beta, sigma):
 
 
 @pytest.mark.parametrize("case", CASES)
+@settings(max_examples=20)
 @given(alpha=numbers, beta=numbers, sigma=st.fractions(0, 2, max_denominator=50))
 def test_the_exact_model_has_the_roots_of_our_polynomial(case, alpha, beta, sigma):
     roots = np.roots([float(c) for c in loop_polynomial(case, alpha, beta, sigma)])

@@ -7,13 +7,21 @@ import re
 import pytest
 from support.plain import load
 
+from pmwvc_analysis.compare import settings as parameters
 from pmwvc_analysis.compare.criterion import FAILED_COST, cost_of, path_error_m
 from pmwvc_analysis.compare.settings import parameters_of, tuned
 from pmwvc_analysis.prediction.text import rule_loop
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.simulation.session import simulate, simulate_one
 
-CASES = [(name, each) for name in ("virtual_coupling", "tdpa", "pspm") for each in (0.016, 0.05)]
+CASES = [("virtual_coupling", 0.016), ("tdpa", 0.05), ("pspm", 0.016)]
+COUNT, FIRST_S = 12, 8  # a tenth of the settings of a comparison, on shorter sessions
+
+
+@pytest.fixture(autouse=True)
+def quicker(monkeypatch):
+    monkeypatch.setattr(parameters, "COUNT", COUNT)
+    monkeypatch.setattr(parameters, "LONGEST_S", FIRST_S)
 
 
 def by_rule(controller, loop):
@@ -34,6 +42,7 @@ def session_with(controller, delay_s, values):
     return load(
         "carry_16ms",
         settings_texts=[f"controller={controller}", f"link.delay_s={delay_s}", *texts],
+        duration_s=FIRST_S,
     )
 
 
@@ -52,7 +61,9 @@ def test_a_rival_found_by_search_is_better_than_by_its_rule_and_as_printed(contr
         assert f"{name} {low:g} to {high:g}" in tuning
     printed, default = map(
         float,
-        re.findall(r"first 20 s: the least cost, (\S+), of 120 settings \((\S+) with", tuning)[0],
+        re.findall(
+            rf"first {FIRST_S} s: the least cost, (\S+), of {COUNT} settings \((\S+) with", tuning
+        )[0],
     )
     best = session_with(controller, delay_s, values)
     assert cost_of(simulate_one(best), best) == pytest.approx(printed, rel=1e-3)
@@ -80,4 +91,4 @@ def test_where_every_setting_fails_the_defaults_are_kept():
     scenario = load("carry_16ms", settings_texts=words, duration_s=2.0)
     found, tuning = tuned(scenario, lambda ratio: None)
     assert found == scenario
-    assert "first 2 s: all 120 settings fail, so the defaults are kept" in tuning
+    assert f"first 2 s: all {COUNT} settings fail, so the defaults are kept" in tuning

@@ -175,7 +175,7 @@ def forgotten():
     MEANS.clear()
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(scenarios())
 def test_the_library_passes_what_code_from_outside_has_to(scenario):
     """Two hyperperiods are the model applied twice, and it is the same at a real amplitude."""
@@ -194,7 +194,7 @@ def with_(scenario, *, controller="pmwvc", coupling=None):
     return dataclasses.replace(scenario, controller=controller, server=server)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(scenarios())
 def test_the_model_of_a_controller_does_what_the_simulator_does(scenario):
     assume(scenario.controller == "pmwvc")
@@ -204,7 +204,7 @@ def test_the_model_of_a_controller_does_what_the_simulator_does(scenario):
     assert compare(soft, model=model) < 1e-9
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(scenarios())
 def test_the_model_of_a_coupling_does_what_the_simulator_does(scenario):
     assume(scenario.controller == "pmwvc" and not scenario.coupling.black_box)

@@ -13,6 +13,7 @@ from reproduction.position_drift import FIGURES, HANDS, LINKS, MODEL
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
 PAID = ("budgeted", "integral")
+FEEDBACKS = ("none", "printed", *PAID)
 
 
 def test_the_page_is_written_from_the_committed_result():
@@ -31,7 +32,9 @@ def test_the_scenario_is_carry_16ms():
 @pytest.fixture(scope="module")
 def short():
     figure = FIGURES[0]
-    return figure.compute({**figure.parameters, "duration_s": 8.0})["numbers"]
+    return figure.compute({**figure.parameters, "feedbacks": FEEDBACKS, "duration_s": 6.0})[
+        "numbers"
+    ]
 
 
 @pytest.mark.parametrize("link", LINKS)

@@ -39,7 +39,7 @@ def apart_m(traces):
     return left - right
 
 
-@pytest.mark.parametrize(("delay_s", "storage_j"), [(0.016, 5e-3), (0.060, 2e-2), (0.150, 2e-2)])
+@pytest.mark.parametrize(("delay_s", "storage_j"), [(0.016, 5e-3), (0.150, 2e-2)])
 def test_with_a_storage_the_offset_goes_to_zero_and_the_storage_is_all_that_is_lent(
     delay_s, storage_j
 ):
@@ -60,7 +60,7 @@ def test_with_a_storage_the_offset_goes_to_zero_and_the_storage_is_all_that_is_l
     assert f"declared storage {1e3 * storage_j:.3g} mJ" in verdict(found, "user1")
     assert any("declared storage" in line for line in lines(scenario, live=False))
     # the controls: without a storage there is nothing to take, and undeclared it is a violation
-    without, _ = carried(*settings[:3], duration_s=30.0)
+    without, _ = carried(*settings[:3], duration_s=10.0)
     assert abs(apart_m(without)) > 2e-3
     assert not any(entry.passive for entry in user_energies(traces))
 
@@ -132,12 +132,12 @@ def test_behind_an_encoder_nothing_is_spent_that_the_hand_did_not_give():
 
 def test_the_noise_of_an_encoder_is_what_the_formula_gives():
     filtering = "master.filter.kind=integrate_and_dump"
-    traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000", duration_s=30.0)
+    traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000", duration_s=16.0)
     said = encoder_noise_w(scenario.users[0])
     assert any("noise that is not the hand's" in line for line in lines(scenario, live=False))
-    clean, _ = carried(filtering, duration_s=30.0)
+    clean, _ = carried(filtering, duration_s=16.0)
     for noisy, quiet in zip(user_energies(traces), user_energies(clean), strict=True):
-        rows = noisy.joint.time_s > 10.0
+        rows = noisy.joint.time_s > 6.0
         lost = quiet.joint.balance_j[rows] - noisy.joint.balance_j[rows]
         slope = np.polyfit(noisy.joint.time_s[rows], lost, 1)[0]
         assert slope == pytest.approx(said, rel=0.3)

@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pmwvc_analysis.maps.z_width import simulated_z_width
 from reproduction import pages
 from reproduction.claim import Claim, row, verdict
 from reproduction.compensation import largest_stiffness
 from reproduction.files import envelope
 from reproduction.registry import FIGURES
+from reproduction.scenarios import scenario
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
 LARGEST_PICTURE = 170_000
@@ -35,23 +37,26 @@ def numbers(name, **changed):
 
 
 def test_the_stiffness_table_behind_fig_2_of_app_b():
-    found = numbers("B2", points=2)
-    table = {50: (5280.5, 2470.8, 2166.0, 2224.2), 100: (1037.4, 988.2, 965.4, 952.2)}
-    for pole, limits in table.items():
-        for delay, expected in enumerate(limits):
-            assert found[f"k_max_pole_{pole}_delay_{delay}"] == pytest.approx(expected, rel=5e-3)
-    for delay, expected in enumerate((4528.2, 2433.9, 2164.5, 2181.7)):
-        assert found[f"k_max_foh_pole_50_delay_{delay}"] == pytest.approx(expected, rel=5e-3)
-    for delay in range(4):
+    """Without delay and with the longest."""
+    found = numbers("B2", points=2, delay_frames=[0, 3])
+    table = {
+        "pole_50": (5280.5, 2224.2),
+        "pole_100": (1037.4, 952.2),
+        "foh_pole_50": (4528.2, 2181.7),
+    }
+    for name, limits in table.items():
+        for delay, expected in zip((0, 3), limits, strict=True):
+            assert found[f"k_max_{name}_delay_{delay}"] == pytest.approx(expected, rel=5e-3)
+    for delay in (0, 3):
         assert found[f"k_max_implicit_pole_50_delay_{delay}"] is None
         assert found[f"k_max_cutoff_50_hz_3_db_delay_{delay}"] == 0.0
 
 
 def test_the_regions_of_fig_2_end_at_the_largest_stiffness():
-    parameters = {"pole_rad_s": [50.0], "points": 16}
+    parameters = {"pole_rad_s": [50.0], "delay_frames": [2], "points": 12}
     result = FIGURES["B2"].compute({**FIGURES["B2"].parameters, **parameters})
     panel = result["data"]["50/2"]
-    stable = [bool(panel["radius"][i, i] <= 1.0 + 1e-9) for i in range(16)]
+    stable = [bool(panel["radius"][i, i] <= 1.0 + 1e-9) for i in range(12)]
     inside = [k <= panel["k_max"] for k in panel["k_n_per_m"]]
     assert stable[1:] == inside[1:]
     assert any(stable[1:]) and not all(stable)
@@ -133,10 +138,15 @@ def test_verdicts(bounds, value, expected):
     assert verdict(Claim("", "", "", **bounds), value) == expected
 
 
-@pytest.mark.parametrize(("damping", "factor"), [(0.0, 1.58), (5.0, 1.55), (15.0, 1.78)])
-def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor):
+@pytest.mark.parametrize(
+    ("damping", "factor", "softest"),
+    [(0.0, 1.58, 400.0), (5.0, 1.55, 900.0), (15.0, 1.78, 1500.0)],
+)
+def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor, softest):
     """App. C section 6, "almost twice"; the form that lengthens waves gave 0.28 to 0.44."""
-    parameters = FIGURES["C5"].parameters["stiffness"] | {"damping": [damping]}
+    parameters = FIGURES["C5"].parameters["stiffness"]
+    _, *ends = parameters["grid"]
+    parameters = parameters | {"damping": [damping], "grid": [softest, *ends]}
     found = largest_stiffness(parameters)
     assert found[f"factor_at_{damping:g}"] == pytest.approx(factor, abs=0.15)
 
@@ -153,10 +163,19 @@ def test_the_contact_of_app_c_under_every_compensation():
 
 
 def test_the_z_width_of_app_c_with_a_ledger_is_that_without():
-    curves = {name: FIGURES["C4"].parameters["curves"][name] for name in ("waves", "ledger")}
-    found = numbers("C4", damping=[0.0, 0.0, 1], curves=curves)
-    assert found["at_0_waves"] == pytest.approx(1394.4, rel=1e-3)
-    assert found["at_0_ledger"] == pytest.approx(found["at_0_waves"], rel=0.02)
+    curves, model = (FIGURES["C4"].parameters[name] for name in ("curves", "model"))
+    limit = numbers("C4", damping=[0.0, 0.0, 1], curves={"waves": curves["waves"]})["at_0_waves"]
+    assert limit == pytest.approx(1394.4, rel=1e-3)
+    ledger = scenario({**model, **curves["ledger"]["values"]}, users=1)
+    below, above = 0.98 * limit, 1.02 * limit
+    assert simulated_z_width(ledger, 0.0, highest=below, parts=1, rounds=1) == (below, None)
+    assert simulated_z_width(ledger, 0.0, highest=above, parts=1, rounds=1) == (0.0, above)
+
+
+def test_a_curve_from_sessions_has_no_point_where_the_stiffest_wall_is_stable():
+    direct = FIGURES["C4"].parameters["curves"]["direct"] | {"highest": 50.0}
+    found = numbers("C4", damping=[0.0, 0.0, 1], curves={"direct": direct})
+    assert found == {"at_0_direct": None, "largest_direct": None}
 
 
 def test_the_experiments_of_app_d_with_right_and_wrong_filter():
@@ -185,11 +204,18 @@ def test_the_contact_of_app_a_fig_7_is_not_bounded_by_the_safety_limits():
 
 
 def test_the_largest_stiffness_of_app_a_fig_5_is_searched_between_the_points_of_the_grid():
-    curves = {name: FIGURES["A5"].parameters["curves"][name] for name in ("waves_b_80", "direct")}
-    coarse, fine = (numbers("A5", damping=[0.0, 40.0, n], curves=curves) for n in (6, 11))
-    ratios = [each["largest_waves_b_80"] / each["largest_direct"] for each in (coarse, fine)]
-    assert ratios[0] == pytest.approx(ratios[1], rel=2e-3)
-    assert 2.8 < ratios[1] < 2.87
+    """Of direct coupling the points alone give 900 and 1,300 N/m."""
+    curves = FIGURES["A5"].parameters["curves"]
+    coarse, fine, waves = (
+        numbers("A5", damping=grid, curves={name: curves[name]})[f"largest_{name}"]
+        for name, grid in (
+            ("direct", (0.0, 16.0, 3)),
+            ("direct", (0.0, 20.0, 6)),
+            ("waves_b_80", (9.5, 9.5, 1)),  # the top of a flat curve
+        )
+    )
+    assert coarse == pytest.approx(fine, rel=2e-3)
+    assert 2.8 < waves / fine < 2.87
 
 
 def test_the_regions_of_app_c_that_end_are_not_clipped_and_one_has_no_end():

@@ -70,7 +70,8 @@ def test_direct_coupling_works_without_delay_and_vibrates_with_it():
 
 def test_a_stiff_cube_needs_the_loop_to_be_solved():
     assert ran("stiff_24ms")[1]["stable"]
-    assert not ran("stiff_24ms", "server.coupling=one_step_delay")[1]["stable"]
+    late = "server.coupling=one_step_delay", "duration_s=6"
+    assert not ran("stiff_24ms", *late)[1]["stable"]
 
 
 @pytest.mark.parametrize("name", [f"thesis_controlled_{ms}ms" for ms in (0, 16, 24)])
@@ -163,7 +164,7 @@ def test_recorded_hands_carry_the_cube_to_and_fro_twice():
     assert np.count_nonzero(away[1:] & ~away[:-1]) == 2
 
 
-@pytest.mark.parametrize("name", ["carry_0ms", "carry_16ms", "carry_24ms"])
+@pytest.mark.parametrize("name", ["carry_0ms", "carry_24ms"])
 @pytest.mark.parametrize("controller", ["virtual_coupling", "tdpa", "pspm"])
 def test_rivals_carry_the_cube_there_with_their_defaults(name, controller):
     settings = (f"controller={controller}", "duration_s=9")

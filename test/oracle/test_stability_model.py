@@ -100,7 +100,7 @@ def scenarios(draw):
     return linear_loops.scenario(**values)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(scenarios())
 def test_the_spectral_radius_agrees_with_the_laws_fed_with_the_identity(scenario):
     expected = identity_loop.IdentityLoop(scenario).spectral_radius()

@@ -191,7 +191,7 @@ ROUGH = {
 }
 
 
-@settings(max_examples=15, derandomize=True, phases=NO_SHRINKING)
+@settings(max_examples=5, derandomize=True, phases=NO_SHRINKING)
 @given(case=cases)
 @example(case=ROUGH)
 @example(case=ROUGH | {"dof": 3, "grips": False, "restarts": True, "late": 0.6, "hostile": True})

@@ -171,7 +171,7 @@ def test_presses_do_not_drain_the_loan():
     level = {}
     for channel, account in (("strict", "node"), ("plain", "position_surplus")):
         texts = [f"channel={channel}", *press]
-        scenario = files.load("wall", settings_texts=texts, duration_s=40.0)
+        scenario = files.load("wall", settings_texts=texts, duration_s=24.0)
         batch = SteppedSession(scenario)
         batch.run(lambda _: None)
         values = batch.traces().users[0].accounts[account]

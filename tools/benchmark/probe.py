@@ -33,7 +33,7 @@ import numpy as np
 from benchmark.carry import placed_s
 from benchmark.methods import Settings
 from benchmark.trial import Trial, scenario_of
-from benchmark.walls import wall, walls
+from benchmark.walls import GRID, Grid, wall, walls
 from pmwvc_analysis.compare.criterion import RESTLESS
 from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.traces.apart import apart
@@ -86,12 +86,12 @@ class Rendered:
     completion_s: float
 
 
-def rendered(probe: Probe) -> Rendered:
-    """Run all sessions of a probe."""
+def rendered(probe: Probe, grid: Grid = GRID) -> Rendered:
+    """Run all sessions of a probe, with the walls of a grid."""
     free = free_space(_carry(probe, (), 1.0))
     stiffness, error = wall_rendered(probe)
     drift_m_s, held_apart_m = _held(probe)
-    found = walls(probe.settings, probe.network, probe.seed)
+    found = walls(probe.settings, probe.network, probe.seed, grid)
     return Rendered(
         z_width=found.rendered,
         z_width_passive=found.rendered_passive,

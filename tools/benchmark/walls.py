@@ -23,13 +23,24 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
 
-FINE_N_M = tuple(np.geomspace(10.0, 20000.0, 65))  # steps of 13 %
-STIFFNESSES_N_M = FINE_N_M[::8]
-DAMPINGS_N_S_M = (1.0, 3.2, 10.0, 32.0, 100.0)
-LINE_N_S_M = DAMPINGS_N_S_M[2]  # on which the largest stiffness is looked for, in fine steps
+LINE_N_S_M = 10.0  # damping on which the largest stiffness is looked for, in fine steps
 WALL_S, ROUND_TRIPS = 6.0, 8.0  # duration of a session at the wall, and for each round trip more
 KEEPS = 0.5
 Wall = tuple[float, float]  # stiffness [N/m], damping [N s/m]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The walls to look at: stiffnesses in fine steps, on the line; every so many of them with
+    each damping.
+    """
+
+    fine_n_m: tuple[float, ...]
+    every: int
+    dampings_n_s_m: tuple[float, ...]
+
+
+GRID = Grid(tuple(np.geomspace(10.0, 20000.0, 65)), 8, (1.0, 3.2, 10.0, 32.0, 100.0))  # 13 % steps
 
 
 @dataclass(frozen=True)
@@ -43,16 +54,16 @@ class Walls:
     stiffness_max_n_m: float
 
 
-def walls(settings: Settings, network: str, seed: int) -> Walls:
+def walls(settings: Settings, network: str, seed: int, of: Grid = GRID) -> Walls:
     """Run all walls of a method on a network, with the hand and packet fates of a seed."""
-    grid = [(k, b) for b in DAMPINGS_N_S_M for k in STIFFNESSES_N_M]
-    line = [(k, LINE_N_S_M) for k in FINE_N_M]
+    grid = [(k, b) for b in of.dampings_n_s_m for k in of.fine_n_m[:: of.every]]
+    line = [(k, LINE_N_S_M) for k in of.fine_n_m]
     found = _rest(list(dict.fromkeys((*grid, *line))), settings, network, seed)
     held = [*(found[each].rests for each in line), False].index(False)
     return Walls(
         rendered=float(np.mean([found[each].rests for each in grid])),
         rendered_passive=float(np.mean([found[w].rests and found[w].passive for w in grid])),
-        stiffness_max_n_m=float(FINE_N_M[held - 1]) if held else 0.0,
+        stiffness_max_n_m=float(of.fine_n_m[held - 1]) if held else 0.0,
     )
 
 

@@ -79,12 +79,16 @@ def widths(parameters: Values) -> Values:
 
 def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
     """Return the largest stiffness over all damping, searched between the points of the grid."""
+    known = dict(zip(damping.tolist(), firsts, strict=True))
     for _ in range(REFINEMENTS):
         top = int(np.argmax(firsts))
         damping = np.linspace(
             damping[max(top - 1, 0)], damping[min(top + 1, len(damping) - 1)], FINER
         )
-        firsts = [limit.first or 0.0 for limit in z_width(of, damping.tolist())]
+        asked = [b for b in dict.fromkeys(damping.tolist()) if b not in known]
+        limits = z_width(of, asked)
+        known |= {b: limit.first or 0.0 for b, limit in zip(asked, limits, strict=True)}
+        firsts = [known[b] for b in damping.tolist()]
     return max(firsts)
 
 
