@@ -1,17 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``./pmwvc compare`` and ``./pmwvc replay`` as a person meets them, in virtual time."""
+"""``pmwvc compare`` and ``pmwvc replay`` as a person meets them, in virtual time."""
 
 import csv
-import functools
 import json
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from support.command_line import call
-
-pmwvc = functools.partial(call, OMP_NUM_THREADS="1")
+from support.command_line import here as pmwvc
 
 
 @pytest.fixture(scope="module")
