@@ -14,9 +14,10 @@ from pmwvc_analysis.prediction.prediction import aliasing_gain, one_step_bound
 from pmwvc_analysis.transparency.transparency import untouched
 from pmwvc_core.scenario.names import varied
 
-STRUCTURES = 42
-RUNS = 12  # numbers for each: 504 scenarios
-FRAMES = ((0, 0), (0, 1), (1, 1), (2, 3), (6, 5), (14, 14))  # of delay up and down
+# Drawn ones with every coupling, filter and number of users: those in which a wrong rule shows.
+STRUCTURES = (3, 10, 13, 17, 20, 24, 26, 27, 32, 35, 36, 40)
+RUNS = 12  # numbers for each: 144 scenarios
+FRAMES = ((0, 0), (0, 1), (2, 3), (14, 14))  # of delay up and down
 FILTERS = (
     {"kind": "integrate_and_dump"},
     {"kind": "first_order"},
@@ -111,7 +112,7 @@ def part_by_part(of):
 def judged():
     """Per scenario: proof, proof without contact, exact radii, and the rule part by part."""
     rows = []
-    for number in range(STRUCTURES):
+    for number in STRUCTURES:
         single, batch = drawn(number)
         period, live = single[0].server.period_s, number % 3 == 0
         touching = worst_radius(batch, period, live=live)
@@ -122,9 +123,9 @@ def judged():
 
 
 def test_nothing_proved_is_unstable_at_any_delay(judged):
-    assert len(judged) >= 500
+    assert len(judged) >= 140
     proved = [row for row in judged if row[0].proved]
-    assert len(proved) > 150
+    assert len(proved) > 60
     assert max(touching for _, touching, _, _ in proved) <= 1.0 + ROUNDING
     free = [free for proof, _, free, _ in proved if not proof.touching]
     assert len(free) > 20

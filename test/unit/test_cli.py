@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command line as a person meets it: each test runs ``./pmwvc`` in a process of its own."""
+"""The command line as a person meets it: starts, ends and whole sessions in processes of their
+own, words and refusals in this one.
+"""
 
 import functools
 import json
@@ -9,18 +11,18 @@ import sys
 
 import pytest
 import yaml
-from support.command_line import ROOT, call, refused
+from support.command_line import ROOT, call, here, refused
 
 COMMANDS = ("run", "simulate", "report", "replay", "compare", "node", "scenarios", "doctor")
 
 
 @pytest.fixture
 def pmwvc(tmp_path):
-    return functools.partial(call, cwd=tmp_path)
+    return functools.partial(here, cwd=tmp_path)
 
 
-def test_help_lists_every_command(pmwvc):
-    result = pmwvc("--help")
+def test_help_lists_every_command(tmp_path):
+    result = call("--help", cwd=tmp_path)
     assert result.returncode == 0
     for command in COMMANDS:
         assert f"\n    {command} " in result.stdout
@@ -42,8 +44,8 @@ def test_the_parser_is_there_before_what_is_slow_to_load():
     assert subprocess.run(words, check=True, capture_output=True, text=True).stdout == "[]\n"
 
 
-def test_version(pmwvc):
-    result = pmwvc("--version")
+def test_version(tmp_path):
+    result = call("--version", cwd=tmp_path)
     assert result.returncode == 0
     assert result.stdout.split()[0] == "pmwvc"
 
@@ -131,7 +133,7 @@ def test_json_is_the_summary_and_nothing_else(simulated):
 
 def test_a_report_written_anew_is_the_same(simulated):
     folder, first = simulated
-    again = call("report", "short", "--json", cwd=folder)
+    again = here("report", "short", "--json", cwd=folder)
     assert again.returncode == 0, again.stderr
     assert again.stdout == first.stdout
 
@@ -150,9 +152,10 @@ def test_options_reach_the_session(simulated):
         (("server.coupling=one_step_delay", "server.contact_stiffness=5000"), 1, "not stable:"),
     ],
 )
-def test_the_check_makes_the_verdict_the_exit_code(pmwvc, settings, code, words):
+def test_the_check_makes_the_verdict_the_exit_code(pmwvc, tmp_path, settings, code, words):
     options = [word for setting in settings for word in ("--set", setting)]
-    first = pmwvc("simulate", "wall", "--duration", "4", "--out", "short", "--check", *options)
+    words_of = ("simulate", "wall", "--duration", "4", "--out", "short", "--check", *options)
+    first = call(*words_of, cwd=tmp_path)
     assert first.returncode == code, first.stdout
     assert words in first.stdout
     if code:  # without the option a verdict is no failure
@@ -171,8 +174,8 @@ def test_the_doctor_looks_at_everything_and_states_how_it_is(pmwvc):
     assert result.returncode == ("problem" in statuses)
 
 
-def test_the_doctor_finds_what_is_wrong_and_names_the_remedy(pmwvc):
-    result = pmwvc("doctor", ROS_DOMAIN_ID="many")
+def test_the_doctor_finds_what_is_wrong_and_names_the_remedy(tmp_path):
+    result = call("doctor", cwd=tmp_path, ROS_DOMAIN_ID="many")
     assert result.returncode == 1
     line = next(line for line in result.stdout.splitlines() if "ROS_DOMAIN_ID=many" in line)
     assert line.startswith("problem")
@@ -215,7 +218,7 @@ def test_a_node_lists_its_parameters(pmwvc, kind, parameter):
 
 
 def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
-    result = pmwvc("tune", "wall", "--out", "tuned.yaml", "--json")
+    result = pmwvc("tune", "wall", "--set", "duration_s=2", "--out", "tuned.yaml", "--json")
     best = json.loads(result.stdout)["best"]["settings"]
     written = yaml.safe_load((tmp_path / "tuned.yaml").read_text("utf-8"))
     assert written["master"]["impedance"] == pytest.approx(best["master.impedance"], abs=0.01)

@@ -1,24 +1,21 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``./pmwvc compare`` and ``./pmwvc replay`` as a person meets them, in virtual time."""
+"""``pmwvc compare`` and ``pmwvc replay`` as a person meets them, in virtual time."""
 
 import csv
-import functools
 import json
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from support.command_line import call
-
-pmwvc = functools.partial(call, OMP_NUM_THREADS="1")
+from support.command_line import here as pmwvc
 
 
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compared")
     over = ["--over", "link.delay_s=0.016,0", "--controllers", "pmwvc,direct"]
-    words = ["carry_0ms", "--duration", "5", *over, "--set", "link.loss=0.1", "--out", "all"]
+    words = ["carry_0ms", "--duration", "4", *over, "--set", "link.loss=0.1", "--out", "all"]
     result = pmwvc("compare", *words, "--json", cwd=folder)
     assert result.returncode == 0, result.stderr
     return folder / "all", json.loads(result.stdout)
@@ -43,7 +40,7 @@ def test_all_sessions_meet_the_same_packet_fates(compared):
         summary = json.loads((folder / session["folder"] / "summary.json").read_text("utf-8"))
         lost.add(tuple(link["lost"] for link in summary["links"] if link["name"].endswith("up")))
     assert len(lost) == 1
-    assert min(*lost) > 30
+    assert min(*lost) > 24
 
 
 def test_the_tables_tell_the_same_in_every_form(compared):
@@ -57,7 +54,7 @@ def test_the_tables_tell_the_same_in_every_form(compared):
         assert float(row["force_peak_n"]) == session["force_peak_n"]
     matlab = loadmat(folder / "comparison.mat")
     with np.load(folder / "comparison.npz") as arrays:
-        assert arrays["s4_user2_x_m"].shape == (5000, 1)
+        assert arrays["s4_user2_x_m"].shape == (4000, 1)
         np.testing.assert_array_equal(arrays["s1_server_x_o"], matlab["s1_server_x_o"])
 
 
@@ -72,11 +69,11 @@ def test_the_report_holds_its_pictures(compared):
 
 
 def test_a_row_says_how_its_parameters_were_found_also_in_a_report_written_anew(tmp_path):
-    words = ["wall", "--controllers", "virtual_coupling", "--duration", "2", "--no-figures"]
+    words = ["wall", "--controllers", "virtual_coupling", "--duration", "1", "--no-figures"]
     first = pmwvc("compare", *words, "--out", "rival", "--json", cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     (row,) = json.loads(first.stdout)["sessions"]
-    assert row["tuning"].startswith("by search over the first 2 s: the least cost, ")
+    assert row["tuning"].startswith("by search over the first 1 s: the least cost, ")
     assert "stiffness 30 to 2000, damping 0.3 to 15; cost: RMS offset" in row["tuning"]
     summary = json.loads((tmp_path / "rival" / row["folder"] / "summary.json").read_text("utf-8"))
     for name, value in row["parameters"].items():

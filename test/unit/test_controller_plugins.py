@@ -31,7 +31,7 @@ FOUR = ("--set", "controller=four_channel")
 
 def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
     out = tmp_path / "one"
-    words = ["carry_0ms", *FOUR, "--set", "user2.four_channel.forward=0.3", "--duration", "4"]
+    words = ["carry_0ms", *FOUR, "--set", "user2.four_channel.forward=0.3", "--duration", "2"]
     result = pmwvc("simulate", *words, "--out", out)
     assert result.returncode == 0, result.stderr
     assert "Four channels: positions, velocities and forces both ways" in result.stdout
@@ -45,7 +45,15 @@ def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc,
     assert summary["prediction"]["any_delay"] is None
     assert pmwvc("report", out).returncode == 0
     assert "Four channels" in (out / "report.html").read_text("utf-8")
-    again = pmwvc("replay", out, "--set", "four_channel.forward=0.1", "--out", tmp_path / "again")
+    again = pmwvc(
+        "replay",
+        out,
+        "--set",
+        "four_channel.forward=0.1",
+        "--out",
+        tmp_path / "again",
+        "--no-figures",
+    )
     assert again.returncode == 0, again.stderr
     summary = json.loads((tmp_path / "again" / "summary.json").read_text("utf-8"))
     assert summary["parameters"]["four_channel.forward"] == 0.1

@@ -40,7 +40,7 @@ def pmwvc(tmp_path_factory):
 
 def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
     out = tmp_path / "one"
-    result = pmwvc("simulate", "carry_16ms", *AVERAGED, "--duration", "4", "--out", out)
+    result = pmwvc("simulate", "carry_16ms", *AVERAGED, "--duration", "2", "--out", out)
     assert result.returncode == 0, result.stderr
     assert "mean of the last two forces" in result.stdout
     assert "  Stable: spectral radius" in result.stdout
@@ -84,10 +84,10 @@ def test_a_coupling_of_another_package_has_an_exact_model(pmwvc):
 
 
 def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
-    result = pmwvc("tune", "wall", *AVERAGED, "--set", "channel=plain")
+    result = pmwvc("tune", "wall", *AVERAGED, "--set", "channel=plain", "--set", "duration_s=2")
     assert result.returncode == 0, result.stderr
     assert "computed with" not in result.stdout
-    assert "proposed: simulated for 8 s with the scenario's hands: stable" in result.stdout
+    assert "proposed: simulated for 2 s with the scenario's hands: stable" in result.stdout
 
 
 FAILED = slice(20, 30)  # steps

@@ -20,7 +20,7 @@ def pmwvc(tmp_path_factory):
 
 def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
     out = tmp_path / "one"
-    result = pmwvc("simulate", "carry_16ms", *BURSTS, "--duration", "4", "--out", out)
+    result = pmwvc("simulate", "carry_16ms", *BURSTS, "--duration", "2", "--out", out)
     assert result.returncode == 0, result.stderr
     assert "Not modelled: loss of 0.0196 of the packets, in bursts (user1 up" in result.stdout
     summary = json.loads((out / "summary.json").read_text("utf-8"))
@@ -48,7 +48,7 @@ def test_an_effect_that_the_model_leaves_out_is_named_with_its_amount(pmwvc):
 
 
 def test_tune_names_the_effect_that_its_model_leaves_out(pmwvc):
-    result = pmwvc("tune", "carry_16ms", *BURSTS)
+    result = pmwvc("tune", "wall", *BURSTS, "--set", "duration_s=2")
     assert result.returncode == 0, result.stderr
     assert "loss of 0.0196 of the packets, in bursts" in result.stdout
 

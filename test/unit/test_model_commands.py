@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``pmwvc stability`` and ``pmwvc map`` as a person or a program meets them."""
+"""What ``pmwvc stability`` and ``pmwvc map`` print, write and refuse."""
 
 import functools
 import json
 
 import pytest
 import yaml
-from support.command_line import call, refused
+from support.command_line import here, refused
 from support.plain import load
 
 PLAIN = ("--set", "channel=plain")
@@ -17,7 +17,7 @@ LATE = ("--set", "server.coupling=one_frame_late", "--set", "master.hold=zoh", *
 
 @pytest.fixture
 def pmwvc(tmp_path):
-    return functools.partial(call, cwd=tmp_path, OMP_NUM_THREADS="1")
+    return functools.partial(here, cwd=tmp_path)
 
 
 def test_stability_answers_with_documented_keys(pmwvc):

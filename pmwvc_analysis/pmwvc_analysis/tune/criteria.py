@@ -119,8 +119,8 @@ class Rating:
     stable: bool  # in touch and free
     spectral_radius: float  # in touch
     free_radius: float  # with nothing touched
-    k_max: float | None  # [N/m] None: no limit found
-    k_max_unknown: str  # why it is not known; empty where it is
+    linear: Scenario  # with the choice: the nearest one that is linear
+    live: bool  # with the phases of a live session
     passive: bool
     aliasing_gain: float | None  # None: nothing is sampled (the strict channel)
     lag_s: float | None  # None: not known of code from another package
@@ -142,7 +142,6 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     user = chosen.users[0]
     linear, in_touch, free = radii_of(chosen, live=live)
     stable = stability.stable(max(in_touch, free))
-    limit = stability.k_max(linear, live=live)
     own, k_ideal, mass_ideal = Rendered(), None, None
     if stable:
         found = transparency(linear, np.ones(1), live=live)  # at rest is all
@@ -164,8 +163,8 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         stable=stable,
         spectral_radius=in_touch,
         free_radius=free,
-        k_max=limit.first,
-        k_max_unknown=limit.unknown,
+        linear=linear,
+        live=live,
         passive=prediction.passive(chosen),
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A proposal as plain data, as a table, and as what each choice costs."""
 
-import dataclasses
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 from pmwvc_analysis.budget.criterion import behind_counts, bounded
+from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import left_out
 from pmwvc_analysis.tune.criteria import (
     ENCODER_STEP_M,
@@ -21,6 +22,7 @@ from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
 
+k_max = lru_cache(maxsize=32)(stability.k_max)  # most of the work, for what is shown alone
 COLUMNS: tuple[tuple[str, str, Callable[[Rating], float | None]], ...] = (
     ("b", "N s/m", lambda row: row.choice.impedance),
     ("lag", "ms", lambda row: row.lag_s and 1e3 * row.lag_s),
@@ -28,7 +30,7 @@ COLUMNS: tuple[tuple[str, str, Callable[[Rating], float | None]], ...] = (
     ("mass", "kg", lambda row: row.mass_felt),
     ("noise", "mN", lambda row: 1e3 * row.noise_n),
     ("aliasing", "-", lambda row: row.aliasing_gain),
-    ("K max", "N/m", lambda row: row.k_max),
+    ("K max", "N/m", lambda row: k_max(row.linear, live=row.live).first),
     ("cost", "JND", lambda row: row.cost),
 )
 
@@ -46,11 +48,9 @@ def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
 
 
 def _plain(scenario: Scenario, row: Rating) -> dict[str, Any]:
-    numbers = {
-        field.name: getattr(row, field.name)
-        for field in dataclasses.fields(row)
-        if field.name != "choice"
-    }
+    limit, hidden = k_max(row.linear, live=row.live), ("choice", "linear", "live")
+    numbers = {name: value for name, value in vars(row).items() if name not in hidden}
+    numbers |= {"k_max": limit.first, "k_max_unknown": limit.unknown}
     return {"settings": row.choice.settings(scenario), **numbers}
 
 
@@ -115,8 +115,8 @@ def _table(
         cells = {head: "-" if at is None else f"{at:.3g}" for head, at in values.items()}
         if matrix and row.choice.as_given:
             cells["b"] = "matrix"
-        if row.k_max is None:
-            cells["K max"] = "?" if row.k_max_unknown else "none"
+        if values["K max"] is None:
+            cells["K max"] = "?" if k_max(row.linear, live=row.live).unknown else "none"
         passive = row.passive or (row.stable and _by_account(row.choice.applied(scenario)))
         word = "  NOT stable" if not row.stable else "" if passive else "  not proved passive"
         if row.simulated not in (None, STABLE):

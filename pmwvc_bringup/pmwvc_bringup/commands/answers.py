@@ -149,8 +149,8 @@ def tune(arguments: argparse.Namespace) -> Result:
             raise PmwvcError(f"--out {arguments.out}: there is no folder {path.parent}")
     with doing("searching for the best impedance, filter and hold"):
         found = propose(scenario, live=arguments.live)
-    for line in words.sentences(scenario, found):
-        print(line)
+        lines = words.sentences(scenario, found)
+    print(*lines, sep="\n")
     if path is not None:
         tuned = found.best.choice.applied(scenario)
         text = f"{scenario.name} as tuned: {scenario.description}"
