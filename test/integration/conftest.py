@@ -10,7 +10,6 @@ from contextlib import ExitStack
 import pytest
 from support.processes import ros
 from support.sessions import ROOT, Ended, Running, shared_memory_of, without_domain
-from support.visits import visited as visit
 
 CHANGES = [
     ("/user1/master", {"master.rate_drop": 20}),
@@ -52,12 +51,6 @@ def carried(tmp_path_factory):
         session.code = session.end()
         session.left = session.nodes()
         yield session
-
-
-@pytest.fixture(scope="session")
-def visited(tmp_path_factory):
-    """A session with a page, which two people take part in."""
-    return visit(tmp_path_factory.mktemp("page") / "session")
 
 
 @pytest.fixture(scope="session")

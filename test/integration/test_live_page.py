@@ -5,10 +5,17 @@
 import numpy as np
 import pytest
 from support.verdicts import LATE_S, loops_stood_still
+from support.visits import visited as visit
 
 pytestmark = pytest.mark.integration
 SILENT_TICKS, FADE_TICKS = 150, 100  # what a hand without targets is promised
 DELIVERY_TICKS = 50  # from the last target's sending to the master
+
+
+@pytest.fixture(scope="module")
+def visited(tmp_path_factory):
+    """A session with a page, which two people take part in."""
+    return visit(tmp_path_factory.mktemp("page") / "session")
 
 
 def test_drag_on_the_page_lifts_the_measured_force(visited):

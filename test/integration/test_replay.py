@@ -2,24 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Really recorded sessions, replayed: ``./pmwvc run``, then ``./pmwvc replay`` of the folder.
 
-The links of one lose, copy and reorder packets, and the rates change while it runs; of the other,
-the hands are led by pages.
+The links of one lose, copy and reorder packets, and the rates change while it runs; a hand of the
+other is led from outside.
 """
 
 import json
+import signal
 import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sessions import ROOT
+from geometry_msgs.msg import PointStamped
+from support.processes import ros
+from support.sessions import ROOT, Running
 
 from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import POSITION_M, exact, replay
 from pmwvc_analysis.session_files import finish
 from pmwvc_bringup.commands.replay import lead
+from pmwvc_core.runtime.topics import WAVE_QOS
 from pmwvc_core.simulation.session import simulate_one
+from pmwvc_msgs.msg import MasterTrace
 
 pytestmark = pytest.mark.integration
 
@@ -129,20 +134,40 @@ def test_live_sessions_are_compared_side_by_side(compared):
     assert [session.summary()["source"] for session in folders] == ["live", "live"]
 
 
-def test_hands_from_outside_and_changes_in_flight_are_replayed_from_the_recording(
-    visited, tmp_path
-):
-    """The people of the page drag the handles, and change links, contact and impedance."""
-    traces, folder = visited["traces"], visited["folder"]
+def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tmp_path):
+    """The test is the pointer: it drags user1's handle, and makes the contact stiffer."""
+    folder, settings = tmp_path / "session", ("user1.operator.kind=remote", "task.kind=hold")
+    words = [word for setting in settings for word in ("--set", setting)]
+    with Running(folder, "carry_16ms", "--duration", 250, *words) as session:
+        with ros(domain=session.domain()) as peer:
+            target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
+            peer.until(lambda: target.get_subscription_count() >= 2)  # master and recorder
+            drag(peer, target)
+        session.process.send_signal(signal.SIGINT)
+        assert session.end() == 0, session.output()
+    traces = read_session(folder)
     assert len(traces.targets["user1"].time_s) > 50
-    assert {"server.contact_stiffness": 800.0} in [values for _, values in traces.settings]
+    assert {"server.contact_stiffness": 1500.0} in [values for _, values in traces.settings]
     assert_exact_by_force(folder)
     found = replayed(folder, tmp_path / "again", "--no-figures")
-    for limit in found["limits"]:  # how late a target reached the hand is up to the machine
-        assert "the tick at which a target reached the hand" in limit["why"]
-    assert found["limits"]
-    assert found["exact"] or found["limits"][0]["why"] in found["lead"]
+    (limit,) = found["limits"]  # how late a target reached the hand is up to the machine
+    assert "the tick at which a target reached the hand" in limit["why"]
+    assert found["exact"] or limit["why"] in found["lead"]
     peak, again = (each["force_peak_n"] for each in found["sessions"])
     assert again == pytest.approx(peak, rel=0.2)
-    assert peak > 0.5
+    assert found["sessions"][0]["force_peak_n"] > 0.5
     assert any("parameters change as recorded" in note for note in found["notes"])
+
+
+def drag(peer, target):
+    """Publish a target every two frames, to 8 mm inside the face; make it stiffer on the way."""
+    blocks = peer.collect(MasterTrace, "/user1/trace")
+    for count in range(200):
+        seen = len(blocks)
+        peer.until(lambda: len(blocks) >= seen + 2)  # noqa: B023
+        message = PointStamped()
+        message.point.x = -0.03 + 0.008 * min(1.0, count / 120)
+        target.publish(message)
+        if count == 75:
+            stiff = {"server.contact_stiffness": 1500.0}
+            assert peer.set_parameters("/server", stiff) == [""]

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A real session with a page, and people who take hold through it, change the nodes, and go."""
 
-import math
 import signal
 import socket
 from pathlib import Path
@@ -15,13 +14,9 @@ from support.live_pages import address_of, opened
 from support.page_sockets import Page
 from support.sessions import Running
 
-TREMOR_M = 0.0002
-
 
 class Person:
-    """A page whose hand follows a target, as a pointer would: one target a snapshot, and no two
-    are quite the same.
-    """
+    """A page whose hand follows a target, as a pointer would: one target a snapshot."""
 
     def __init__(self, page: Page, user: str) -> None:
         self.page, self.user = page, user
@@ -30,7 +25,6 @@ class Person:
             self.columns[name] = slice(at, at + count)
             at += count
         self.target: float | None = None
-        self.sent = 0
         self.row = np.full(at, np.nan)
         assert page.ask("take", user=user)["done"]
 
@@ -45,9 +39,7 @@ class Person:
             self.row = found
             self.page.send("seen", seq=int(found[0]))
             if self.target is not None:
-                self.sent += 1
-                place = self.target + TREMOR_M * math.sin(self.sent)
-                self.page.send("target", user=self.user, position=[place])
+                self.page.send("target", user=self.user, position=[self.target])
 
 
 def until(condition, *people):
