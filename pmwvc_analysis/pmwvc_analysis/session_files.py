@@ -27,6 +27,7 @@ def finish(
     *,
     out: str | Path | None = None,
     player: Player | None = None,
+    figures: bool = True,
     begins: Callable[[str], None] = lambda part: None,
 ) -> dict[str, Any]:
     """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html``; return the summary.
@@ -42,6 +43,8 @@ def finish(
     player
         Makes the page that plays the session, ``replay.html``, of traces, scenario and summary;
         None: there is none.
+    figures
+        Whether to draw: without, numbers only are written, the first two files.
     begins
         Is told each part of the work as it begins.
 
@@ -76,6 +79,8 @@ def finish(
         write_summary(target, result)
         if energies is not None:
             write_summary(target, energies.summary(), name=BUDGET)
+        if not figures:
+            return result
         begins("drawing the figures")
         drawn = charts(traces, scenario)
         write_all(drawn, traces, target / PLOTS)

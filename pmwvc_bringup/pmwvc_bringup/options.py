@@ -112,6 +112,7 @@ SESSION = (
     settings(),
     out("session folder, new or empty (default: sessions/<UTC time>-<scenario>)"),
     CHECK,
+    NO_FIGURES,
     json_document("print summary.json on stdout and nothing else"),
 )
 PAGE = (  # of commands that serve one

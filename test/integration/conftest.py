@@ -2,29 +2,91 @@
 # SPDX-License-Identifier: Apache-2.0
 """Live sessions that several files read; none of them changes anything in the folder."""
 
+import json
+import signal
+import subprocess
+from contextlib import ExitStack
+
 import pytest
-from support.sessions import Running, shared_memory_of
+from support.processes import ros
+from support.sessions import ROOT, Ended, Running, shared_memory_of, without_domain
+
+CHANGES = [
+    ("/user1/master", {"master.rate_drop": 20}),
+    ("/server", {"server.period_s": 0.005}),
+    ("/user2/master", {"master.rate_drop": 5}),
+]
+BOTH_S = 3.5  # of two sessions, at once or side by side
 
 
 @pytest.fixture(scope="session")
 def impaired(tmp_path_factory):
-    """A session of 4 s on the strict channel, over a network with jitter, loss and duplicates."""
+    """A session on the strict channel, over a network that delays, loses, copies and reorders
+    packets; the rates change while it runs.
+    """
     folder = tmp_path_factory.mktemp("impaired") / "session"
-    link = {"jitter": "uniform", "jitter_s": 0.006, "loss": 0.1, "duplicate": 0.05}
+    link = {"delay_s": 0.012, "jitter": "uniform", "jitter_s": 0.006, "loss": 0.1}
+    link |= {"duplicate": 0.05, "keep_order": "false"}
     words = [word for name, value in link.items() for word in ("--set", f"link.{name}={value}")]
-    with Running(folder, "carry_16ms", "--duration", 4, *words) as session:
+    with Running(folder, "carry_16ms", "--duration", 600, *words) as session:
+        with ros(domain=session.domain()) as peer:
+            for _ in range(2):  # 3 s: a recorder that a busy machine starts late listens by then
+                session.await_ticks()
+            for node, values in CHANGES:
+                assert peer.set_parameters(node, values) == [""]
+            session.await_ticks()  # 5 s, or later: the hands have closed and hold
+            session.process.send_signal(signal.SIGINT)
         session.code = session.end()
         yield session
 
 
 @pytest.fixture(scope="session")
 def carried(tmp_path_factory):
-    """One undisturbed session of 4 s: the hands have closed and hold."""
+    """One undisturbed session of 4 s, with figures: the hands have closed and hold."""
     folder = tmp_path_factory.mktemp("carried") / "session"
-    with Running(folder, "carry_16ms", "--duration", 4) as session:
+    with Running(folder, "carry_16ms", "--duration", 4, figures=True) as session:
         session.await_ticks()
         session.seen = session.nodes()
         session.shared_memory = {name: shared_memory_of(pid) for name, pid in session.seen.items()}
         session.code = session.end()
         session.left = session.nodes()
         yield session
+
+
+@pytest.fixture(scope="session")
+def pair(tmp_path_factory):
+    """Two sessions at once, of two controllers without waves."""
+    found = {}
+    with ExitStack() as stack:
+        for controller in ("virtual_coupling", "pspm"):
+            folder = tmp_path_factory.mktemp(controller) / "session"
+            words = ("wall", "--duration", BOTH_S, "--json", "--set", f"controller={controller}")
+            found[controller] = stack.enter_context(Running(folder, *words))
+        for session in found.values():
+            session.code = session.end()
+        for session in found.values():
+            session.left = session.nodes()
+        yield found
+
+
+@pytest.fixture(scope="session")
+def compared(tmp_path_factory):
+    """Two live sessions over links of 4 and of 80 ms, compared: the document, the sessions."""
+    out = tmp_path_factory.mktemp("compared") / "both"
+    words = ("compare", "wall", "--over", "link.delay_s=0.004,0.08", "--duration", str(BOTH_S))
+    # what is given is not searched for
+    settings = ("controller=tdpa", "baseline.tdpa.damping=9", "task.grip_s=0.1")
+    chosen = [word for setting in settings for word in ("--set", setting)]
+    found = subprocess.run(
+        [ROOT / "pmwvc", *words, *chosen, "--live", "--no-figures", "--out", out, "--json"],
+        env=without_domain(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert found.returncode == 0, found.stderr
+    document = json.loads(found.stdout)
+    sessions = [Ended(out / each["folder"], found.stderr) for each in document["sessions"]]
+    for session in sessions:
+        session.code, session.left = found.returncode, session.nodes()
+    return document, sessions

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The relay as a process, over real DDS: what goes in comes out, and the record tells it all."""
 
+import re
 import signal
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from oracle import link_oracle
 from std_msgs.msg import String
-from support.processes import NodeProcess, ros
+from support.processes import NodeProcess, refused, ros
 from support.relayed import Line, same
 
 from pmwvc_core.network.in_flight import Cause, FateKind
@@ -18,6 +19,7 @@ from pmwvc_core.params import LinkParams
 from pmwvc_core.transport.admission import intact
 from pmwvc_core.transport.packet import size_bytes
 from pmwvc_msgs.msg import LinkState
+from pmwvc_netem.node import main
 
 pytestmark = pytest.mark.integration
 NETEM = "pmwvc_netem.node"
@@ -259,9 +261,13 @@ def test_links_and_health_are_reported():
     ],
 )
 def test_a_wrong_setting_ends_it_with_one_line_and_code_2(parameters, text):
-    with NodeProcess(NETEM, parameters) as netem:
-        netem.await_output(text)
+    assert re.search(text, refused(main, parameters))
+
+
+def test_a_wrong_setting_ends_its_process():
+    with NodeProcess(NETEM, {"link.up.loss": 2.0}) as netem:
         assert netem.wait() == 2
+        assert netem.output.startswith("netem: link.up.loss = 2.0")
         assert len(netem.lines) == 1
 
 

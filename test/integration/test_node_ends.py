@@ -58,23 +58,36 @@ def test_a_launched_node_ends_whole_when_its_launcher_is_gone():
         assert launcher.communicate()[0] == "released\n"  # the node had the same pipe
 
 
-@pytest.mark.parametrize("text", HANGS)
-def test_a_node_that_cannot_end_releases_its_device_and_states_where_it_hangs(text):
+@pytest.fixture(scope="module")
+def hung():
+    """What nodes that hang said until they ended, all at once: each waits for its time to be over;
+    by the reason: standard output, errors, exit code.
+    """
+    found, processes = {}, {}
     with own_domain(os.environ) as domain:
-        process = subprocess.Popen(
-            [sys.executable, "-c", NODE.format(setup=HANGS[text])],
-            env=dict(os.environ, ROS_DOMAIN_ID=str(domain)),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        lines = [process.stdout.readline()]
-        if "service" in text:
-            while "busy\n" not in lines or "running\n" not in lines:
-                lines.append(process.stdout.readline())
-        process.send_signal(signal.SIGINT)
-        said, errors = process.communicate()
+        for text, setup in HANGS.items():
+            processes[text] = subprocess.Popen(
+                [sys.executable, "-c", NODE.format(setup=setup)],
+                env=dict(os.environ, ROS_DOMAIN_ID=str(domain)),
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        for text, process in processes.items():
+            lines = [process.stdout.readline()]
+            if "service" in text:
+                while "busy\n" not in lines or "running\n" not in lines:
+                    lines.append(process.stdout.readline())
+            process.send_signal(signal.SIGINT)
+        for text, process in processes.items():
+            found[text] = (*process.communicate(), process.returncode)
+    return found
+
+
+@pytest.mark.parametrize("text", HANGS)
+def test_a_node_that_cannot_end_releases_its_device_and_states_where_it_hangs(hung, text):
+    said, errors, code = hung[text]
     assert said.endswith("released\n")
-    assert process.returncode == 0
+    assert code == 0
     assert text in errors
     assert "most recent call first" in errors  # where every thread stands

@@ -7,8 +7,9 @@ import signal
 
 import pytest
 import yaml
-from support.processes import NodeProcess, ros
+from support.processes import NodeProcess, refused, ros
 
+from pmwvc_analysis.recorder_node import main
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
@@ -59,9 +60,13 @@ class Session:
         self.peer.until(flushed)
 
 
+def values(place, **parameters):
+    usual = {"folder": str(place), "users": ["user1"], "netem": False, "people": False}
+    return usual | parameters
+
+
 def recorder(place, **parameters):
-    values = {"folder": str(place), "users": ["user1"], "netem": False, "people": False}
-    return NodeProcess(MODULE, values | parameters)
+    return NodeProcess(MODULE, values(place, **parameters))
 
 
 def recorded(folder):
@@ -173,17 +178,12 @@ def test_topics_are_recorded_in_the_order_of_reception(tmp_path):
     ],
 )
 def test_settings_that_cannot_be_are_refused_in_one_line(tmp_path, parameters, words):
-    with recorder(tmp_path / "a", **parameters) as process:
-        assert process.wait() == 2
-        assert words in process.output
-        assert len(process.lines) == 1
+    assert words in refused(main, values(tmp_path / "a", **parameters))
 
 
 def test_a_recording_is_never_overwritten(tmp_path):
     (tmp_path / "session.mcap").write_bytes(b"something")
-    with recorder(tmp_path) as process:
-        assert process.wait() == 2
-        assert "never overwritten" in process.output
+    assert "never overwritten" in refused(main, values(tmp_path))
     assert (tmp_path / "session.mcap").read_bytes() == b"something"
 
 

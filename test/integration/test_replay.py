@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A really recorded session, replayed: ``./pmwvc run``, then ``./pmwvc replay`` of its folder.
+"""Really recorded sessions, replayed: ``./pmwvc run``, then ``./pmwvc replay`` of the folder.
 
-The links lose, copy and reorder packets, and the rates change while it runs.
+The links of one lose, copy and reorder packets, and the rates change while it runs; a hand of the
+other is led from outside.
 """
 
 import json
-import re
 import signal
 import subprocess
 from dataclasses import replace
@@ -17,43 +17,23 @@ from geometry_msgs.msg import PointStamped
 from support.processes import ros
 from support.sessions import ROOT, Running
 
+from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.replay.run import POSITION_M
+from pmwvc_analysis.replay.run import POSITION_M, exact, replay
+from pmwvc_analysis.session_files import finish
+from pmwvc_bringup.commands.replay import lead
 from pmwvc_core.runtime.topics import WAVE_QOS
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_msgs.msg import MasterTrace, ServerTrace
+from pmwvc_msgs.msg import MasterTrace
 
 pytestmark = pytest.mark.integration
 
 
-# From a step of the server on, parameters of a node; a recorder that a busy machine starts late
-# listens by then.
-CHANGES = [
-    (400, "/user1/master", {"master.rate_drop": 20}),
-    (500, "/server", {"server.period_s": 0.005}),
-    (600, "/user2/master", {"master.rate_drop": 5}),
-]
-
-
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory):
-    """A live session over a bad network, long enough for changes where nodes are found late."""
-    folder = tmp_path_factory.mktemp("recorded") / "session"
-    link = {"delay_s": 0.012, "jitter": "uniform", "jitter_s": 0.006, "loss": 0.05}
-    link |= {"duplicate": 0.05, "keep_order": "false"}
-    words = [word for name, value in link.items() for word in ("--set", f"link.{name}={value}")]
-    with Running(folder, "carry_16ms", "--duration", 10, *words) as session:
-        with ros(domain=domain_of(session)) as peer:
-            steps = peer.collect(ServerTrace, "/server/trace")
-            for step, node, values in CHANGES:
-                peer.until(lambda: (steps and steps[-1].step > step) or session.process.poll())  # noqa: B023
-                assert peer.set_parameters(node, values) == [""]
-        assert session.end() == 0, session.output()
-    return folder
-
-
-def domain_of(session):
-    return int(re.search(r"ROS_DOMAIN_ID=(\d+)", session.await_line("ROS_DOMAIN_ID"))[1])
+def recorded(impaired):
+    """The folder of a live session over a bad network."""
+    assert impaired.code == 0, impaired.output()
+    return impaired.folder
 
 
 def pmwvc(*words):
@@ -69,20 +49,23 @@ def replayed(recorded, out, *words):
     return json.loads(text)
 
 
-def assert_paused(found):
-    """The force of a hand is not known in ticks that did not run: the first one is named."""
-    for limit in found["limits"]:
-        assert "ticks that did not run is interpolated" in limit["why"]
-    assert found["exact"] is False
-    assert found["limits"][0]["why"] in found["lead"]
-
-
-@pytest.mark.parametrize("hand", ["operator", "force"])
-def test_a_replay_is_the_recording_to_the_last_bit(recorded, tmp_path, hand):
-    found = replayed(recorded, tmp_path / "again", "--hand", hand, "--no-figures")
-    if hand == "force" and found["limits"]:
-        assert_paused(found)
+def assert_exact_by_force(folder):
+    """With the hands' forces as recorded every tick is the same to the last bit. The force of a
+    hand is not known in ticks that did not run: then the first one is named.
+    """
+    traces, scenario = read_session(folder), read_scenario(folder)
+    found = replay(traces, scenario, scenario, hand="force")
+    if not found.limits:
+        assert exact(found.differences), found.differences
         return
+    for limit in found.limits:
+        assert "ticks that did not run is interpolated" in limit.why
+    assert not exact(found.differences)
+    assert found.limits[0].why in lead(found, False)
+
+
+def test_a_replay_is_the_recording_to_the_last_bit(recorded, tmp_path):
+    found = replayed(recorded, tmp_path / "again", "--hand", "operator", "--no-figures")
     assert found["limits"] == []
     assert found["exact"] is True, found["differences"]
     assert "is exact" in found["lead"]
@@ -92,6 +75,10 @@ def test_a_replay_is_the_recording_to_the_last_bit(recorded, tmp_path, hand):
         assert user["force_max_n"] == user["position_max_m"] == 0.0
     assert "server.period_s=0.005" in " ".join(found["notes"])
     assert min(session["force_peak_n"] for session in found["sessions"]) > 1.0
+
+
+def test_a_replay_by_the_forces_of_the_hands_is_the_recording_to_the_last_bit(recorded):
+    assert_exact_by_force(recorded)
 
 
 def test_a_simulation_over_a_worse_network_does_not(recorded):
@@ -108,7 +95,8 @@ def test_a_simulation_over_a_worse_network_does_not(recorded):
         )
         for user in scenario.users
     ]
-    other = simulate_one(replace(scenario, users=tuple(worse)))
+    length_s = traces.duration_s  # the session was interrupted
+    other = simulate_one(replace(scenario, users=tuple(worse), duration_s=length_s))
     for one, two in zip(traces.users, other.users, strict=True):
         shared = min(len(one.tick), len(two.tick))
         if np.abs(one.x_m[:shared] - two.x_m[:shared]).max() > 2.0 * POSITION_M:
@@ -134,23 +122,16 @@ def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_p
         assert lost > 5
         assert lost_again == pytest.approx(lost, abs=1)  # numbers are shifted by what began first
     assert "data:image/png" in (tmp_path / "stiffer" / "comparison.html").read_text("utf-8")
-    assert pmwvc("doctor", tmp_path / "stiffer")[0] == 0
-    code, text, _ = pmwvc("report", tmp_path / "stiffer", "--json")
-    assert (code, json.loads(text)["source"]) == (0, "replayed")
+    assert [each for each in check_recording(tmp_path / "stiffer") if each.status != "ok"] == []
+    assert finish(tmp_path / "stiffer", figures=False)["source"] == "replayed"  # judged anew
 
 
-def test_live_sessions_are_compared_side_by_side(tmp_path):
-    out = tmp_path / "compared"
-    words = ["--over", "link.delay_s=0.004,0.08", "--duration", "3", "--set", "task.grip_s=0.1"]
-    code, text, errors = pmwvc("compare", "wall", *words, "--live", "--out", out, "--json")
-    assert code == 0, errors
-    found = json.loads(text)
-    assert [session["source"] for session in found["sessions"]] == ["live", "live"]
-    near, far = (session["coherency_rms_m"] for session in found["sessions"])
+def test_live_sessions_are_compared_side_by_side(compared):
+    document, folders = compared
+    assert [session["source"] for session in document["sessions"]] == ["live", "live"]
+    near, far = (session["coherency_rms_m"] for session in document["sessions"])
     assert near < far
-    assert (out / "comparison.html").is_file()
-    for session in found["sessions"]:
-        assert (out / session["folder"] / "report.html").is_file()
+    assert [session.summary()["source"] for session in folders] == ["live", "live"]
 
 
 def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tmp_path):
@@ -158,7 +139,7 @@ def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tm
     folder, settings = tmp_path / "session", ("user1.operator.kind=remote", "task.kind=hold")
     words = [word for setting in settings for word in ("--set", setting)]
     with Running(folder, "carry_16ms", "--duration", 250, *words) as session:
-        with ros(domain=domain_of(session)) as peer:
+        with ros(domain=session.domain()) as peer:
             target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
             peer.until(lambda: target.get_subscription_count() >= 2)  # master and recorder
             drag(peer, target)
@@ -167,11 +148,7 @@ def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tm
     traces = read_session(folder)
     assert len(traces.targets["user1"].time_s) > 50
     assert {"server.contact_stiffness": 1500.0} in [values for _, values in traces.settings]
-    exact = replayed(folder, tmp_path / "exact", "--hand", "force", "--no-figures")
-    if exact["limits"]:
-        assert_paused(exact)
-    else:
-        assert exact["exact"] is True
+    assert_exact_by_force(folder)
     found = replayed(folder, tmp_path / "again", "--no-figures")
     (limit,) = found["limits"]  # how late a target reached the hand is up to the machine
     assert "the tick at which a target reached the hand" in limit["why"]

@@ -125,7 +125,8 @@ def lateness_s(session, name):
 
 
 def test_a_recorder_that_stood_still_for_five_seconds_has_everything(tmp_path):
-    words = ["--duration", 11, "--set", "disturbances=2 stop recorder; 7 continue recorder"]
+    disturbances = "disturbances=0.5 stop recorder; 5.5 continue recorder"
+    words = ["--duration", 6.5, "--set", disturbances]
     with Running(tmp_path / "session", "carry_16ms", *words) as session:
         assert session.end() == 0, session.output()
         recording = session.summary()["recording"]
@@ -143,38 +144,49 @@ def test_the_session_folder_holds_what_is_needed_to_run_it_again(carried):
     assert again == load("carry_16ms", duration_s=4.0)
 
 
-def test_a_session_that_is_terminated_ends_with_a_report(tmp_path):
-    """By SIGTERM; ``test_strangers`` interrupts one by SIGINT."""
-    with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
+def test_nodes_that_are_killed_are_named_and_the_others_go_on(tmp_path):
+    nodes = ("user2", "server", "netem")
+    with Running(tmp_path / "session", "carry_16ms", "--duration", 600, figures=True) as session:
         session.await_ticks()
+        kill(session, nodes)
+        session.await_ticks()  # two seconds on
+        session.process.send_signal(signal.SIGINT)
+        assert session.end() == 0, session.output()
+        assert_named(session, nodes)
+        assert session.summary()["duration_s"] > 2.5
+        report = (session.folder / "report.html").read_text("utf-8")
+        for name in nodes:
+            assert KILLED.get(name, name) in report and "ended by SIGKILL" in report
+
+
+def test_a_session_without_its_recorder_goes_on_and_ends_in_order_when_terminated(tmp_path):
+    """By SIGTERM; others are interrupted, by SIGINT."""
+    with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
+        for _ in range(2):  # 3 s: it keeps whole chunks of a second
+            session.await_ticks()
+        kill(session, ("recorder",))
         session.process.send_signal(signal.SIGTERM)
         assert session.end() == 0, session.output()
-        assert session.nodes() == {}
-        assert session.events() == []
+        assert_named(session, ("recorder",))
         assert 0.5 < session.summary()["duration_s"] < 60.0
 
 
-@pytest.mark.parametrize("nodes", [("user2", "server", "netem"), ("recorder",)], ids=",".join)
-def test_nodes_that_are_killed_are_named_and_the_others_go_on(tmp_path, nodes):
-    with Running(tmp_path / "session", "carry_16ms", "--duration", 5) as session:
-        for _ in range(1 + ("recorder" in nodes)):  # 3 s: it keeps whole chunks of a second
-            session.await_ticks()
-        left = session.nodes()
-        for node in nodes:
-            os.kill(left.pop(node), signal.SIGKILL)
-            session.await_line(f"{KILLED.get(node, node)} was ended by SIGKILL")
-            assert session.nodes() == left
-        assert session.end() == 0, session.output()
-        names = [KILLED.get(node, node) for node in nodes]
-        events = session.events()
-        assert [event["who"] for event in events] == names, (events, session.output())
-        assert {event["signal"] for event in events} == {"SIGKILL"}
-        report = (session.folder / "report.html").read_text("utf-8")
-        for name in names:
-            assert f"{name}" in report and "ended by SIGKILL" in report
-        assert session.nodes() == {}
-        if "recorder" not in nodes:
-            assert session.summary()["duration_s"] > 4.5
+def kill(session, nodes):
+    """Kill nodes; each is named, and the others run on."""
+    left = session.nodes()
+    for node in nodes:
+        os.kill(left.pop(node), signal.SIGKILL)
+        session.await_line(f"{KILLED.get(node, node)} was ended by SIGKILL")
+        assert session.nodes() == left
+
+
+def assert_named(session, nodes):
+    """The nodes that were killed, and no others, are noted; none is left."""
+    events = session.events()
+    names = [KILLED.get(node, node) for node in nodes]
+    assert [event["who"] for event in events] == names, (events, session.output())
+    assert {event["signal"] for event in events} == {"SIGKILL"}
+    assert session.nodes() == {}
 
 
 def test_a_node_that_never_came_up_is_reported_with_its_last_output(tmp_path):
@@ -195,12 +207,8 @@ def test_no_node_outlives_a_runner_that_is_killed(tmp_path):
         session.await_no_nodes()
 
 
-def test_two_sessions_at_once_receive_nothing_from_each_other(tmp_path):
-    with (
-        Running(tmp_path / "a" / "session", "wall", "--duration", 2, "--json") as one,
-        Running(tmp_path / "b" / "session", "wall", "--duration", 2, "--json") as other,
-    ):
-        assert (one.end(), other.end()) == (0, 0), one.output() + other.output()
-        for session in (one, other):
-            assert json.loads("".join(session.lines)) == session.summary()
-            assert len({*read_session(session.folder).packets["/user1/wave_up"].epoch}) == 1
+def test_two_sessions_at_once_receive_nothing_from_each_other(pair):
+    for session in pair.values():
+        assert session.code == 0, session.output()
+        assert json.loads("".join(session.lines)) == session.summary()
+        assert len({*read_session(session.folder).packets["/user1/wave_up"].epoch}) == 1

@@ -13,6 +13,7 @@
 import contextlib
 import ctypes
 import functools
+import io
 import math
 import os
 import re
@@ -189,13 +190,37 @@ class NodeProcess(Program):
         *,
         arguments: Sequence[str] = (),
     ) -> None:
-        isolate()
-        command = [sys.executable, "-u", "-m", module, "--ros-args", *arguments]
-        with tempfile.NamedTemporaryFile(
-            "w", dir=os.environ["ROS_LOG_DIR"], suffix=".yaml", delete=False
-        ) as file:
-            yaml.safe_dump(to_ros_yaml(parameters or {}), file)
-        super().__init__(command + (["--params-file", file.name] if parameters else []))
+        words = _ros_arguments(parameters or {}, arguments)
+        super().__init__([sys.executable, "-u", "-m", module, *words])
+
+
+def refused(
+    run: Callable[..., int], parameters: Mapping[str, Any], *, arguments: Sequence[str] = ()
+) -> str:
+    """Run a node in this process that ends at once, as by itself: with exit code 2, and one line,
+    which is returned.
+    """
+    words, interval_s = _ros_arguments(parameters, arguments), sys.getswitchinterval()
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        try:
+            code = run(args=words)
+        finally:
+            sys.setswitchinterval(interval_s)
+    (line,) = said.getvalue().splitlines()
+    assert code == 2, line
+    return line
+
+
+def _ros_arguments(parameters: Mapping[str, Any], arguments: Sequence[str]) -> list[str]:
+    """Return the arguments of a node in this process's domain, with a file of parameters."""
+    isolate()
+    words = ["--ros-args", *arguments]
+    if not parameters:
+        return words
+    folder = os.environ["ROS_LOG_DIR"]
+    with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".yaml", delete=False) as file:
+        yaml.safe_dump(to_ros_yaml(parameters), file)
+    return [*words, "--params-file", file.name]
 
 
 def _die_with(parent: int) -> None:

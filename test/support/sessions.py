@@ -12,19 +12,53 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 
-class Running:
-    """One ``./pmwvc run`` with its folder; ``with`` ends everything that is left."""
+class Ended:
+    """A session that was recorded into a folder by a command, and what that printed."""
 
-    def __init__(self, folder: Path, *words: object) -> None:
-        self.folder = folder
-        # every session takes a domain of its own: tests run side by side
-        environment = {k: v for k, v in os.environ.items() if k != "ROS_DOMAIN_ID"}
+    def __init__(self, folder: Path, printed: str = "") -> None:
+        self.folder, self._printed = folder, printed
+
+    def output(self) -> str:
+        """Return what was printed."""
+        return self._printed
+
+    def summary(self) -> dict:
+        """Return ``summary.json``."""
+        return json.loads((self.folder / "summary.json").read_text("utf-8"))
+
+    def events(self) -> list[dict]:
+        """Return what the runner noted."""
+        return json.loads((self.folder / "events.json").read_text("utf-8"))
+
+    def nodes(self) -> dict[str, int]:
+        """Return the nodes that are alive by the name of their log, with their process ids."""
+        found = {}
+        for process in Path("/proc").glob("[0-9]*"):
+            try:
+                words = (process / "cmdline").read_bytes().split(b"\0")
+            except (FileNotFoundError, ProcessLookupError):
+                continue
+            for word in map(os.fsdecode, words):
+                if word.startswith(f"{self.folder.resolve()}/nodes/"):
+                    found[Path(word).stem] = int(process.name)
+        return found
+
+
+class Running(Ended):
+    """One ``./pmwvc run`` with its folder; ``with`` ends everything that is left.
+
+    ``figures``: whether it draws the report at its end, which takes as long as a short session.
+    """
+
+    def __init__(self, folder: Path, *words: object, figures: bool = False) -> None:
+        super().__init__(folder)
+        words = words if figures else (*words, "--no-figures")
         folder.parent.mkdir(parents=True, exist_ok=True)
         self._errors = (folder.parent / "stderr").open("w+")
         self.process = subprocess.Popen(
             [ROOT / "pmwvc", "run", *map(str, words), "--out", folder],
             cwd=folder.parent,
-            env=environment,
+            env=without_domain(),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=self._errors,
@@ -55,6 +89,10 @@ class Running:
         """Read on until the first line of status: the loops are running."""
         self.await_line(" Hz ")
 
+    def domain(self) -> int:
+        """Read on to the ROS domain of its nodes."""
+        return int(self.await_line("ROS_DOMAIN_ID=").rpartition("=")[2])
+
     def end(self) -> int:
         """Read to the end and return the exit code."""
         self.lines += self.process.stdout
@@ -65,31 +103,15 @@ class Running:
         self._errors.flush()
         return "".join(self.lines) + Path(self._errors.name).read_text()
 
-    def nodes(self) -> dict[str, int]:
-        """Return the nodes that are alive by the name of their log, with their process ids."""
-        found = {}
-        for process in Path("/proc").glob("[0-9]*"):
-            try:
-                words = (process / "cmdline").read_bytes().split(b"\0")
-            except (FileNotFoundError, ProcessLookupError):
-                continue
-            for word in map(os.fsdecode, words):
-                if word.startswith(f"{self.folder.resolve()}/nodes/"):
-                    found[Path(word).stem] = int(process.name)
-        return found
-
     def await_no_nodes(self) -> None:
         """Wait until every node is gone."""
         while self.nodes():
             time.sleep(0.02)
 
-    def summary(self) -> dict:
-        """Return ``summary.json``."""
-        return json.loads((self.folder / "summary.json").read_text("utf-8"))
 
-    def events(self) -> list[dict]:
-        """Return what the runner noted."""
-        return json.loads((self.folder / "events.json").read_text("utf-8"))
+def without_domain() -> dict[str, str]:
+    """Return this process's environment, in which a session takes a domain of its own."""
+    return {name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"}
 
 
 def shared_memory_of(pid: int) -> list[str]:

@@ -55,7 +55,7 @@ def test_version(tmp_path):
     [
         (["simulat", "carry_0ms"], "did you mean simulate?"),
         (["run", "carry_0ms", "--durration", "1"], "did you mean --duration?"),
-        (["simulate", "wall", "--no-figures"], "is an option of replay, compare only"),
+        (["simulate", "wall", "--no-figures", "--over", "x=1,2"], "is an option of compare only"),
         (["simulate", "cary_0ms"], "did you mean carry_0ms?"),
         (
             ["simulate", "carry_0ms", "--set", "master.impedence=3"],
@@ -118,7 +118,7 @@ def simulated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("simulated")
     result = call(
         "simulate", "carry_16ms", "--duration", "0.5", "--users", "3", "--out", "short", "--json",
-        "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=5", cwd=folder,
+        "--no-figures", "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=5", cwd=folder,
     )  # fmt: skip
     assert result.returncode == 0, result.stderr
     return folder, result
@@ -131,11 +131,15 @@ def test_json_is_the_summary_and_nothing_else(simulated):
     assert "session folder" in result.stderr
 
 
-def test_a_report_written_anew_is_the_same(simulated):
+def test_a_report_written_anew_has_the_same_numbers_and_the_figures_left_out(simulated):
     folder, first = simulated
+    numbers = {"summary.json", "budget.json"}
+    assert numbers < {path.name for path in (folder / "short").iterdir()}
+    assert not list(folder.glob("short/*.html")) + list(folder.glob("short/plots"))
     again = here("report", "short", "--json", cwd=folder)
     assert again.returncode == 0, again.stderr
     assert again.stdout == first.stdout
+    assert (folder / "short" / "report.html").is_file()
 
 
 def test_options_reach_the_session(simulated):

@@ -229,10 +229,10 @@ def test_a_prediction_without_limits_is_open_where_limits_take_over():
     assert [each["hit"] for each in found["outcomes"] if each["what"] == "stability"] == [None]
 
 
-def said_of(scenario, force, drift_m, *events):
+def said_of(scenario, force, drift_m, *events, late_s=0.0):
     """What is said of the offset of a live press at rest."""
     entry = {"name": "user1", "force_final_n": force, "avatar_force_final_n": force}
-    entry |= {"drift_m": drift_m, "drift_change_m": 0.0}
+    entry |= {"drift_m": drift_m, "drift_change_m": 0.0, "late_s": late_s}
     summary = {"source": "live", "stable": True, "users": [entry], "events": events}
     (found,) = offsets(scenario, summary)
     return found
@@ -272,7 +272,8 @@ def test_lateness_adds_in_the_direction_of_the_force(sign, force, delay_s, coupl
     (user, _) = scenario.users
     per_lag = sign * force / (2.0 * handmade.IMPEDANCE)
     even_m = per_lag * lag_s(user, scenario, live=True)
-    found = said_of(scenario, sign * force, even_m + per_lag * later_s)
+    found = said_of(scenario, sign * force, even_m + per_lag * later_s, late_s=later_s)
     assert found.hit is True, found.text
-    ahead = said_of(scenario, sign * force, even_m - sign * 1.01 * found.tolerance)
-    assert ahead.hit is False  # the control
+    for off_m in (-1.01 * found.tolerance, abs(per_lag) * later_s + 1.01 * found.tolerance):
+        beyond = said_of(scenario, sign * force, even_m + sign * off_m, late_s=later_s)
+        assert beyond.hit is False  # the control, on either side

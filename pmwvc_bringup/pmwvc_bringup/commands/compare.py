@@ -80,14 +80,14 @@ def compare(arguments: argparse.Namespace) -> Result:
     folder = new_folder(f"{name}-compare", arguments.out)
     from pmwvc_bringup.comparison import report
 
-    console = terminal()
+    console, figures = terminal(), not arguments.no_figures
     console.print(
         f"{name}: {count(len(chosen), 'session')}, {'live' if arguments.live else 'simulated'}"
     )
     with doing("searching the best parameters of controllers without waves") as work:
         chosen = report.tuned(chosen, work)
     if arguments.live:
-        entries = report.live(chosen, folder, console)
+        entries = report.live(chosen, folder, console, figures=figures)
     else:
         with doing("running") as work:
             entries = report.simulated(chosen, folder, work)
@@ -97,5 +97,5 @@ def compare(arguments: argparse.Namespace) -> Result:
         entries,
         console,
         notes=notes,
-        figures=not arguments.no_figures,
+        figures=figures,
     )

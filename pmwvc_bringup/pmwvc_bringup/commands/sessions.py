@@ -47,6 +47,8 @@ def run(arguments: argparse.Namespace) -> Result:
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
     require_ros()
+    if arguments.view and arguments.no_figures:
+        raise PmwvcError("--view names the report on the page: leave out --no-figures")
     page = Page(arguments.host, arguments.port) if arguments.view else None
     if page is not None:
         from pmwvc_bringup.session.page import require_address
@@ -74,7 +76,10 @@ def run(arguments: argparse.Namespace) -> Result:
     except StartError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
         return Result(1)
-    results = [finish(console, *each, check=arguments.check) for each in recorded]
+    figures = not arguments.no_figures
+    results = [
+        finish(console, *each, check=arguments.check, figures=figures) for each in recorded
+    ]
     return Result(max(result.code for result in results), results[-1].document)
 
 
@@ -112,7 +117,8 @@ def simulate_(arguments: argparse.Namespace) -> Result:
         console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
     with doing("writing the recording"):
         record_traces(folder, traces, scenario, metadata=kept(traces))
-    return finish(console, folder, scenario, check=arguments.check)
+    figures = not arguments.no_figures
+    return finish(console, folder, scenario, check=arguments.check, figures=figures)
 
 
 @command(

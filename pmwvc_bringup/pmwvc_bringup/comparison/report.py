@@ -71,7 +71,9 @@ def simulated(
     return entries
 
 
-def live(chosen: Sequence[Combination], folder: Path, console: Console) -> list[Entry]:
+def live(
+    chosen: Sequence[Combination], folder: Path, console: Console, *, figures: bool = True
+) -> list[Entry]:
     """Run one session of nodes after the other, each by a runner of its own."""
     from pmwvc_analysis.recording.reader import read_session
 
@@ -83,6 +85,7 @@ def live(chosen: Sequence[Combination], folder: Path, console: Console) -> list[
             file = Path(scratch, "scenario.yaml")
             file.write_text(to_yaml(one.scenario), "utf-8")
             words = ["run", str(file), "--out", str(folder / below)]
+            words += [] if figures else ["--no-figures"]
             command = [sys.executable, "-m", "pmwvc_bringup.cli", *words]
             code = subprocess.run(command, check=False).returncode
         if code == 130:

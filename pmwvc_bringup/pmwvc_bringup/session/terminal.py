@@ -52,6 +52,7 @@ def finish(
     scenario: Scenario | None,
     *,
     check: bool,
+    figures: bool = True,
     out: Path | None = None,
 ) -> Result:
     """Judge and draw a recorded session and print the verdict; the document is its summary.
@@ -64,12 +65,17 @@ def finish(
 
     with doing("reading the recording") as work:
         summary = finish_files(
-            folder, scenario=scenario, out=out, player=replay_page, begins=work.part
+            folder,
+            scenario=scenario,
+            out=out,
+            player=replay_page,
+            figures=figures,
+            begins=work.part,
         )
     target = out or folder
     lines = verdict_lines(summary)
     lines += [f"  {outcome['text']}" for outcome in summary["outcomes"]]
-    lines.append(f"report: {target / REPORT}")
+    lines.append(f"report: {target / (REPORT if figures else SUMMARY)}")
     passed = True
     if check:
         passed = summary["check"]["passed"]
