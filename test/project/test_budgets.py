@@ -28,9 +28,9 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "laws": Room(6_848, 6_000, inside("pmwvc_core", "law")),
+    "laws": Room(6_384, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        4_691,
+        4_431,
         2_500,
         inside(
             "pmwvc_core",
@@ -45,7 +45,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_861, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_762,
+        5_710,
         4_700,
         (
             *inside(
@@ -56,7 +56,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_877, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_747,
+        5_742,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -80,8 +80,8 @@ ROOMS = {
     "figures and reports": Room(
         3_502, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_627, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_499, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "command line": Room(4_626, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_480, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(4_257, 3_000, ("pmwvc_view",)),
 }
 

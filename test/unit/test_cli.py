@@ -118,7 +118,8 @@ def simulated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("simulated")
     result = call(
         "simulate", "carry_16ms", "--duration", "0.5", "--users", "3", "--out", "short", "--json",
-        "--no-figures", "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=5", cwd=folder,
+        "--no-figures", "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=5",
+        cwd=folder,
     )  # fmt: skip
     assert result.returncode == 0, result.stderr
     return folder, result

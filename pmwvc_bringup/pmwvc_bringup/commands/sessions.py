@@ -77,9 +77,7 @@ def run(arguments: argparse.Namespace) -> Result:
         print(f"pmwvc: {error}", file=sys.stderr)
         return Result(1)
     figures = not arguments.no_figures
-    results = [
-        finish(console, *each, check=arguments.check, figures=figures) for each in recorded
-    ]
+    results = [finish(console, *each, check=arguments.check, figures=figures) for each in recorded]
     return Result(max(result.code for result in results), results[-1].document)
 
 
