@@ -35,7 +35,7 @@ from pmwvc_core.law.server.server_port import (
     left,
 )
 from pmwvc_core.law.wave.wave import impedance
-from pmwvc_core.law.without_waves import pspm, tdpa, unguarded
+from pmwvc_core.law.without_waves import couplings, pspm, tdpa
 from pmwvc_core.law.without_waves.ends import AvatarEndParams, DeviceEndParams, resting_end
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
@@ -66,13 +66,13 @@ def test_both_ends(kind: str, axes: int) -> None:
     nothing, nobody = (0.0,) * axes, Nothing(0)
     state, law, kept = {
         "direct": (
-            unguarded.Held(nothing),
-            unguarded.Direct(0),
+            couplings.Held(nothing),
+            couplings.Direct(0),
             nobody,
         ),
         "virtual_coupling": (
-            unguarded.resting_coupling(axes),
-            unguarded.VirtualCoupling(300.0, 3.0),
+            couplings.resting_coupling(axes),
+            couplings.VirtualCoupling(300.0, 3.0),
             nobody,
         ),
         "tdpa": (

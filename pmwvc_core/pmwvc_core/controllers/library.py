@@ -11,9 +11,9 @@ from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers import accounts
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.law.family import NOTHING
+from pmwvc_core.law.without_waves.couplings import Direct, Held, VirtualCoupling, resting_coupling
 from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
 from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
-from pmwvc_core.law.without_waves.unguarded import Direct, Held, VirtualCoupling, resting_coupling
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.compensations import COMPENSATIONS
