@@ -205,8 +205,8 @@ def test_the_defaults_meet_their_rules_at_24_ms_with_the_default_hand(controller
 
 
 def test_where_there_is_no_rule_nothing_is_checked():
-    assert LIBRARY["direct"].check(BaselineParams(), LOOP) is None
-    assert LIBRARY["pmwvc"].check(BaselineParams(), LOOP) is None
+    assert LIBRARY["direct"].check(BaselineParams(), LOOP) == {}
+    assert LIBRARY["pmwvc"].check(BaselineParams(), LOOP) == {}
 
 
 def test_before_a_session_the_rules_are_reported_with_their_margins():

@@ -75,7 +75,7 @@ def test_hardly_any_of_many_wild_settings_is_left_unsettled():
 
 def test_an_unsettled_step_is_reported(monkeypatch):
     """The control: without iterations the equation is not solved, and the session says so."""
-    as_written(monkeypatch, server__implicit_coupled__STEPS=0)
+    as_written(monkeypatch, server__coupled_axes__STEPS=0)
     matrix = "master.impedance_matrix=30 6 0; 6 20 4; 0 4 25"
     scenario = scenarios.load("cube_3d", users=1, duration_s=3.0, settings_texts=[matrix])
     traces = simulate_one(scenario)

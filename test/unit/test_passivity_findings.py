@@ -172,3 +172,13 @@ def test_without_the_server_nothing_is_judged():
 def test_what_held_forces_explain_is_said_with_the_amount(held_j, said):
     found = dataclasses.replace(one(-1e-3), held_j=held_j, why="its loop stood still")
     assert passivity_words.amount(found).endswith("; its loop stood still") is said
+
+
+def test_without_the_scenario_what_a_port_gave_out_may_have_been_stored():
+    """Its declared storage is not known then; the amount is named."""
+    traces = handmade.session()
+    traces.server.energy_u_s[0] += 5e-3 * (traces.server.time_s > 2.0)
+    known, unknown = (passivity(traces, each, None) for each in (handmade.scenario(), None))
+    assert (known.passive("user1"), unknown.passive("user1")) == (False, None)
+    assert "it gave out" in passivity_words.verdict(unknown, "user1")
+    assert "its declared storage is not known" in passivity_words.verdict(unknown, "user1")

@@ -27,11 +27,10 @@ GONE_S = 1.0  # of silence at the end, after which nobody waits for a link
 
 def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float:
     """Return the largest ratio, over the links, of time spent in intervals before late packets."""
-    span_s = end_s - start_s
-    if span_s <= 0.0:
+    if end_s <= start_s:
         return 0.0
     lengths_s = (np.diff(_waits(each, start_s, end_s)).sum() for each in links)
-    return float(max(lengths_s, default=0.0)) / span_s
+    return float(max(lengths_s, default=0.0)) / (end_s - start_s)
 
 
 def timely(

@@ -104,7 +104,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     last_two = middles >= edges_s[1]
     early, middle, late = (_median(levels[third]) for third in thirds)
     known = min(int(third.sum()) for third in thirds)
-    expected = 0.5 * third_s / (_rows(motion) * motion.period_s) - 1.0
+    expected = 0.5 * third_s / WINDOW_S - 1.0
     return Strength(
         min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
@@ -134,11 +134,6 @@ def _long(flags: Flags) -> list[slice]:
     return [span for span in spans(flags) if span.stop - span.start >= LEAST]
 
 
-def _rows(motion: Motion) -> int:
-    """Return the rows of a window."""
-    return max(1, round(WINDOW_S / motion.period_s))
-
-
 def _median(values: Array) -> float:
     return float(np.median(values)) if len(values) else 0.0
 
@@ -154,7 +149,7 @@ def _levels(motion: Motion, pieces: list[slice]) -> list[tuple[Array, Array, Arr
     """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window, for
     each piece; empty where the motion is shorter than ``LEAST`` windows, or no number.
     """
-    rows = _rows(motion)
+    rows = max(1, round(WINDOW_S / motion.period_s))  # of a window
     if len(motion.velocity) // rows < LEAST or not np.isfinite(motion.velocity).all():
         return []
 

@@ -38,6 +38,7 @@ from pmwvc_core.traces import SessionTraces
 # where the work of the force on the device counts
 AT_DEVICE = ("hand_port", "node", "node_and_link_down", "sample_hold")
 NO_SERVER = "the server's trace is missing"
+NO_SCENARIO = "without the scenario its declared storage is not known"
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        found += [within(each, entry, open_s) for each in _of_user(entry, missing, open_s)]
+        of_user = (within(each, entry, open_s) for each in _of_user(entry, missing, open_s))
+        found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
@@ -166,13 +168,16 @@ def _of_server(
         decides=True,
         unjudged=[hole.unjudged for hole in missing],
     )
-    # why an environment may give out energy of its own; empty where it has none
-    excuse = "without the scenario its environment is not known"
-    if scenario is not None:
-        excuse = scenario.environment.own_energy(scenario.server)
-    if found.passive is False and excuse:
-        return replace(found, passive=None, why=f"it gave out {found.given_j:.3g} J; {excuse}")
-    return found
+    if scenario is None:
+        return _excused(found, "without the scenario its environment is not known")
+    return _excused(found, scenario.environment.own_energy(scenario.server))
+
+
+def _excused(found: Finding, why: str) -> Finding:
+    """Return a finding as not judged where something unknown may explain what was given out."""
+    if found.passive is not False or not why:
+        return found
+    return replace(found, passive=None, why=f"it gave out {quantity(found.given_j, 'J')}; {why}")
 
 
 def _moved_j(came: Array, went: Array) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from oracle.linear_model.blocks import column
 from oracle.linear_model.motion import motion
 
-from pmwvc_core.law.server import sampled
+from pmwvc_core.law.server import coupling as sampled
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ServerParams
 
