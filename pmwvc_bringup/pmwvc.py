@@ -36,12 +36,9 @@ def names() -> list[str]:
 
 
 def scenario(
-    source: str | Path | Scenario,
-    changes: Mapping[str, object] | None = None,
-    *,
-    users: int | None = None,
-    duration_s: float | None = None,
-) -> Scenario:
+    source: str | Path | Scenario, changes: Mapping[str, object] | None = None, *,
+    users: int | None = None, duration_s: float | None = None,
+) -> Scenario:  # fmt: skip
     """Return a scenario, with parameters changed.
 
     Parameters

@@ -84,12 +84,9 @@ def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:
 
 
 def load(
-    name: str,
-    *,
-    settings_texts: Iterable[str] = (),
-    users: int | None = None,
+    name: str, *, settings_texts: Iterable[str] = (), users: int | None = None,
     duration_s: float | None = None,
-) -> Scenario:
+) -> Scenario:  # fmt: skip
     """Return a scenario with its options; ScenarioError with every mistake of file and options."""
     path = find(name)
     mapping = read(path)

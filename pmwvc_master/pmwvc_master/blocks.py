@@ -76,13 +76,9 @@ class Block:
         ]
 
     def put(
-        self,
-        signals: Row,
-        lateness: float,
-        compute: float,
-        looked_ns: int,
+        self, signals: Row, lateness: float, compute: float, looked_ns: int,
         packets: Sequence[WavePacket],
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Write one tick: signals, ``lateness`` and ``compute`` [s], when packets were taken in
         after the deadline [ns], and these packets.
         """
@@ -134,15 +130,9 @@ class TraceBlocks:
         return count == tick or (last and count < tick)
 
     def put(
-        self,
-        tick: Tick,
-        row: Row,
-        compute_ns: int,
-        *,
-        looked_ns: int,
-        packets: Sequence[WavePacket],
-        changes: int,
-    ) -> None:
+        self, tick: Tick, row: Row, compute_ns: int, *, looked_ns: int,
+        packets: Sequence[WavePacket], changes: int,
+    ) -> None:  # fmt: skip
         """Note a tick, its signals and the packets taken in at an instant [ns]."""
         block = self._filled
         if self._first is None:

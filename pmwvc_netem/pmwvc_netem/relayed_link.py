@@ -80,15 +80,9 @@ class RelayedLink:
     """
 
     def __init__(
-        self,
-        name: str,
-        link: Link,
-        *,
-        take: Callable[[], bytes | None],
-        give: Callable[[bytes], None],
-        clock: Callable[[], int],
-        is_wave: bool,
-    ) -> None:
+        self, name: str, link: Link, *, take: Callable[[], bytes | None],
+        give: Callable[[bytes], None], clock: Callable[[], int], is_wave: bool,
+    ) -> None:  # fmt: skip
         self.name, self.link = name, link
         self.fates = FateLog()
         self.invalid = self._count = 0

@@ -28,9 +28,8 @@ from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.loop import ServerLoop
-from pmwvc_server.markers import Scene
 from pmwvc_server.settings import PauseParams, declare_settings
-from pmwvc_server.wires import RosWires
+from pmwvc_server.wires import RosWires, Scene
 
 MARKER_HZ = 30.0
 NEWS = {

@@ -17,10 +17,10 @@ from pmwvc_core.scenario.changes import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description, protocol
 from pmwvc_view.controls import Control, Setting, Settings
+from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
 from pmwvc_view.feed.verdict import Notices, verdict
-from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 TEXT_EVERY = 8  # snapshots between two verdicts

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from pmwvc_bringup.session.status import Status, UserStatus
+from pmwvc_bringup.session.terminal import Status, UserStatus
 
 COUPLED = UserStatus(
     "user1",

@@ -8,17 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import (
-    MODEL,
-    json_document,
-    out,
-    parameter_names,
-    scenario_of,
-    session_folders,
-)
-from pmwvc_bringup.output import terminal
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError, RecordingError
 
 if TYPE_CHECKING:
@@ -32,7 +23,7 @@ MOST_POINTS = 1_000_000
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
-@command(
+@cli.command(
     "map",
     "draw a stability map over two parameters, with measured sessions as points",
     """\
@@ -45,33 +36,33 @@ examples:
 NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
 interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
 """,
-    *MODEL,
+    *cli.MODEL,
     *(
-        argument(
+        cli.argument(
             f"--{axis}",
             required=True,
             metavar="NAME[=A:B:N]",
             help=f"parameter along {axis}",
-            completer=parameter_names,
+            completer=cli.parameter_names,
         )
         for axis in ("x", "y")
     ),
-    argument(
+    cli.argument(
         "--sessions",
         nargs="+",
         default=[],
         metavar="FOLDER",
         help="session folders to draw as points",
-        completer=session_folders,
+        completer=cli.session_folders,
     ),
-    out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
-    argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
-    argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
-    json_document("print map.json on stdout only"),
+    cli.out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
+    cli.argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
+    cli.argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
+    cli.json_document("print map.json on stdout only"),
 )
-def map_(arguments: argparse.Namespace) -> Result:
+def map_(arguments: argparse.Namespace) -> cli.Result:
     """Compute the map and write it."""
-    scenario = scenario_of(arguments)
+    scenario = cli.scenario_of(arguments)
     import numpy as np
 
     from pmwvc_analysis.figures.map_figure import draw
@@ -109,7 +100,7 @@ def map_(arguments: argparse.Namespace) -> Result:
     stable = f"{radius.size} points, {are_stable(radius).mean():.1%} of them stable"
     for line in (stable, boundary_words(grid, radius), *paths):
         console.print(str(line), markup=False)
-    return Result(document=(folder / "map.json").read_text("utf-8"))
+    return cli.Result(document=(folder / "map.json").read_text("utf-8"))
 
 
 def _axis_given(scenario: "Scenario", arguments: argparse.Namespace, option: str) -> "Axis":

@@ -11,7 +11,7 @@ import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Result, argument, command
+from pmwvc_bringup import command as cli
 from pmwvc_core.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ ONE_USER = "user1."
 OF_ROS = ("start_type_description_service", "use_sim_time")  # declared by every ROS node
 
 
-@command(
+@cli.command(
     "node",
     "run one node by itself",
     """\
@@ -39,22 +39,21 @@ examples:
   pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
   pmwvc node master --help                     every parameter of a node
 """,
-    argument("kind", choices=sorted(ROS_ARGUMENTS), help="which node"),
-    argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
+    cli.argument("kind", choices=sorted(ROS_ARGUMENTS), help="which node"),
+    cli.argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
 )
-def node(arguments: argparse.Namespace) -> Result:
+def node(arguments: argparse.Namespace) -> cli.Result:
     """Become one node: same process, so that signals and exit code are the node's own.
 
     With ``--help``, print its parameters instead.
     """
     from pmwvc_bringup.session.plan import MODULES
-    from pmwvc_bringup.session.preflight import require_ros
-    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
+    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, require_ros
 
     require_ros()
     if {"-h", "--help"} & set(arguments.arguments):
         print(parameter_help(arguments.kind))
-        return Result()
+        return cli.Result()
     words = [sys.executable, "-m", MODULES[arguments.kind], *arguments.arguments]
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the node can end by it
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))

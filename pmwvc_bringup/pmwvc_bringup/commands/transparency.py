@@ -5,14 +5,12 @@
 import argparse
 from pathlib import Path
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
-from pmwvc_bringup.output import write_answer
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import doing, write_answer
 from pmwvc_core.errors import PmwvcError
 
 
-@command(
+@cli.command(
     "transparency",
     "compute the stiffness, damping and mass rendered to a user, beside an ideal link",
     """\
@@ -32,13 +30,17 @@ first_peak_hz, ideal (the same five for direct coupling at every tick, no delay)
 or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no
 such limit exists.
 """,
-    *MODEL,
-    argument("--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"),
-    argument("--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"),
-    out("folder for figure, curves and numbers"),
-    json_document(),
+    *cli.MODEL,
+    cli.argument(
+        "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
+    ),
+    cli.argument(
+        "--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"
+    ),
+    cli.out("folder for figure, curves and numbers"),
+    cli.json_document(),
 )
-def transparency_(arguments: argparse.Namespace) -> Result:
+def transparency_(arguments: argparse.Namespace) -> cli.Result:
     """Print what the link renders to one user, and write curves."""
     folder = Path(arguments.scenario)
     recorded = folder.is_dir()
@@ -46,7 +48,7 @@ def transparency_(arguments: argparse.Namespace) -> Result:
         if not (folder / "scenario.yaml").is_file():
             raise PmwvcError(f"{folder}: there is no scenario.yaml; is it a session folder?")
         arguments.scenario = str(folder / "scenario.yaml")
-    scenario = scenario_of(arguments)
+    scenario = cli.scenario_of(arguments)
     names, whose = [user.name for user in scenario.users], arguments.whose
     if whose not in (None, *names):
         raise PmwvcError(f"--user {whose}: there is no such user; there are {', '.join(names)}")
@@ -105,4 +107,4 @@ def transparency_(arguments: argparse.Namespace) -> Result:
         paths = write(out_folder, found, measured)
         drawn = chart(found, measured, scenario, live=live)
         write_answer(out_folder, NAME, result, drawn, paths)
-    return Result(document=result)
+    return cli.Result(document=result)

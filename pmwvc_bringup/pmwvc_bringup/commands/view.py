@@ -8,15 +8,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import (
-    PAGE,
-    USERS,
-    scenario_names,
-    scenario_of,
-    session_folders,
-    settings,
-)
+from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import terminal
 from pmwvc_core.errors import PmwvcError, RecordingError
 
@@ -26,10 +18,10 @@ if TYPE_CHECKING:
 
 def _sessions(**given: object) -> list[str]:
     """Return what can be viewed: scenarios and folders."""
-    return [*scenario_names(), *session_folders(**given)]  # type: ignore[arg-type]
+    return [*cli.scenario_names(), *cli.session_folders(**given)]  # type: ignore[arg-type]
 
 
-@command(
+@cli.command(
     "view",
     "show a session in the browser and take part in it",
     """\
@@ -42,7 +34,7 @@ examples:
 The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the printed
 address is needed to connect.
 """,
-    argument(
+    cli.argument(
         "what",
         nargs="?",
         metavar="WHAT",
@@ -50,25 +42,25 @@ address is needed to connect.
         "that runs)",
         completer=_sessions,
     ),
-    USERS,
-    settings(),
-    argument("--namespace", default="", help="namespace of the running session"),
-    *PAGE,
+    cli.USERS,
+    cli.settings(),
+    cli.argument("--namespace", default="", help="namespace of the running session"),
+    *cli.PAGE,
 )
-def view(arguments: argparse.Namespace) -> Result:
+def view(arguments: argparse.Namespace) -> cli.Result:
     """Serve the page until interrupted."""
     from pmwvc_bringup.session.page import join, serve
     from pmwvc_bringup.session.plan import Page
-    from pmwvc_bringup.session.preflight import require_ros
+    from pmwvc_bringup.session.surroundings import require_ros
 
     page, browser = Page(arguments.host, arguments.port), not arguments.no_browser
     if arguments.what is not None:
         serve(_session(arguments), terminal(), page=page, browser=browser)
-        return Result()
+        return cli.Result()
     require_ros()
     if arguments.users or arguments.settings:
         raise PmwvcError("--users and --set belong to a scenario: name one, or a session folder")
-    return Result(join(terminal(), page=page, namespace=arguments.namespace, browser=browser))
+    return cli.Result(join(terminal(), page=page, namespace=arguments.namespace, browser=browser))
 
 
 def _session(arguments: argparse.Namespace) -> "Session":
@@ -77,10 +69,10 @@ def _session(arguments: argparse.Namespace) -> "Session":
 
     folder = Path(arguments.what).expanduser()
     if not folder.is_dir():
-        from pmwvc_bringup.session.preflight import check
+        from pmwvc_bringup.session.surroundings import check
         from pmwvc_view.simulated import SimulatedSession
 
-        scenario = scenario_of(arguments)
+        scenario = cli.scenario_of(arguments)
         check(scenario)
         return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
     from pmwvc_analysis.recording.reader import read_scenario, read_session

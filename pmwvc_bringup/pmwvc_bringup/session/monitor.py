@@ -23,7 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from pmwvc_bringup.session.status import UserStatus
+from pmwvc_bringup.session.terminal import UserStatus
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit

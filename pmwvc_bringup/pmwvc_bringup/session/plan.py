@@ -83,13 +83,9 @@ class Page:
 
 
 def nodes(
-    scenario: Scenario,
-    *,
-    folder: Path,
-    paused: bool,
-    tokens: Path | None = None,
+    scenario: Scenario, *, folder: Path, paused: bool, tokens: Path | None = None,
     page: Page | None = None,
-) -> list[NodePlan]:
+) -> list[NodePlan]:  # fmt: skip
     """Return the nodes of a session in the order in which they start.
 
     Parameters

@@ -20,14 +20,14 @@ from urllib.parse import parse_qs, urlsplit
 from rich.console import Console
 from rich.live import Live
 
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup.output import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
-from pmwvc_bringup.session.events import Disturber, Notes
+from pmwvc_bringup.session.events import Disturber, Notes, start_node
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
-from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
+from pmwvc_bringup.session.terminal import Status
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
@@ -56,21 +56,12 @@ class LiveSession:
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        folder: Path,
-        *,
-        console: Console,
-        page: plan.Page | None = None,
+        self, scenario: Scenario, folder: Path, *, console: Console, page: plan.Page | None = None,
         browser: bool = False,
-    ) -> None:
-        self.scenario = scenario
-        self.folder = folder
-        self.console = console
-        self.children = Children()
-        self.notes = Notes(console)
+    ) -> None:  # fmt: skip
+        self.scenario, self.folder, self.console, self.page = scenario, folder, console, page
+        self.children, self.notes = Children(), Notes(console)
         self.interrupts = Interrupts()
-        self.page = page
         self.restart: dict[str, Any] | None = None
         self._shows, self._browser = page is not None, browser
         self.nodes: list[plan.NodePlan] = []
@@ -99,10 +90,7 @@ class LiveSession:
             try:
                 with self._writing():  # the folder may be taken away meanwhile
                     for node in self.nodes:
-                        file = logs / f"{node.file_name}.yaml"
-                        file.write_text(node.parameter_file(), "utf-8")
-                        command, log = node.command(file), file.with_suffix(".log")
-                        self.children.start(node.name, command, env=environment, log=log)
+                        start_node(node, logs / node.file_name, self.children, environment)
                 # rclpy starts threads that a fork would copy half: only after the last child
                 os.environ.update(environment)
                 from pmwvc_bringup.session.monitor import watching
@@ -112,13 +100,10 @@ class LiveSession:
                         begun = self._begin(monitor)
                     if begun:
                         disturber = Disturber(
-                            disturbances_of(self.scenario.disturbances),
-                            nodes=self.nodes,
-                            children=self.children,
-                            environment=environment,
-                            logs=logs,
+                            disturbances_of(self.scenario.disturbances), nodes=self.nodes,
+                            children=self.children, environment=environment, logs=logs,
                             note=self.notes.note,
-                        )
+                        )  # fmt: skip
                         self._watch(monitor, disturber)
             finally:
                 try:
@@ -156,10 +141,8 @@ class LiveSession:
                 break
             missing = missing or ["recorder: not ready"]
             if time.monotonic() > until:
-                raise StartError(
-                    f"{not_connected(missing)}\n"
-                    f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
-                )
+                logs = f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
+                raise StartError(f"{not_connected(missing)}\n{logs}")
             time.sleep(0.02)
         monitor.start(*plan.start_order(self.nodes))
         return True

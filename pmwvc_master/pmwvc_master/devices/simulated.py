@@ -13,7 +13,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
-from pmwvc_master.devices.topics import HandTopics
+from pmwvc_master.devices.ros_topic import HandTopics
 
 
 class SimulatedDevice:

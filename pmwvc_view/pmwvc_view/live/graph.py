@@ -196,14 +196,9 @@ def _sessions(node: Node) -> list[str]:
 
 
 def _read(
-    node: Node,
-    parameters: Parameters,
-    prefix: str,
-    users: Sequence[str],
-    stop: threading.Event,
-    *,
-    emulated: bool,
-) -> Graph | None:
+    node: Node, parameters: Parameters, prefix: str, users: Sequence[str], stop: threading.Event,
+    *, emulated: bool,
+) -> Graph | None:  # fmt: skip
     """Return a session whose nodes have all answered; None where one is not there yet."""
     graph = Graph(prefix, [])
     try:

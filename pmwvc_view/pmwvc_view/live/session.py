@@ -17,8 +17,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.live.graph import Graph, Parameters
-from pmwvc_view.live.hands import HELD_QOS, PublishedHand
-from pmwvc_view.live.inlets import Inlets
+from pmwvc_view.live.topics import HELD_QOS, Inlets, PublishedHand
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Answer, RunningSession, State, ramped
 
@@ -35,15 +34,9 @@ class LiveSession(RunningSession):
     """
 
     def __init__(
-        self,
-        node: Node,
-        graph: Graph,
-        *,
-        about: Mapping[str, object],
-        snapshot_s: float,
-        duration_s: float | None,
-        report: str,
-    ) -> None:
+        self, node: Node, graph: Graph, *, about: Mapping[str, object], snapshot_s: float,
+        duration_s: float | None, report: str,
+    ) -> None:  # fmt: skip
         super().__init__(live=True, snapshot_s=snapshot_s)
         self._node, self._graph, self._about = node, graph, about
         self._duration_s = duration_s

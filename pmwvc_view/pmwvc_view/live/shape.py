@@ -40,15 +40,9 @@ class Shape:
     """
 
     def __init__(
-        self,
-        data: bytes,
-        message: Any,
-        *,
-        same: Sequence[str],
-        numbers: Sequence[str],
-        arrays: Sequence[str],
-        before: str,
-    ) -> None:
+        self, data: bytes, message: Any, *, same: Sequence[str], numbers: Sequence[str],
+        arrays: Sequence[str], before: str,
+    ) -> None:  # fmt: skip
         self._at = HEAD
         self._places: dict[str, tuple[int, int, str]] = {}  # offset, count, code
         self._fixed = list(range(HEAD))

@@ -17,8 +17,8 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_view import controls, description
+from pmwvc_view.description import Predictor
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
-from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 from pmwvc_view.recorded.rows import packets_of, rows_of
 from pmwvc_view.session import Answer, Session
@@ -35,14 +35,9 @@ class RecordedSession(Session):
     can = frozenset({"ask", "pause", "seek", "speed", "seen"})
 
     def __init__(
-        self,
-        traces: SessionTraces,
-        scenario: Scenario,
-        summary: Mapping[str, Any],
-        *,
-        snapshot_s: float,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
+        self, traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any], *,
+        snapshot_s: float, clock: Callable[[], float] = time.monotonic,
+    ) -> None:  # fmt: skip
         self._names = [user.name for user in scenario.users]
         if not {user.name for user in traces.users} & set(self._names):
             raise RecordingError("nothing was recorded of the users of its scenario")

@@ -38,21 +38,17 @@ PLAIN: Mapping[str, str] = {
     "master.bank.kind": "none",
     "master.position.feedback": "none",
 }
+LEDGER = {"server.coupling": "unknown", "server.compensation": "ledger"}
 FEATURES: Mapping[str, Mapping[str, str]] = {
     "waves": {},
     "printed": {"server.coupling": "unknown", "server.compensation": "printed"},
     "corrected": {"server.coupling": "unknown", "server.compensation": "corrected"},
-    "ledger": {"server.coupling": "unknown", "server.compensation": "ledger"},
-    "secant": {
-        "server.coupling": "unknown",
-        "server.compensation": "ledger",
-        "server.decoding": "secant",
-    },
+    "ledger": LEDGER,
+    "secant": {**LEDGER, "server.decoding": "secant"},
     "velocity_filter": {"master.velocity_filter.kind": "exact"},
     "velocity_filter_printed": {
-        "master.velocity_filter.kind": "equivalent",
-        "master.velocity_filter.order": "1",
-        "master.velocity_filter.share": "0.5",
+        f"master.velocity_filter.{name}": value
+        for name, value in (("kind", "equivalent"), ("order", "1"), ("share", "0.5"))
     },
     "filter_bank": {"master.bank.kind": "dissertation"},
     "complementary_bank": {"master.bank.kind": "complementary"},
@@ -158,14 +154,9 @@ class Combination:
 
 
 def combinations(
-    name: str,
-    over: Sequence[str],
-    *,
-    controllers: Sequence[str] = (),
-    settings_texts: Sequence[str] = (),
-    users: int | None = None,
-    duration_s: float | None = None,
-) -> list[Combination]:
+    name: str, over: Sequence[str], *, controllers: Sequence[str] = (),
+    settings_texts: Sequence[str] = (), users: int | None = None, duration_s: float | None = None,
+) -> list[Combination]:  # fmt: skip
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest.
 
     ``controllers`` are names of variants, an axis of their own; the others are settings of all, as
@@ -178,15 +169,11 @@ def combinations(
             problems.append("--controllers and --over controller: give one of them")
         axes |= {CONTROLLER: list(controllers)}
     defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if controllers else {}
-    count = 1
-    for each in axes.values():
-        count *= len(each)
+    count = math.prod(map(len, axes.values()))
     if count > MOST:
         problems.append(f"{count} combinations: must be at most {MOST}")
     last = [path.rpartition(".")[2] for path in axes]
-    short = [
-        leaf if last.count(leaf) == 1 else path for leaf, path in zip(last, axes, strict=True)
-    ]
+    short = [b if last.count(b) == 1 else path for b, path in zip(last, axes, strict=True)]
     found = []
     for values in itertools.product(*axes.values()) if count <= MOST else ():
         texts = [f"{path}={value}" for path, value in zip(axes, values, strict=True)]
