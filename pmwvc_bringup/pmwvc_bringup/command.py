@@ -131,11 +131,19 @@ def flag(name: str, text: str) -> Argument:
     return argument(name, action="store_true", help=text)
 
 
-SCENARIO = argument(
-    "scenario", metavar="SCENARIO", help="name, or a YAML file", completer=scenario_names
-)
+def scenario(name: str = "scenario", **options: Any) -> Argument:
+    """Return the argument that is a scenario."""
+    named = {"metavar": name.upper(), "help": "name, or a YAML file"}
+    return argument(name, completer=scenario_names, **named, **options)
+
+
+def folder(name: str = "folder", text: str = "a session folder", **options: Any) -> Argument:
+    """Return the argument that is a session folder, or several."""
+    return argument(name, metavar="FOLDER", help=text, completer=session_folders, **options)
+
+
+SCENARIO, FOLDER = scenario(), folder()
 USERS = argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
-FOLDER = argument("folder", metavar="FOLDER", help="a session folder", completer=session_folders)
 LIVE = flag("--live", "use the loop phases of a live session")
 CHECK = flag(
     "--check",
@@ -143,6 +151,7 @@ CHECK = flag(
     "whole",
 )
 NO_FIGURES = flag("--no-figures", "write numbers only")
+GIVEN = (SCENARIO, USERS, settings())
 SESSION = (
     *(SCENARIO, USERS, duration(), settings()),
     out("session folder, new or empty (default: sessions/<UTC time>-<scenario>)"),
@@ -154,7 +163,7 @@ PAGE = (  # of commands that serve one
     argument("--port", type=int, default=0, help="port of the page (0: any free one)"),
     flag("--no-browser", "only print the address of the page"),
 )
-MODEL = (SCENARIO, USERS, settings(), LIVE)  # for questions about the model of a scenario
+MODEL = (*GIVEN, LIVE)  # for questions about the model of a scenario
 
 
 def scenario_of(arguments: argparse.Namespace) -> "Scenario":
@@ -164,12 +173,12 @@ def scenario_of(arguments: argparse.Namespace) -> "Scenario":
     from pmwvc_bringup import scenarios
     from pmwvc_core.scenario.names import doubts
 
-    scenario = scenarios.load(
+    found = scenarios.load(
         getattr(arguments, "scenario", None) or arguments.what,
         settings_texts=arguments.settings,
         users=arguments.users,
         duration_s=getattr(arguments, "duration", None),
     )
-    for line in doubts(scenario):
+    for line in doubts(found):
         print(f"pmwvc: {line}", file=sys.stderr)
-    return scenario
+    return found

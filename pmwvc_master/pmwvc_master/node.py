@@ -50,14 +50,10 @@ class Master:
         known = self.device.info.hand_force_known
         wires = RosWires(node, settings, epoch=epoch, hand_force_known=known)
         self.loop = MasterLoop(
-            settings.make_force_loop(epoch, self.device.info),
-            self.device,
-            link=wires.link,
-            publish_trace=wires.publish_trace,
-            publish_motion=wires.publish_motion,
-            tick_s=settings.master.tick_s,
-            dof=settings.dof,
-        )
+            settings.make_force_loop(epoch, self.device.info), self.device, link=wires.link,
+            publish_trace=wires.publish_trace, publish_motion=wires.publish_motion,
+            tick_s=settings.master.tick_s, dof=settings.dof,
+        )  # fmt: skip
         self._use_profile()
         self.device.open()
         master = settings.master

@@ -35,15 +35,11 @@ class RosWires:
         self._hand_force_known = hand_force_known
         self._types = messages.live_types()
         self.link = WaveTopics(
-            node,
-            self._types,
-            incoming="wave_down",
-            outgoing="wave_up",
-            admission=Admission(settings.token, out="up", into="down"),
-            dof=settings.dof,
+            node, self._types, incoming="wave_down", outgoing="wave_up",
+            admission=Admission(settings.token, out="up", into="down"), dof=settings.dof,
             extra=record_of(settings.controller).extra(settings.dof)[1],
             period_s=settings.master.frame_s,
-        )
+        )  # fmt: skip
         trace_qos = offered(RECORDED_QOS, settings.master.frame_s)
         self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
         sensor = qos_profile_sensor_data

@@ -119,13 +119,9 @@ def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
             each.publish(message)
 
     relayed = RelayedLink(
-        setup.name,
-        Link(setup.params, seed=setup.seed, direction=setup.seed[2]),
-        take=inlet.take,
-        give=give,
-        clock=time.monotonic_ns,
-        is_wave=setup.is_wave,
-    )
+        setup.name, Link(setup.params, seed=setup.seed, direction=setup.seed[2]), take=inlet.take,
+        give=give, clock=time.monotonic_ns, is_wave=setup.is_wave,
+    )  # fmt: skip
     return relayed, inlet
 
 

@@ -79,12 +79,9 @@ class View:
         )
         host, token = values["host"], values["token"] or new_token()
         self._server = server = PageServer(
-            session,
-            host=host,
-            port=values["port"],
-            token=token,
+            session, host=host, port=values["port"], token=token,
             snapshot_s=1.0 / values["snapshot_hz"],
-        )
+        )  # fmt: skip
         if not is_loopback(host):
             text = f"host = {host}: whoever has the address with its token can take part"
             self._node.get_logger().warning(text)

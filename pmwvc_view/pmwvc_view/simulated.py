@@ -134,15 +134,10 @@ class Simulation:
             up, down = ways(_one(report.u_m), _one(report.u_tx), _one(report.v_m), kept)
         sums = MasterSums(times[-1], self._epoch, up, down, user.device.s.against_j)
         block = Block(
-            start_ns=times[0],
-            period_ns=self.tick_ns,
-            signals=signals[:, _COLUMNS].swapaxes(0, 1),
-            lateness_s=[0.0] * len(times),
-            state=int(report.state),
-            reason=str(report.reason),
-            missed=0,
-            sums=sums,
-        )
+            start_ns=times[0], period_ns=self.tick_ns, signals=signals[:, _COLUMNS].swapaxes(0, 1),
+            lateness_s=[0.0] * len(times), state=int(report.state), reason=str(report.reason),
+            missed=0, sums=sums,
+        )  # fmt: skip
         self._feed.on_master(self._names[index], block)
 
     def _vector(self, value: Value) -> Array:

@@ -6,7 +6,7 @@ import argparse
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, write_answer
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 
 HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
+BOUND_HELP = "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)"
+DAMPING_HELP = "contact dampings in N s/m: the largest stiffness for each (Z-width)"
 
 
 def _numbers(text: str) -> list[float]:
@@ -52,18 +54,8 @@ k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, sta
 hyperframe_ticks, slowest, notes.
 """,
     *cli.MODEL,
-    cli.argument(
-        "--bound",
-        type=float,
-        metavar="K",
-        help="largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)",
-    ),
-    cli.argument(
-        "--damping",
-        type=_numbers,
-        metavar="B,...",
-        help="contact dampings in N s/m: the largest stiffness for each (Z-width)",
-    ),
+    cli.argument("--bound", type=float, metavar="K", help=BOUND_HELP),
+    cli.argument("--damping", type=_numbers, metavar="B,...", help=DAMPING_HELP),
     cli.json_document(),
 )
 def stability(arguments: argparse.Namespace) -> cli.Result:
@@ -96,19 +88,18 @@ def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> cli.Result:
         texts = ", ".join(dict.fromkeys(element.text for element in elements))
         how = f"simulated up to {most:g} N/m, as it is not linear ({texts})"
     print(f"{scenario.name}: largest stable contact stiffness, {how}")
-    found = []
+    rows: list[dict[str, Any]] = []
+    dampings, search = arguments.damping, {"bound": arguments.bound, "live": arguments.live}
     with doing("computing the Z-width") as work:
-        for each in of_each(
-            scenario, arguments.damping, bound=arguments.bound, live=arguments.live
-        ):
-            found.append(each)
-            work(len(found) / len(arguments.damping))
-    for b, (low, high) in found:
+        for b, (low, high) in of_each(scenario, dampings, **search):
+            rows.append({"damping": b, "stable_up_to": low, "unstable_from": high})
+            work(len(rows) / len(dampings))
+    for row in rows:
+        low, high = row["stable_up_to"], row["unstable_from"]
         words = f"{low:.0f} N/m" if high is not None else f"none up to {low:g} N/m is unstable"
-        print(f"  B = {b:g} N s/m: {words}")
-    rows = [{"damping": b, "stable_up_to": low, "unstable_from": high} for b, (low, high) in found]
-    document = {"scenario": scenario.name, "simulated": bool(elements), "z_width": rows}
-    return cli.Result(document=document)
+        print(f"  B = {row['damping']:g} N s/m: {words}")
+    found = {"scenario": scenario.name, "simulated": bool(elements), "z_width": rows}
+    return cli.Result(document=found)
 
 
 @cli.command(
@@ -176,9 +167,7 @@ is passive under any switching), port_margin (of b; null but for the equivalent 
 (rms), flags (conditions not met: in_phase, any_environment, switching, port). --out writes
 filter.png, .svg and .json.
 """,
-    cli.SCENARIO,
-    cli.USERS,
-    cli.settings(),
+    *cli.GIVEN,
     cli.out("folder for figure and numbers"),
     cli.json_document(),
 )

@@ -8,17 +8,14 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.errors import PmwvcError, file_errors
 
 if TYPE_CHECKING:
     from pmwvc_analysis.doctor import Finding as RecordingFinding
     from pmwvc_bringup.machine import Finding
-from typing import Any
-
-from pmwvc_core.errors import file_errors
 
 
 @cli.command(
@@ -33,13 +30,7 @@ examples:
 exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it has
 only losses that it declares, 3 when it is damaged
 """,
-    cli.argument(
-        "folder",
-        nargs="?",
-        metavar="FOLDER",
-        help="a session folder",
-        completer=cli.session_folders,
-    ),
+    cli.folder(nargs="?"),
     cli.argument(
         "--mend",
         metavar="NEW",
@@ -64,9 +55,8 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
         code = int(any(finding.status == PROBLEM for finding in findings))
     for finding in findings:
         print(finding.line())
-    return cli.Result(
-        code, {"exit_code": code, "findings": [asdict(finding) for finding in findings]}
-    )
+    listed = [asdict(finding) for finding in findings]
+    return cli.Result(code, {"exit_code": code, "findings": listed})
 
 
 def _of_recording(folder: Path, mend_into: str | None) -> "list[RecordingFinding]":
@@ -107,13 +97,7 @@ examples:
   pmwvc scenarios carry_16ms > my.yaml         the start of one of your own
   pmwvc scenarios --json                       the list for a program
 """,
-    cli.argument(
-        "name",
-        nargs="?",
-        metavar="NAME",
-        help="name, or a YAML file",
-        completer=cli.scenario_names,
-    ),
+    cli.scenario("name", nargs="?"),
     cli.json_document(),
 )
 def scenarios(arguments: argparse.Namespace) -> cli.Result:
@@ -193,9 +177,7 @@ writes it; copy it to /usr/lib/tc.
 
 Keys of --json: links, each with name, mean_delay_s, does, tc, not_in_tc, table.
 """,
-    cli.SCENARIO,
-    cli.USERS,
-    cli.settings(),
+    *cli.GIVEN,
     cli.argument("--device", default="DEV", metavar="DEV", help="network interface to name"),
     cli.out("folder for tables of distributions"),
     cli.json_document(),
@@ -207,30 +189,28 @@ def links(arguments: argparse.Namespace) -> cli.Result:
 
     scenario = cli.scenario_of(arguments)
     found: list[dict[str, Any]] = []
-    tables: dict[str, str] = {}
-    for user in scenario.users:
-        for way, params in (("up", user.link_up), ("down", user.link_down)):
-            check(params)
-            delay = f"{1e3 * mean_s(params):.4g} ms on the mean"
-            found.append(
-                {
-                    "name": f"{user.name}/{way}",
-                    "mean_delay_s": mean_s(params),
-                    "does": [delay, *amounts(params).values()],
-                    "tc": tc_line(params, device=arguments.device),
-                    "not_in_tc": not_in_tc(params),
-                    "table": table_name(params),
-                }
-            )
-            if name := table_name(params):
-                tables[name] = table_text(params)
-    for link in found:
+    files: dict[str, str] = {}  # text of each table by its file
+    ways = [(user, way) for user in scenario.users for way in ("up", "down")]
+    for user, way in ways:
+        params = getattr(user, f"link_{way}")
+        check(params)
+        delay, table = f"{1e3 * mean_s(params):.4g} ms on the mean", table_name(params)
+        link: dict[str, Any] = {
+            "name": f"{user.name}/{way}",
+            "mean_delay_s": mean_s(params),
+            "does": [delay, *amounts(params).values()],
+            "tc": tc_line(params, device=arguments.device),
+            "not_in_tc": not_in_tc(params),
+            "table": table,
+        }
+        found.append(link)
+        files |= {f"{table}.dist": table_text(params)} if table else {}
         print(f"{link['name']}: {', '.join(link['does'])}")
         print(f"  {link['tc']}")
         for text in link["not_in_tc"]:
             print(f"  left out: {text}")
     if arguments.out:
-        folder, files = Path(arguments.out), {f"{name}.dist": tables[name] for name in tables}
+        folder = Path(arguments.out)
         with file_errors(f"write into {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
             for name, table in files.items():

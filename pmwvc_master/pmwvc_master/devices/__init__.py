@@ -115,13 +115,10 @@ class HapticDevice(Protocol):
 
 DeviceFactory: TypeAlias = Callable[[DeviceSetup], HapticDevice]
 PLUGINS = PluginGroup(
-    "pmwvc.devices",
-    "device.plugin",
-    "a device",
-    calls=("open", "read", "write", "couple", "stop", "close"),
-    attributes=("info",),
+    "pmwvc.devices", "device.plugin", "a device",
+    calls=("open", "read", "write", "couple", "stop", "close"), attributes=("info",),
     error=DeviceError,
-)
+)  # fmt: skip
 
 
 def make_device(name: str, setup: DeviceSetup) -> HapticDevice:

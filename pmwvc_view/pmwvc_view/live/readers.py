@@ -50,13 +50,9 @@ class _Reader(ABC):
         own: bytes = serialize_message(message)  # whatever encoding it came in
         self._known = message
         self._shape = Shape(
-            own,
-            message,
-            same=self.SAME,
-            numbers=self.NUMBERS,
-            arrays=self._arrays(message),
+            own, message, same=self.SAME, numbers=self.NUMBERS, arrays=self._arrays(message),
             before="changes",
-        )
+        )  # fmt: skip
         return own
 
     @abstractmethod
@@ -111,15 +107,9 @@ class MasterReader(_Reader):
             start_ns += offset_ns - clock_ns
             sums = None
         return Block(
-            start_ns=start_ns,
-            period_ns=period_ns,
-            signals=signals,
-            lateness_s=late,
-            state=known.state,
-            reason=known.reason,
-            missed=missed,
-            sums=sums,
-        )
+            start_ns=start_ns, period_ns=period_ns, signals=signals, lateness_s=late,
+            state=known.state, reason=known.reason, missed=missed, sums=sums,
+        )  # fmt: skip
 
 
 class ServerReader(_Reader):
@@ -157,11 +147,8 @@ class ServerReader(_Reader):
         ran_ns = start_ns + round(late_s * NS)
         each = zip(users, energy[: len(users)], energy[len(users) :], strict=True)
         return Step(
-            start_ns=start_ns,
-            object=arrays[:own].reshape(len(OBJECT), self._dof),
+            start_ns=start_ns, object=arrays[:own].reshape(len(OBJECT), self._dof),
             avatars=arrays[own:].reshape(len(AVATAR), len(users), self._dof),
-            state=self._known.state,
-            contact=self._known.contact,
-            lateness_s=late_s,
+            state=self._known.state, contact=self._known.contact, lateness_s=late_s,
             sums={name: ServerSums(ran_ns, epoch, u_s, v_s) for name, u_s, v_s in each},
-        )
+        )  # fmt: skip

@@ -82,12 +82,9 @@ class RecordedSession(Session):
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
         found = description.describe(
-            self._scenario,
-            mode="recorded",
-            duration_s=self._traces.duration_s,
-            values=controls.values_of(self._scenario),
-            remote=[],
-        )
+            self._scenario, mode="recorded", duration_s=self._traces.duration_s,
+            values=controls.values_of(self._scenario), remote=[],
+        )  # fmt: skip
         return {**found, "events": self._summary["events"], "start_s": self._start_s}
 
     def poll(self) -> Sequence[Snapshot]:
