@@ -12,6 +12,7 @@ import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from typing import Any
 
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s
@@ -32,18 +33,9 @@ def describe(
     scenario: Scenario, *, mode: str, duration_s: float | None, values: Mapping[str, Any],
     remote: Sequence[str],
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the session message without what the server adds.
-
-    Parameters
-    ----------
-    mode
-        live, simulated or recorded.
-    duration_s
-        Its length; None where it goes on until it is ended [s].
-    values
-        Of the controls.
-    remote
-        Users whose handle a page can take.
+    """Return the session message without what the server adds: ``mode`` is live, simulated or
+    recorded; ``duration_s`` None where it goes on until it is ended [s]; ``values`` those of the
+    controls; ``remote`` the users whose handle a page can take.
     """
     server = scenario.server
     return {
@@ -142,10 +134,9 @@ class Predictor:
                 return None
             self.begin()
             loop = asyncio.get_running_loop()
+            question = partial(predicted, scenario, values, self._live)
             try:
-                return await loop.run_in_executor(
-                    self._pool, predicted, scenario, values, self._live
-                )
+                return await loop.run_in_executor(self._pool, question)
             except BrokenProcessPool:
                 self._pool = None
                 return unknown("The model's process ended.")
@@ -189,12 +180,8 @@ def predicted(scenario: Scenario, values: Settings, live: bool) -> dict[str, Any
         lines = text.lines(scenario, live=live)
     except PmwvcError as error:
         return unknown(f"No prediction: {error}")
-    return {
-        "stable": found["stable"],
-        "rendered_stiffness": found["k_felt"],
-        "mass": found["mass_felt"],
-        "lines": lines,
-    }
+    names = {"stable": "stable", "rendered_stiffness": "k_felt", "mass": "mass_felt"}
+    return {**{name: found[key] for name, key in names.items()}, "lines": lines}
 
 
 def unknown(why: str) -> dict[str, Any]:

@@ -5,6 +5,7 @@ real time. All of it is called from one event loop.
 """
 
 import asyncio
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -40,17 +41,6 @@ class Session(ABC):
     ``can`` names the kinds of requests that it serves, each by the method of its name (``take``,
     ``let_go`` and ``seen`` are the server's own), which takes the fields of the request and gives
     an ``Answer``; that of ``set`` and ``pause`` is awaited.
-
-    Attributes
-    ----------
-    generation
-        Counts its beginnings: another number, and everything is described anew.
-    ended
-        Why it is over; None while it goes on.
-    back
-        Whether the same address will serve again once it is over.
-    report
-        Where its report will be, "" where there will be none.
     """
 
     can: frozenset[str] = frozenset()
@@ -58,10 +48,10 @@ class Session(ABC):
 
     def __init__(self, predictor: Predictor) -> None:
         self._predictor = predictor
-        self.generation = 0
-        self.ended: str | None = None
-        self.back = False
-        self.report = ""
+        self.generation = 0  # counts its beginnings: another one, and all is described anew
+        self.ended: str | None = None  # why it is over; None while it goes on
+        self.back = False  # whether the same address will serve again once it is over
+        self.report = ""  # where its report will be, "" where there will be none
 
     @abstractmethod
     def description(self) -> dict[str, Any]:
@@ -77,13 +67,7 @@ class Session(ABC):
             "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
             "can": sorted(self.can),
             "snapshot_s": snapshot_s,
-            "limits": {
-                "heartbeat_s": protocol.HEARTBEAT_S,
-                "silence_s": protocol.SILENCE_S,
-                "credits": protocol.CREDITS,
-                "message_bytes": protocol.MESSAGE_BYTES,
-                "messages_hz": protocol.MESSAGES_HZ,
-            },
+            "limits": protocol.LIMITS,
             "layout": self.layout.to_page(),
         }
 
@@ -228,23 +212,17 @@ def ramped(present: Scenario, wanted: Scenario, *, over_s: float) -> Scenario:
     A delay that grows at once leaves a gap as long as its growth; beyond the watchdog's patience
     both hands would be dropped.
     """
-    users = tuple(
-        replace(
-            new,
-            link_up=towards(old.link_up, new.link_up, over_s=over_s),
-            link_down=towards(old.link_down, new.link_down, over_s=over_s),
-        )
-        for old, new in zip(present.users, wanted.users, strict=True)
-    )
-    return replace(wanted, users=users)
+    users = []
+    for old, new in zip(present.users, wanted.users, strict=True):
+        up = towards(old.link_up, new.link_up, over_s=over_s)
+        down = towards(old.link_down, new.link_down, over_s=over_s)
+        users.append(replace(new, link_up=up, link_down=down))
+    return replace(wanted, users=tuple(users))
 
 
 def towards(present: LinkParams, wanted: LinkParams, *, over_s: float) -> LinkParams:
     """Return the settings of one link after so long [s]."""
-    if present == wanted:
-        return present
-    most = RATE * over_s
-    step = wanted.delay_s - present.delay_s
+    most, step = RATE * over_s, wanted.delay_s - present.delay_s
     if abs(step) <= most:
         return wanted
-    return replace(present, delay_s=present.delay_s + (most if step > 0.0 else -most))
+    return replace(present, delay_s=present.delay_s + math.copysign(most, step))

@@ -56,10 +56,9 @@ class Simulation:
     """
 
     def __init__(self, scenario: Scenario, feed: Feed, *, epoch: int) -> None:
-        self._feed, self._epoch = feed, epoch
+        self._feed, self._epoch, self._dof = feed, epoch, scenario.dof
         self._names = [user.name for user in scenario.users]
         self._waves = has_waves(scenario.controller)
-        self._dof = scenario.dof
         self._time = VirtualTime(scenario, on_frame=self._show_frame, on_step=self._show_step)
         self._users, self.tick_ns = self._time.users, self._time.tick_ns
         self.targets: dict[str, PageTargets] = {}
@@ -75,13 +74,11 @@ class Simulation:
             self.tick = min(self.tick + LONGEST, until_tick)
             self._time.run(self.tick * self.tick_ns)
             for index, user in enumerate(self._users):
-                for way, link in enumerate((user.up, user.down)):
+                for number, link in enumerate((user.up, user.down), start=2 * index):
                     # The newest fates; an arrival may lie ahead. No record of packets is kept.
-                    if fates := link.fates:
-                        rows = [
-                            (f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates
-                        ]
-                        self._feed.on_packets(2 * index + way, np.array(rows, dtype=np.float64))
+                    rows = [(f.number, f.time_in_ns, f.time_due_ns, f.kind) for f in link.fates]
+                    if rows:
+                        self._feed.on_packets(number, np.array(rows, dtype=np.float64))
                     link.fates, link.sent, link.arrived = [], [], []
 
     def change(self, new: Scenario) -> None:

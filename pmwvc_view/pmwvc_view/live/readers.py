@@ -48,11 +48,8 @@ class _Reader(ABC):
         if message.dof != self._dof or misfit(self.KIND.__name__, message):
             return None
         own: bytes = serialize_message(message)  # whatever encoding it came in
-        self._known = message
-        self._shape = Shape(
-            own, message, same=self.SAME, numbers=self.NUMBERS, arrays=self._arrays(message),
-            before="changes",
-        )  # fmt: skip
+        names = {"same": self.SAME, "numbers": self.NUMBERS, "arrays": self._arrays(message)}
+        self._known, self._shape = message, Shape(own, message, before="changes", **names)
         return own
 
     @abstractmethod
@@ -85,8 +82,7 @@ class MasterReader(_Reader):
         it is known. A master whose clock is of another machine is put beside it by ROS time, and
         its energy is not compared.
         """
-        found = self._learnt(data)
-        if found is None or self._shape is None:
+        if (found := self._learnt(data)) is None or self._shape is None:
             return None
         known, numbers = self._known, self._shape.numbers(found)
         names = known.account_names

@@ -39,8 +39,7 @@ class LiveSession(RunningSession):
     ) -> None:  # fmt: skip
         super().__init__(live=True, snapshot_s=snapshot_s)
         self._node, self._graph, self._about = node, graph, about
-        self._duration_s = duration_s
-        self.report = report
+        self._duration_s, self.report = duration_s, report
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)
@@ -68,12 +67,9 @@ class LiveSession(RunningSession):
                 self._lags = description.lags(self._scenario, live=True)
             except PmwvcError as error:  # parameters that make no scenario leave it as it was
                 self._node.get_logger().warning(str(error))
-        targets: dict[str, Any] = {}
-        for user, hand in self._hands.items():
-            target = hand.position
-            targets[f"{user}.held"] = target is not None
-            targets[f"{user}.target"] = None if target is None else list(target)
-        self._feed.others = {**self._lags, **inlets.round_trips, **targets}
+        targets = {f"{user}.target": hand.position for user, hand in self._hands.items()}
+        held = {f"{user}.held": hand.position is not None for user, hand in self._hands.items()}
+        self._feed.others = {**self._lags, **inlets.round_trips, **targets, **held}
         if self._feed.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
         snapshots = self._feed.rows(inlets.now_ns())
@@ -110,8 +106,7 @@ class LiveSession(RunningSession):
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
             changes = _different(_links_of(present), _links_of(step))
-            why = await self._parameters.set(self._graph.netem, changes)
-            if why:
+            if why := await self._parameters.set(self._graph.netem, changes):
                 return why
             present = step
             if present != wanted:

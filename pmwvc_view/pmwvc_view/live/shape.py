@@ -26,17 +26,10 @@ _CODES = {
 class Shape:
     """The structure of a message, from its bytes and the same as the middleware reads it.
 
-    Parameters
-    ----------
-    same
-        Names of the numbers and sequences that belong to the structure.
-    numbers
-        Names of the numbers to be read, also sequences, in the order of the message; a field in
-        another has its name in front.
-    arrays
-        Names of the sequences of ``double`` to be read.
-    before
-        Name of the field from which on nothing is read and lengths may differ.
+    ``same`` are the names of the numbers and sequences that belong to the structure; ``numbers``
+    those to be read, also sequences, in the order of the message (a field in another has its name
+    in front); ``arrays`` the sequences of ``double`` to be read; ``before`` the field from which
+    on nothing is read and lengths may differ.
     """
 
     def __init__(
@@ -52,7 +45,7 @@ class Shape:
             self._fix(at, count * struct.calcsize(code))
         self._length = self._at
         self._where = np.array(self._fixed)
-        self._structure = np.frombuffer(data, np.uint8)[self._where].tobytes()
+        self._structure = self._bytes(data)
         layout, at = "<", 0
         for name in numbers:
             begin, count, code = self._places[name]
@@ -65,9 +58,11 @@ class Shape:
 
     def holds(self, data: bytes) -> bool:
         """Tell whether a message has this structure."""
-        if len(data) < self._length:
-            return False
-        return bool(np.frombuffer(data, np.uint8).take(self._where).tobytes() == self._structure)
+        return len(data) >= self._length and self._bytes(data) == self._structure
+
+    def _bytes(self, data: bytes) -> bytes:
+        """Return those bytes of a message that belong to its structure."""
+        return np.frombuffer(data, np.uint8).take(self._where).tobytes()
 
     def numbers(self, data: bytes) -> tuple[Any, ...]:
         """Return the numbers of a message of this structure."""
@@ -90,12 +85,11 @@ class Shape:
             elif kind.startswith("sequence<"):
                 self._fix(self._aligned(4), 4)
                 self._at += 4
-                inner = kind.removeprefix("sequence<").removesuffix(">")
-                if inner == "string":
+                if kind == "sequence<string>":
                     for each in value:
                         self._text(each)
                 else:
-                    self._place(before + name, len(value), _CODES[inner])
+                    self._place(before + name, len(value), _CODES[kind[len("sequence<") : -1]])
             else:
                 self._place(before + name, 1, _CODES[kind])
 

@@ -7,6 +7,7 @@ Targets are published as bytes (CDR, little endian): a fifth of what message obj
 """
 
 import asyncio
+import contextlib
 import struct
 import time
 from collections.abc import Sequence
@@ -39,43 +40,35 @@ AWAKE_S = 0.25  # longer between two looks, and this process stood still itself
 class Inlets:
     """Subscriptions of a session; changed parameters are kept in its graph.
 
-    Attributes
-    ----------
-    round_trips
-        Newest measured round trip of every user by column [s].
-    silent_s
-        Time without a trace, as far as this process ran meanwhile [s].
-    changed
-        Whether a parameter changed since somebody set this to False.
+    ``round_trips`` are the newest measured ones of every user by column [s]; ``silent_s`` is the
+    time without a trace, as far as this process ran meanwhile [s]; ``changed`` whether a parameter
+    changed since somebody set it to False.
     """
 
     def __init__(self, node: Node, graph: Graph, *, dof: int, waves: bool) -> None:
-        self._graph = graph
-        prefix = graph.prefix
+        def polled(kind: Any, topic: str, *, raw: bool = False) -> Polled:
+            return Polled(node, kind, topic, RELIABLE_QOS, raw=raw)
+
+        self._graph, prefix = graph, graph.prefix
+        traces = {user: f"{prefix}/{user}/trace" for user in graph.users}
         self._masters = [
-            (
-                user,
-                MasterReader(dof=dof, waves=waves),
-                Polled(node, MasterTrace, f"{prefix}/{user}/trace", RELIABLE_QOS, raw=True),
-            )
-            for user in graph.users
+            (user, MasterReader(dof=dof, waves=waves), polled(MasterTrace, topic, raw=True))
+            for user, topic in traces.items()
         ]
         self._server = ServerReader(dof=dof, users=graph.users)
-        self._steps = Polled(node, ServerTrace, f"{prefix}/server/trace", RELIABLE_QOS, raw=True)
-        self._fates = Polled(node, PacketFate, f"{prefix}/netem/fates", RELIABLE_QOS)
-        self._health = Polled(node, DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+        self._steps = polled(ServerTrace, f"{prefix}/server/trace", raw=True)
+        self._fates = polled(PacketFate, f"{prefix}/netem/fates")
+        self._health = polled(DiagnosticArray, "/diagnostics")
+        self._events = polled(ParameterEvent, "/parameter_events")
         self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
-        self._events = Polled(node, ParameterEvent, "/parameter_events", RELIABLE_QOS)
         self.round_trips: dict[str, float | None] = {}
         self.silent_s, self._emptied_s = 0.0, time.monotonic()
         self.changed = False
 
     def now_ns(self) -> int:
         """Return the present time of the server's clock."""
-        own_ns = time.monotonic_ns()
-        if self._server.clock_ns is None:
-            return own_ns
-        return time.time_ns() - self._server.clock_ns
+        ahead_ns = self._server.clock_ns
+        return time.monotonic_ns() if ahead_ns is None else time.time_ns() - ahead_ns
 
     def empty(self, feed: Feed) -> None:
         """Give everything that has come to the feed."""
@@ -126,13 +119,12 @@ class Inlets:
         while (message := self._health.take()) is not None:
             for status in message.status:
                 user = owners.get(status.name)
-                if user is not None and not self._graph.emulated:
-                    values = {pair.key: pair.value for pair in status.values}
-                    try:
-                        trip_s = 1e-3 * float(values[ROUND_TRIP])
-                    except (KeyError, ValueError):
-                        trip_s = None  # it knows none
-                    self.round_trips[f"{user}.round_trip"] = trip_s
+                if user is None or self._graph.emulated:
+                    continue
+                found = [pair.value for pair in status.values if pair.key == ROUND_TRIP]
+                self.round_trips[f"{user}.round_trip"] = None
+                with contextlib.suppress(IndexError, ValueError):  # it knows none
+                    self.round_trips[f"{user}.round_trip"] = 1e-3 * float(found[0])
 
 
 def packets_of(message: Any) -> Array:
@@ -184,10 +176,7 @@ class PublishedHand:
     def give(self, position: Sequence[float] | None) -> None:
         """Publish a target, at once or as soon as the pace allows; None opens the hand."""
         if position is None:
-            if self._later is not None:
-                self._later.cancel()
-                self._later = None
-            if self.position is not None:
+            if self.position is not None:  # a target that waits is none then
                 self.position = None
                 self._flags.publish(Bool(data=False))
             return
