@@ -69,11 +69,9 @@ class Block:
         signals: dict[str, Any] = {n: array("d", bytes(8 * ticks * dof)) for n in PER_AXIS}
         times: dict[str, Any] = {n: array(code, bytes(4 * ticks)) for n, code in PER_TICK.items()}
         self._series = signals | times
-        self._times = tuple(times.values())
-        self._rows = [
-            column if dof == 1 else np.frombuffer(column).reshape(ticks, dof)
-            for column in signals.values()
-        ]
+        self._times, self._rows = tuple(times.values()), list(signals.values())
+        if dof > 1:
+            self._rows = [np.frombuffer(column).reshape(ticks, dof) for column in self._rows]
 
     def put(
         self, signals: Row, lateness: float, compute: float, looked_ns: int,
@@ -112,9 +110,8 @@ class Block:
 
 
 class TraceBlocks:
-    """The block that is being filled, and the one before it, which waits to be published.
-
-    A block has ``rate_drop`` ticks of ``dof`` axes; ``work`` is that of device and hand so far.
+    """The block that is being filled, and the one before it, which waits to be published: of
+    ``rate_drop`` ticks of ``dof`` axes. ``work`` is that of device and hand so far.
     """
 
     def __init__(

@@ -62,11 +62,9 @@ class Master:
                 master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
             ):
                 node.get_logger().warning(text)
-        node.get_logger().info(
-            f"{1.0 / master.tick_s:.0f} force ticks and "
-            f"{1.0 / master.frame_s:.0f} packets per second; "
-            f"device {settings.device.plugin}; waiting for the server"
-        )
+        rates = f"{1.0 / master.tick_s:.0f} force ticks and {1.0 / master.frame_s:.0f} packets"
+        device = f"device {settings.device.plugin}"
+        node.get_logger().info(f"{rates} per second; {device}; waiting for the server")
         self._late = 0  # late samples when last looked
         link = "wave_down", "wave_up", self.loop.protocol.inbox
         links = {f"{settings.name}/down": link}
@@ -80,9 +78,8 @@ class Master:
         node, asked = self.node, self.settings.safety.max_force
         allowed = self.loop.protocol.p.limits.max_force
         if allowed < asked:
-            node.get_logger().warning(
-                f"safety.max_force = {asked:g} N: lowered to the device's limit of {allowed:g} N"
-            )
+            text = f"lowered to the device's limit of {allowed:g} N"
+            node.get_logger().warning(f"safety.max_force = {asked:g} N: {text}")
             node.set_parameters([Parameter("safety.max_force", value=float(allowed))])
         self._warn(self.settings.master)
 

@@ -8,7 +8,6 @@ and ``measured_cf`` (WrenchStamped, force of the device on the hand, ``-f_m``).
 """
 
 import time
-from typing import Any
 
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from rclpy.node import Node
@@ -83,15 +82,13 @@ class RosWires:
         for message in (twist, wrench):
             message.header.stamp = stamp
             message.header.frame_id = self._frame_id
-        _fill(twist.twist.linear, flatten(sample.xd))
-        _fill(wrench.wrench.force, flatten(-f))
+        twist.twist.linear, wrench.wrench.force = _vector(sample.xd), _vector(-f)
         self._twist.publish(twist)
         self._wrench.publish(wrench)
 
 
-def _fill(vector: Vector3, values: Any) -> None:
-    for axis, value in zip("xyz", values, strict=False):
-        setattr(vector, axis, float(value))
+def _vector(value: Value) -> Vector3:
+    return Vector3(**dict(zip("xyz", map(float, flatten(value)), strict=False)))
 
 
 def _ros_time(monotonic_ns: int) -> int:

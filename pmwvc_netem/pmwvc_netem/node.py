@@ -38,8 +38,7 @@ class Netem:
         self._relay: Relay | None = None
         self._settings = Settings(node, self._change)
         made = [_relayed(node, setup) for setup in self._settings.setups]
-        self._links = [relayed for relayed, _ in made]
-        inlets = [inlet for _, inlet in made]
+        self._links, inlets = [relayed for relayed, _ in made], [inlet for _, inlet in made]
         self._topics = [inlet.subscription.topic_name for inlet in inlets]
         self._relay = Relay(node, self._links, inlets, seed=self._settings.seed)
         self._publishers = publishers_of(node)
@@ -71,10 +70,9 @@ class Netem:
         failed = []
         for relayed in self._links:
             c, faults = relayed.link.counters, relayed.link.faults
-            values[relayed.name] = (
-                f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}, "
-                f"in flight {c.queued}, invalid {relayed.invalid}"
-            )
+            ways = f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}"
+            rest = f"in flight {c.queued}, invalid {relayed.invalid}"
+            values[relayed.name] = f"{ways}, {rest}"
             if faults.count:
                 values[f"{relayed.name}: faults"] = str(faults)
             if faults.count > self._faults.get(relayed.name, 0):

@@ -48,28 +48,24 @@ class Timing:
     """Delays [ns] of what went out since this object was created."""
 
     count: int = 0
-    delay_sum_ns: int = 0
-    delay_min_ns: int = 0
-    delay_max_ns: int = 0
+    sum_ns: int = 0
+    min_ns: float = math.inf
+    max_ns: int = 0
     error_max_ns: int = 0  # out later than due
 
     def add(self, delay_ns: int, error_ns: int) -> None:
         """Count one message that went out."""
-        self.delay_min_ns = min(delay_ns, self.delay_min_ns) if self.count else delay_ns
-        self.delay_max_ns = max(delay_ns, self.delay_max_ns)
+        self.count, self.sum_ns = self.count + 1, self.sum_ns + delay_ns
+        self.min_ns, self.max_ns = min(delay_ns, self.min_ns), max(delay_ns, self.max_ns)
         self.error_max_ns = max(error_ns, self.error_max_ns)
-        self.delay_sum_ns += delay_ns
-        self.count += 1
 
     def delays(self) -> dict[str, float]:
         """Return the delays [s] by the names of LinkState; NaN where nothing went out."""
-        unit_s = 1e-9 if self.count else math.nan
-        return {
-            "delay_mean": self.delay_sum_ns * unit_s / max(self.count, 1),
-            "delay_min": self.delay_min_ns * unit_s,
-            "delay_max": self.delay_max_ns * unit_s,
-            "delay_error_max": self.error_max_ns * unit_s,
-        }
+        names = ("delay_mean", "delay_min", "delay_max", "delay_error_max")
+        if not self.count:
+            return dict.fromkeys(names, math.nan)
+        found = (self.sum_ns / self.count, self.min_ns, self.max_ns, self.error_max_ns)
+        return {name: value * 1e-9 for name, value in zip(names, found, strict=True)}
 
 
 class RelayedLink:

@@ -134,16 +134,15 @@ class Server:
             values[f"{name}: kept apart"] = kept or "no"
             apart += [f"{name}: {kept}"] if kept else []
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
-        text = f"{there} of {len(self.names)} users"
-        text += "; paused" if loop.protocol.paused else ""
-        text += f"; {', '.join(silent)} silent" if silent else ""
-        text += f"; {missed} deadlines missed" if missed else ""
-        text += "".join(f"; {each}" for each in apart)
+        texts = [f"{there} of {len(self.names)} users"]
+        texts += ["paused"] if loop.protocol.paused else []
+        texts += [f"{', '.join(silent)} silent"] if silent else []
+        texts += [f"{missed} deadlines missed"] if missed else []
         contained = self._contain(values)
         wrong, peers = self._watch.peers.look()
         values |= peers
         wrong += [contained] if contained else []
-        text = "; ".join([text, *wrong])
+        text = "; ".join([*texts, *apart, *wrong])
         return (WARN if missed or silent or wrong else OK), text, values
 
     def _kept_apart(self, user: int) -> str:

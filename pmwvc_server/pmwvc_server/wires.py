@@ -85,15 +85,9 @@ AVATAR_M = 0.012  # diameter
 ARROW_M_PER_N = 0.02
 # Okabe and Ito's colours: distinguished by colour-blind people too.
 COLORS = (
-    (0.00, 0.45, 0.70),
-    (0.84, 0.37, 0.00),
-    (0.00, 0.62, 0.45),
-    (0.80, 0.47, 0.65),
-    (0.90, 0.62, 0.00),
-    (0.34, 0.71, 0.91),
-    (0.94, 0.89, 0.26),
-    (0.00, 0.00, 0.00),
-)
+    (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65),
+    (0.90, 0.62, 0.00), (0.34, 0.71, 0.91), (0.94, 0.89, 0.26), (0.00, 0.00, 0.00),
+)  # fmt: skip
 
 
 class Scene:
@@ -107,13 +101,10 @@ class Scene:
     def markers(self, loop: ServerLoop, stamp: Any) -> MarkerArray:
         """Return the scene after the last step."""
         end, presence = loop.protocol, loop.protocol.presence
-        size = self._size_m
         cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
-        cube.pose.position = _point(end.x_o)
-        cube.scale = Vector3(x=size, y=size, z=size)
+        cube.pose.position, cube.scale = _point(end.x_o), _size(self._size_m)
         target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
-        target.pose.position = _point(end.target_m)
-        target.scale = Vector3(x=1.02 * size, y=1.02 * size, z=1.02 * size)
+        target.pose.position, target.scale = _point(end.target_m), _size(1.02 * self._size_m)
         found = [cube, target]
         for user, name in enumerate(self._users):
             found += self._user(loop, user, name, presence[user], stamp)
@@ -131,11 +122,14 @@ class Scene:
             avatar.action = force.action = Marker.DELETE
             return [avatar, force]
         x, f = map(flatten, loop.protocol.avatar(user))
-        avatar.pose.position = _point(x)
-        avatar.scale = Vector3(x=AVATAR_M, y=AVATAR_M, z=AVATAR_M)
+        avatar.pose.position, avatar.scale = _point(x), _size(AVATAR_M)
         force.points = [_point(x), _point(x + f * ARROW_M_PER_N)]
         force.scale = Vector3(x=0.004, y=0.008, z=0.008)
         return [avatar, force]
+
+
+def _size(edge_m: float) -> Vector3:
+    return Vector3(x=edge_m, y=edge_m, z=edge_m)
 
 
 def _point(value: Value) -> Point:

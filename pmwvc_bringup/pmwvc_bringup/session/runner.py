@@ -125,27 +125,25 @@ class LiveSession:
 
     def _begin(self, monitor: "Monitor") -> bool:
         """Wait until every topic has its ends and each end has matched the others, then start."""
-        from pmwvc_bringup.session.monitor import CONNECTION_TIMEOUT_S, not_connected
-
-        names = [node.ros_name for node in self.nodes]
         recorder = self.children.children["recorder"]
-        until = time.monotonic() + CONNECTION_TIMEOUT_S
-        while True:
-            if self.interrupts.count:
-                return False
+
+        def go_on() -> bool:
             if ended := self.children.endings():
                 lines = [*ended[0].log_tail().splitlines(), f"({ended[0].log})"]
                 raise StartError("\n  ".join([f"{ended[0]} before the session began", *lines]))
-            missing = monitor.unconnected(names, self.ends)
-            if not missing and recorder.has_logged(READY):
-                break
-            missing = missing or ["recorder: not ready"]
-            if time.monotonic() > until:
-                logs = f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
-                raise StartError(f"{not_connected(missing)}\n{logs}")
-            time.sleep(0.02)
-        monitor.start(*plan.start_order(self.nodes))
-        return True
+            return not self.interrupts.count
+
+        def unready() -> list[str]:
+            return [] if recorder.has_logged(READY) else ["recorder: not ready"]
+
+        names, groups = [node.ros_name for node in self.nodes], plan.start_order(self.nodes)
+        try:
+            return monitor.begin(names, self.ends, groups, go_on=go_on, unready=unready)
+        except StartError:
+            raise
+        except PmwvcError as error:
+            logs = f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
+            raise StartError(f"{error}\n{logs}") from None
 
     def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""

@@ -41,15 +41,14 @@ class RecordedSession(Session):
         self._names = [user.name for user in scenario.users]
         if not {user.name for user in traces.users} & set(self._names):
             raise RecordingError("nothing was recorded of the users of its scenario")
+        super().__init__(Predictor(live=traces.live))
         self._traces, self._scenario, self._summary = traces, scenario, summary
         self.layout = Layout(self._names, scenario.dof)
         self._rows = rows_of(traces, scenario, self.layout, period_s=snapshot_s)
         self._packets = packets_of(traces, scenario)
         self._apart = {user.name: apart(traces, user) for user in traces.users}
-        live = traces.live
-        self._write_lags(live=live)
+        self._write_lags(live=traces.live)
         self._clock, self._period_s = clock, snapshot_s
-        super().__init__(Predictor(live=live))
         there = [  # every user's handle has a place
             np.isfinite(self._rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
             for user in traces.users
@@ -58,8 +57,7 @@ class RecordedSession(Session):
         self._start_s = float(self._rows[int(np.logical_and.reduce(there).argmax()), 1])
         self._time_s, self._at_s = self._start_s, clock()
         self._ratio, self._paused = 1.0, True
-        self._shown = -1  # row shown last
-        self._seq = 0
+        self._shown, self._seq = -1, 0  # row shown last; number of it
 
     def _write_lags(self, *, live: bool) -> None:
         """Write lags and impedances as far as they stayed what they were: under load the distance
@@ -105,9 +103,7 @@ class RecordedSession(Session):
         row = self._rows[index].copy()
         row[0] = self._seq
         since_s = self._rows[index - 1, 1] if index else -self._period_s
-        until_s = row[1]
-        sent_s = self._packets[:, 2]
-        begin, end = np.searchsorted(sent_s, [since_s, until_s], side="right")
+        begin, end = np.searchsorted(self._packets[:, 2], [since_s, row[1]], side="right")
         return Snapshot(row, self._packets[begin:end])
 
     def whole(self) -> tuple[Array, Array, list[tuple[int, dict[str, Any]]]]:
@@ -128,10 +124,9 @@ class RecordedSession(Session):
     def _text(self, index: int) -> dict[str, Any]:
         """Return the recorded verdict with the states at a row."""
         lines = self._summary["verdict"]
-        wrong = [line["text"] for line in lines if line["ok"] is False]
-        open_ = [line["text"] for line in lines if line["ok"] is None]
-        level = BAD if wrong else UNKNOWN if open_ else GOOD
-        sentence = (wrong or open_ or [lines[0]["text"]])[0]
+        levels = {False: BAD, None: UNKNOWN, True: GOOD}
+        worst = min(lines, key=lambda line: list(levels).index(line["ok"]))
+        level, sentence = levels[worst["ok"]], worst["text"]
         return {
             "verdict": f"The whole session: {sentence}",
             "level": level,
@@ -142,12 +137,12 @@ class RecordedSession(Session):
     def _state(self, user: str, index: int) -> dict[str, str]:
         time_s = self._rows[index, 1]
         state = float(self._rows[index, self.layout.slices[f"{user}.state"]][0])
-        word = SafetyState(int(state)).name.lower() if np.isfinite(state) else "no data"
-        reason = ""
-        for one in self._traces.users:
-            if one.name == user and np.isfinite(state):
-                at = np.searchsorted(one.block_time_s, time_s, side="right")
-                reason = one.reason[max(int(at) - 1, 0)]
+        word, reason = "no data", ""
+        if np.isfinite(state):
+            word = SafetyState(int(state)).name.lower()
+            own = next(one for one in self._traces.users if one.name == user)
+            at = np.searchsorted(own.block_time_s, time_s, side="right")
+            reason = own.reason[max(int(at) - 1, 0)]
         note, away = "", self._apart.get(user)
         if away is not None:  # from the device since the user joined
             at = int(np.searchsorted(away.time_s, time_s + 1e-9)) - 1
