@@ -15,23 +15,106 @@ import time
 from collections.abc import Mapping
 from functools import partial
 
+from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
-from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.frame.rows import LATE_NS
+from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import MasterParams, SafetyParams
+from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
+from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.runtime.watch import Watch
+from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.design.aliasing import warnings_of
-from pmwvc_master.devices import make_device
+from pmwvc_master.blocks import Block
+from pmwvc_master.devices import DeviceSample, make_device, warnings_of_device
 from pmwvc_master.loop import MasterLoop
-from pmwvc_master.profile import warnings_of_device
-from pmwvc_master.settings import declare_settings
-from pmwvc_master.wires import RosWires
+from pmwvc_master.settings import MasterSettings, declare_settings
+
+
+class RosWires:
+    """The link and the observers of a force loop.
+
+    Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``; and for observers, at the packet
+    rate and with the names of CRTK, ``measured_cv`` (TwistStamped, velocity of the device) and
+    ``measured_cf`` (WrenchStamped, force of the device on the hand, ``-f_m``).
+    """
+
+    def __init__(
+        self, node: Node, settings: MasterSettings, *, epoch: int, hand_force_known: bool
+    ) -> None:
+        self._dof, self._epoch = settings.dof, epoch
+        self._hand_force_known = hand_force_known
+        self._types = messages.live_types()
+        self.link = WaveTopics(
+            node, self._types, incoming="wave_down", outgoing="wave_up",
+            admission=Admission(settings.token, out="up", into="down"), dof=settings.dof,
+            extra=record_of(settings.controller).extra(settings.dof)[1],
+            period_s=settings.master.frame_s,
+        )  # fmt: skip
+        trace_qos = offered(RECORDED_QOS, settings.master.frame_s)
+        self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
+        sensor = qos_profile_sensor_data
+        self._twist = node.create_publisher(TwistStamped, "measured_cv", sensor)
+        self._wrench = node.create_publisher(WrenchStamped, "measured_cf", sensor)
+        self._frame_id = f"{node.get_namespace().strip('/') or node.get_name()}/device"
+        self._seq = 0
+
+    def publish_trace(self, loop: MasterLoop, block: Block) -> None:
+        """Publish the ticks of a frame."""
+        self._seq += 1
+        self._trace.publish(
+            messages.master_trace(
+                self._types,
+                block.series(),
+                taken=block.taken,
+                changes=block.changes,
+                stamp_ns=_ros_time(block.start_ns),
+                start_ns=block.start_ns,
+                epoch=self._epoch,
+                seq=self._seq,
+                first_tick=block.first_tick,
+                period=loop.tick_s,
+                dof=self._dof,
+                state=block.state,
+                reason=block.reason,
+                missed=loop.missed,
+                safety_events=loop.protocol.s.limits.events,
+                hand_force_known=self._hand_force_known,
+                energy=block.energy,
+                accounts=block.accounts,
+            )
+        )
+
+    def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
+        """Publish velocity and force of the device, where anybody subscribes."""
+        if not (self._twist.get_subscription_count() or self._wrench.get_subscription_count()):
+            return
+        stamp = messages.time_message(self._types, _ros_time(due_ns))
+        twist, wrench = TwistStamped(), WrenchStamped()
+        for message in (twist, wrench):
+            message.header.stamp = stamp
+            message.header.frame_id = self._frame_id
+        twist.twist.linear, wrench.wrench.force = _vector(sample.xd), _vector(-f)
+        self._twist.publish(twist)
+        self._wrench.publish(wrench)
+
+
+def _vector(value: Value) -> Vector3:
+    return Vector3(**dict(zip("xyz", map(float, flatten(value)), strict=False)))
+
+
+def _ros_time(monotonic_ns: int) -> int:
+    """Return a time of the monotonic clock on the time line of ROS [ns]."""
+    return time.time_ns() - time.monotonic_ns() + monotonic_ns
+
 
 FAREWELL_PERIODS = 3
 LATE_SAMPLES = f"ticks without a device sample of the last {LATE_NS / 1e6:g} ms"

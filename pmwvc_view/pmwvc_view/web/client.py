@@ -15,8 +15,7 @@ from websockets.asyncio.server import ServerConnection, broadcast
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
-from pmwvc_view.protocol import MESSAGES_HZ, SILENCE_S
-from pmwvc_view.protocol.requests import ProtocolError, Request, read
+from pmwvc_view.protocol import MESSAGES_HZ, SILENCE_S, ProtocolError, Request, read
 from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
 from pmwvc_view.session import Answer, Session
 from pmwvc_view.web.access import Allowance
