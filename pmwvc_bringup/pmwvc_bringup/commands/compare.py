@@ -87,8 +87,13 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     return report.report(folder, title, entries, console, notes=notes, figures=figures)
 
 
+MISSES = "does NOT reproduce the recording"
 KNOWN_S = 0.02  # after the first difference: a block is noted at its end
 MOST = 3  # causes named
+HAND = (
+    "the scenario's hand, which reacts, or the recorded force (default: operator where the device "
+    "was simulated)"
+)
 
 
 @cli.command(
@@ -106,12 +111,7 @@ A link whose parameters are set is simulated with them.
 """,
     cli.FOLDER,
     cli.settings(),
-    cli.argument(
-        "--hand",
-        choices=("operator", "force"),
-        help="the scenario's hand, which reacts, or the recorded force (default: operator "
-        "where the device was simulated)",
-    ),
+    cli.argument("--hand", choices=("operator", "force"), help=HAND),
     cli.out("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
     cli.NO_FIGURES,
     cli.json_document("print comparison.json on stdout and nothing else"),
@@ -160,21 +160,18 @@ def _reported(
     else:
         write_summary(folder, summary(result.replayed, result.scenario))
     path = str(source.resolve())
-    entries = [
-        measured(Entry("recorded", {}, result.recorded, result.recorded_scenario, path)),
-        measured(Entry("replayed", result.changes, result.replayed, result.scenario, ".")),
-    ]
+    recorded = Entry("recorded", {}, result.recorded, result.recorded_scenario, path)
+    replayed = Entry("replayed", result.changes, result.replayed, result.scenario, ".")
     before = result.recorded_scenario.flat()
     changes = {name: [before.get(name), new] for name, new in result.changes.items()}
+    hands = result.prescribed.hands
     same = reproduced(result.differences) if not changes else None
     about = {
         "kind": "replay",
         "lead": lead(result, same),
         "recorded": path,
         "changes": changes,
-        "differences": [
-            {**user, "hand": result.prescribed.hands[user["name"]]} for user in result.differences
-        ],
+        "differences": [{**user, "hand": hands[user["name"]]} for user in result.differences],
         "tolerance": {"force_n": FORCE_N, "position_m": POSITION_M},
         "exact": exact(result.differences) if not changes else None,
         "reproduced": same,
@@ -183,6 +180,7 @@ def _reported(
         "notes": result.prescribed.notes,
     }
     title = f"Replay of {result.recorded_scenario.name}"
+    entries = [measured(recorded), measured(replayed)]
     found = write(folder, title, entries, about, figures=figures)
     states = [
         f"  {session['label']}: {state_text(session['stable'], session['instability'])}"
@@ -198,9 +196,8 @@ def lead(result: "Replay", same: bool | None) -> str:
 
     found = result.differences
     forces = [user["force_max_n"] for user in found]
-    if not forces or None in forces:
-        amount = "not all forces can be compared"
-    else:
+    amount = "not all forces can be compared"
+    if forces and None not in forces:
         amount = f"forces differ by up to {max(forces):.3g} N"
     if same is None:
         names = ", ".join(f"{name} = {value}" for name, value in result.changes.items())
@@ -208,11 +205,7 @@ def lead(result: "Replay", same: bool | None) -> str:
     if exact(found):
         ticks = ", ".join(f"{user['ticks']} ticks of {user['name']}" for user in found)
         return f"The unchanged replay is exact: force and position of all {ticks} are equal."
-    word = (
-        "reproduces the recording, but is not exact"
-        if same
-        else "does NOT reproduce the recording"
-    )
+    word = "reproduces the recording, but is not exact" if same else MISSES
     return f"The unchanged replay {word}: {amount}{_since(result)}."
 
 

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 
+WHAT = "a session folder, or a scenario to simulate in real time (nothing: a session that runs)"
+
+
 def _sessions(**given: object) -> list[str]:
     """Return what can be viewed: scenarios and folders."""
     return [*cli.scenario_names(), *cli.session_folders(**given)]  # type: ignore[arg-type]
@@ -47,16 +50,8 @@ examples:
 The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the printed
 address is needed to connect.
 """,
-    cli.argument(
-        "what",
-        nargs="?",
-        metavar="WHAT",
-        help="a session folder, or a scenario to simulate in real time (nothing: a session "
-        "that runs)",
-        completer=_sessions,
-    ),
-    cli.USERS,
-    cli.settings(),
+    cli.argument("what", nargs="?", metavar="WHAT", help=WHAT, completer=_sessions),
+    *(cli.USERS, cli.settings()),
     cli.argument("--namespace", default="", help="namespace of the running session"),
     *cli.PAGE,
 )
@@ -98,7 +93,7 @@ def _session(arguments: argparse.Namespace) -> "Session":
     return RecordedSession(traces, recorded, summary(traces, recorded), snapshot_s=SNAPSHOT_S)
 
 
-WIDTH = 99
+WIDTH, INDENT = 99, " " * 6
 ROS_ARGUMENTS = {
     "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
     "server": "-p users:=\"['user1','user2']\" -p server.contact_stiffness:=800.0",
@@ -156,49 +151,41 @@ def parameter_help(kind: str) -> str:
                 if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
                     lines.append(f"  {name} = {node.get_parameter(name).value!r}")
                     words = [descriptor.description, descriptor.additional_constraints]
-                    about = "; ".join(word for word in words if word)
-                    lines += textwrap.wrap(
-                        about, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6
-                    )
+                    about = textwrap.wrap("; ".join(filter(None, words)), WIDTH - len(INDENT))
+                    lines += [f"{INDENT}{line}" for line in about]
         finally:
             node.destroy_node()
     finally:
         rclpy.shutdown(context=context)
     head = [
         f"usage: pmwvc node {kind} [--ros-args [-r FROM:=TO] [-p NAME:=VALUE] [--params-file F]]",
-        "",
-        "example:",
-        f"  pmwvc node {kind} --ros-args {ROS_ARGUMENTS[kind]}",
-        "",
-        "parameters (default; unit and range; description):",
+        f"\nexample:\n  pmwvc node {kind} --ros-args {ROS_ARGUMENTS[kind]}",
+        "\nparameters (default; unit and range; description):",
     ]
-    several = (
-        f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
-    )
-    tail = [several] if any(name.startswith(ONE_USER) for name in names) else []
-    return "\n".join([*head, *lines, *tail])
+    text = f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
+    several = any(name.startswith(ONE_USER) for name in names)
+    return "\n".join([*head, *lines, *([text] if several else [])])
 
 
 def _declarations() -> "dict[str, Callable[[Node], object]]":
     """Return, by kind of node, the function that declares its parameters."""
     from pmwvc_analysis import recorder_node
-    from pmwvc_master import settings as master_settings
-    from pmwvc_netem import settings as netem_settings
-    from pmwvc_server import settings as server_settings
+    from pmwvc_master import settings as master
+    from pmwvc_netem import settings as netem
+    from pmwvc_server import settings as server
     from pmwvc_view import node as view_node
 
     def recorder(node: "Node") -> None:
         with contextlib.suppress(ParameterError):  # no folder is given; all is declared before
             recorder_node.declare_settings(node)
 
+    def ignore(*_: object) -> None:
+        """Take a change of parameters and do nothing: none is made here."""
+
     return {
-        "master": lambda node: master_settings.declare_settings(node, _ignore, _ignore),
-        "server": lambda node: server_settings.declare_settings(node, *[_ignore] * 4),
-        "netem": lambda node: netem_settings.Settings(node, _ignore),
+        "master": lambda node: master.declare_settings(node, ignore, ignore),
+        "server": lambda node: server.declare_settings(node, *[ignore] * 4),
+        "netem": lambda node: netem.Settings(node, ignore),
         "recorder": recorder,
         "view": view_node.declare_settings,
     }
-
-
-def _ignore(*_: object) -> None:
-    """Take a change of parameters and do nothing: none is made here."""

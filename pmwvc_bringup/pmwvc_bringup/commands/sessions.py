@@ -34,7 +34,7 @@ VIEWED = (
     "run a live session of ROS 2 nodes and write its report",
     EXAMPLES.format("run") + VIEWED,
     *cli.SESSION,
-    cli.argument("--view", action="store_true", help="serve the session's page and open it"),
+    cli.flag("--view", "serve the session's page and open it"),
     *cli.PAGE,
 )
 def run(arguments: argparse.Namespace) -> cli.Result:
@@ -54,13 +54,12 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     scenario, folder = prepared(arguments)
     from pmwvc_bringup.session.runner import LiveSession, StartError
 
-    console = terminal()
-    browser = not arguments.no_browser
-    recorded = []
+    console, recorded = terminal(), []
+    how: Any = {"console": console, "browser": not arguments.no_browser}
     try:
         while True:
             announce(console, scenario, folder, live=True)
-            session = LiveSession(scenario, folder, console=console, page=page, browser=browser)
+            session = LiveSession(scenario, folder, page=page, **how)
             if session.run():
                 recorded.append((folder, scenario))
             elif not recorded:
@@ -149,6 +148,7 @@ def report(arguments: argparse.Namespace) -> cli.Result:
 
 
 TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}
+FORMAT = "what to write (default: csv)"
 
 
 @cli.command(
@@ -161,13 +161,7 @@ examples:
   pmwvc export sessions/20260101T120000Z-carry_16ms --as hdf5 --out /tmp/carry.h5
 """,
     cli.FOLDER,
-    cli.argument(
-        "--as",
-        dest="kind",
-        choices=tuple(TARGETS),
-        default="csv",
-        help="what to write (default: csv)",
-    ),
+    cli.argument("--as", dest="kind", choices=(*TARGETS,), default="csv", help=FORMAT),
     cli.out("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
 )
 def export_(arguments: argparse.Namespace) -> cli.Result:
