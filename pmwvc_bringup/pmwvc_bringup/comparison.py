@@ -56,11 +56,8 @@ def simulated(
     from pmwvc_analysis.verdicts.verdicts import summary
     from pmwvc_core.simulation.session import simulate
 
-    traces = simulate(
-        [one.scenario for one in chosen],
-        keep=lambda kept, _: kept,
-        progress=lambda ratio: show(0.5 * ratio),
-    )
+    every = [one.scenario for one in chosen]
+    traces = simulate(every, keep=lambda kept, _: kept, progress=lambda part: show(0.5 * part))
     entries = []
     for number, (one, each) in enumerate(zip(chosen, traces, strict=True), start=1):
         below = folder_of(number, one)

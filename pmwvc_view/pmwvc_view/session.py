@@ -137,6 +137,19 @@ class RunningSession(Session):
         self._text: dict[str, Any] = {}
         self._polls = 0
 
+    def _snapshots(
+        self, now_ns: int, places: Mapping[str, Any], round_trips: Mapping[str, float | None]
+    ) -> Sequence[Snapshot]:
+        """Return the snapshots up to now [ns]; ``places`` has the target of every hand by user [m]
+        (None: it is open), ``round_trips`` are by column [s].
+        """
+        targets = {f"{user}.target": place for user, place in places.items()}
+        held = {f"{user}.held": place is not None for user, place in places.items()}
+        self._feed.others = {**self._lags, **round_trips, **targets, **held}
+        snapshots = self._feed.rows(now_ns)
+        self._notices.watch(snapshots, self.layout, self._names)
+        return snapshots
+
     @abstractmethod
     def _state(self) -> State:
         """Return how it stands."""
@@ -156,9 +169,9 @@ class RunningSession(Session):
             if control.path in controls.AT_RESTART:
                 return Answer(False, f"{path}: changes with a new beginning (restart)")
             known = self.scenario()
-            if fixed := why_fixed(
-                control.path, strict=known.strict, server=known.server, coupling=known.coupling
-            ):
+            server, coupling = known.server, known.coupling
+            fixed = why_fixed(control.path, strict=known.strict, server=server, coupling=coupling)
+            if fixed:
                 return Answer(False, f"{control.path}: {fixed}")
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
@@ -174,26 +187,22 @@ class RunningSession(Session):
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
+        values = controls.values_of(self.scenario(), self._state().preset)
         return description.describe(
-            self._scenario,
-            mode="live" if self._live else "simulated",
-            duration_s=self._duration_s,
-            values=controls.values_of(self.scenario(), self._state().preset),
-            remote=self._remote(),
-        )
+            self._scenario, mode="live" if self._live else "simulated", values=values,
+            duration_s=self._duration_s, remote=self._remote(),
+        )  # fmt: skip
 
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return verdict, values of controls, and whether time passes."""
         state, scenario = self._state(), self._scenario
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
+            storage_j = {user.name: sum(declared(scenario, user)) for user in scenario.users}
             self._text = verdict(
-                self._feed,
-                self._names,
-                storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
-                exact_hands=self._exact,
+                self._feed, self._names, storage_j=storage_j, exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),
-            )
+            )  # fmt: skip
         known, wanted = self._valued, self.scenario()
         if known is None or known[0] is not wanted or known[1] != state.preset:
             values = controls.values_of(wanted, state.preset)

@@ -93,13 +93,13 @@ class Simulation:
         }
 
     def places(self) -> dict[str, Value | None]:
-        """Return the target of every remote hand that is closed, by column [m]."""
+        """Return the target of every remote hand by user [m]; None: it is open."""
         found: dict[str, Value | None] = {}
-        for user in self._users:
+        for name, user in zip(self._names, self._users, strict=True):
             if hand := user.device.remote:
-                source = self.targets.get(user.settings.name)
+                source = self.targets.get(name)
                 followed = value(hand.target) if source is None else source.newest
-                found[f"{user.settings.name}.target"] = followed if hand.holding else None
+                found[name] = followed if hand.holding else None
         return found
 
     def _show_step(self, _: int, now_ns: int, row: ServerRow) -> None:
@@ -167,8 +167,7 @@ class SimulatedSession(RunningSession):
         self.generation += 1
         self._simulation = Simulation(scenario, self._feed, epoch=self.generation)
         self._at_s = self._clock()
-        self._left_s = 0.0  # of real time, not simulated yet
-        self._lost_s = 0.0  # never simulated
+        self._left_s = self._lost_s = 0.0  # of real time, not simulated yet; never simulated
 
     def _state(self) -> State:
         lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
@@ -183,10 +182,8 @@ class SimulatedSession(RunningSession):
         passed_s, self._at_s = now_s - self._at_s, now_s
         if self._paused:
             return []
-        if passed_s > LONGEST_STEP_S:
-            self._lost_s += passed_s - LONGEST_STEP_S
-            passed_s = LONGEST_STEP_S
-        self._left_s += passed_s
+        self._left_s += min(passed_s, LONGEST_STEP_S)
+        self._lost_s += max(passed_s - LONGEST_STEP_S, 0.0)
         if self._scenario != self._wanted:  # a delay never jumps
             self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
             self._simulation.change(self._scenario)
@@ -196,12 +193,8 @@ class SimulatedSession(RunningSession):
         before = simulation.tick
         simulation.run(before + int(self._left_s / tick_s))
         self._left_s -= (simulation.tick - before) * tick_s
-        places = simulation.places()
-        held = {name.replace(".target", ".held"): at is not None for name, at in places.items()}
-        self._feed.others = {**self._lags, **simulation.round_trips(), **places, **held}
-        snapshots = self._feed.rows(simulation.tick * simulation.tick_ns)
-        self._notices.watch(snapshots, self.layout, self._names)
-        return snapshots
+        now_ns = simulation.tick * simulation.tick_ns
+        return self._snapshots(now_ns, simulation.places(), simulation.round_trips())
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""

@@ -15,7 +15,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias, get_args
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame.rows import STALE_NS, DeviceSample
@@ -26,13 +26,11 @@ from pmwvc_core.plugins import PluginGroup
 from pmwvc_core.wave.impedance import impedance_of, largest
 
 __all__ = [
-    "STALE_NS",
-    "DeviceFactory",
-    "DeviceInfo",
-    "DeviceSample",
-    "DeviceSetup",
-    "HapticDevice",
-]
+    "STALE_NS", "DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice",
+]  # fmt: skip
+
+
+Pacing = Literal["host", "exchange", "device", "event"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +56,7 @@ class DeviceInfo:
     apparent_damping: float | None = None  # [N s/m]
     workspace_m: float | None = None  # half extent [m]
     encoder_step_m: float | None = None  # resolution of the position [m]
-    pacing: Literal["host", "exchange", "device", "event"] = "host"
+    pacing: Pacing = "host"
     velocity: Literal["measured", "estimated"] = "measured"
     hand_force_known: bool = False
 
@@ -90,13 +88,7 @@ class HapticDevice(Protocol):
     info: DeviceInfo
 
     def open(self) -> None:
-        """Make the device ready, force zero.
-
-        Raises
-        ------
-        DeviceError
-            With cause and remedy.
-        """
+        """Make the device ready, force zero; DeviceError with cause and remedy."""
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return what is sensed at the tick due at ``due_ns`` (monotonic clock), of replies that
@@ -132,14 +124,12 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
     """
     device: HapticDevice = PLUGINS.make(name, setup)
     if device.info.dof != setup.dof:
-        raise DeviceError(
-            f"device.plugin = {name!r} has {device.info.dof} axes where dof = {setup.dof} is "
-            "asked for"
-        )
+        text = f"{device.info.dof} axes where dof = {setup.dof} is asked for"
+        raise DeviceError(f"device.plugin = {name!r} has {text}")
     return device
 
 
-PACINGS = ("host", "exchange", "device", "event")
+PACINGS = get_args(Pacing)
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
 
 
@@ -151,9 +141,8 @@ def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
         if value is not None and not 0.0 < value < math.inf:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
     if info.pacing not in PACINGS:
-        raise DeviceError(
-            f"{info.model}: declares pacing = {info.pacing!r}: must be one of {', '.join(PACINGS)}"
-        )
+        known = f"must be one of {', '.join(PACINGS)}"
+        raise DeviceError(f"{info.model}: declares pacing = {info.pacing!r}: {known}")
     declared = [f for f in (info.max_force, info.continuous_force) if f is not None]
     return dataclasses.replace(safety, max_force=min([safety.max_force, *declared]))
 

@@ -34,7 +34,7 @@ HAND_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 _NS_PER_S = 10**9
 _HEADS = {0: struct.Struct(">iII"), 1: struct.Struct("<iII")}
 _NUMBERS = {0: struct.Struct(">3d"), 1: struct.Struct("<3d")}
-_WRENCH = struct.Struct("<4xiII4x6d")  # frame_id "": its final 0, then up to a multiple of 8
+_WRENCH = struct.Struct("<4siII4x6d")  # frame_id "": its final 0, then up to a multiple of 8
 
 
 def first_vector(message: bytes) -> tuple[int, tuple[float, float, float]] | None:
@@ -51,10 +51,8 @@ def first_vector(message: bytes) -> tuple[int, tuple[float, float, float]] | Non
 
 def wrench(force: tuple[float, float, float]) -> bytes:
     """Return a serialized WrenchStamped of now with this force [N] and no torque."""
-    seconds, nanoseconds = divmod(time.time_ns(), _NS_PER_S)
-    message = bytearray(_WRENCH.pack(seconds, nanoseconds, 1, *force, 0.0, 0.0, 0.0))
-    message[1] = 1
-    return bytes(message)
+    stamp = divmod(time.time_ns(), _NS_PER_S)
+    return _WRENCH.pack(b"\x00\x01\x00\x00", *stamp, 1, *force, 0.0, 0.0, 0.0)
 
 
 class HandTopics:

@@ -67,14 +67,10 @@ class LiveSession(RunningSession):
                 self._lags = description.lags(self._scenario, live=True)
             except PmwvcError as error:  # parameters that make no scenario leave it as it was
                 self._node.get_logger().warning(str(error))
-        targets = {f"{user}.target": hand.position for user, hand in self._hands.items()}
-        held = {f"{user}.held": hand.position is not None for user, hand in self._hands.items()}
-        self._feed.others = {**self._lags, **inlets.round_trips, **targets, **held}
         if self._feed.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
-        snapshots = self._feed.rows(inlets.now_ns())
-        self._notices.watch(snapshots, self.layout, self._graph.users)
-        return snapshots
+        places = {user: hand.position for user, hand in self._hands.items()}
+        return self._snapshots(inlets.now_ns(), places, inlets.round_trips)
 
     def _state(self) -> State:
         values = self._graph.values
