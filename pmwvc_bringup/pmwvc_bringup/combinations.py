@@ -89,7 +89,6 @@ def _noise_left(master: MasterParams, order: int) -> float:
 
 def settings_of(variant: str, defaults: Mapping[str, str]) -> list[str]:
     """Return the settings ``name=value`` of a variant: a name, or features joined by ``+``.
-
     ``defaults`` are those of :func:`defaults_of`; ScenarioError names the known variants.
     """
     if variant in library.names():
@@ -109,7 +108,6 @@ def fitting(
     name: str, variants: Sequence[str], settings_texts: Sequence[str]
 ) -> tuple[list[str], dict[str, str]]:
     """Return the variants that a scenario can be run with, and the reasons against the others.
-
     Where it cannot be run with any, all are returned: then the scenario itself is wrong.
     """
     defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if variants else {}

@@ -111,9 +111,8 @@ class State(NamedTuple):
 
 
 class RunningSession(Session):
-    """A session that goes on: its feed, the verdict on it, and notices.
-
-    ``_duration_s`` is None where the end is not known [s].
+    """A session that goes on: its feed, the verdict on it, and notices. ``_duration_s`` is None
+    where the end is not known [s].
     """
 
     can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})

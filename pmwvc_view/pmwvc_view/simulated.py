@@ -51,7 +51,6 @@ class PageTargets:
 
 class Simulation:
     """The ends of a scenario, stepped tick by tick without an end; its traces go to a feed.
-
     ``epoch`` is the number of this beginning.
     """
 

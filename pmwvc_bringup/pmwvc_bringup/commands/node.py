@@ -118,9 +118,8 @@ examples:
     cli.argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
 )
 def node(arguments: argparse.Namespace) -> cli.Result:
-    """Become one node: same process, so that signals and exit code are the node's own.
-
-    With ``--help``, print its parameters instead.
+    """Become one node: same process, so that signals and exit code are the node's own. With
+    ``--help``, print its parameters instead.
     """
     from pmwvc_bringup.session.plan import MODULES
     from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, require_ros

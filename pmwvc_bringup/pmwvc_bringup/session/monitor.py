@@ -59,9 +59,8 @@ class Monitor:
         self._counts: dict[str, deque[tuple[int, int]]] = {}
 
     def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
-        """Return the publishers and subscribers that are missing yet, as texts.
-
-        ``ends``: topic -> wanted numbers of publishers and subscribers, this node not counted.
+        """Return the publishers and subscribers that are missing yet, as texts. ``ends``: topic ->
+        wanted numbers of publishers and subscribers, this node not counted.
         """
         polled = [*self._masters.values(), self._server, self._links, *self._receptions]
         topics = [each.subscription.topic_name for each in polled]

@@ -144,9 +144,8 @@ def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
 
 
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
-    """Return the numbers of publishers and subscribers of every topic of a complete session.
-
-    A view may find the session later; nothing waits for it.
+    """Return the numbers of publishers and subscribers of every topic of a complete session. A
+    view may find the session later; nothing waits for it.
     """
     recorders = 1 if recorded else 0
     names = ["/server/trace", "/server/reception", "/netem/links", "/netem/fates"]

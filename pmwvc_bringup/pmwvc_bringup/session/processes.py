@@ -80,10 +80,8 @@ class Children:
     def start(
         self, name: str, command: Sequence[str], *, env: Mapping[str, str], log: Path
     ) -> Child:
-        """Start a process; its output goes to ``log``.
-
-        Must be called from a thread that lives as long as the session: the kernel ties the child
-        to the thread that forked it.
+        """Start a process; its output goes to ``log``. Must be called from a thread that lives as
+        long as the session: the kernel ties the child to the thread that forked it.
         """
         parent = os.getpid()
         log.parent.mkdir(parents=True, exist_ok=True)

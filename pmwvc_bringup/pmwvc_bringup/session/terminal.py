@@ -115,9 +115,8 @@ def finish(
     console: Console, folder: Path, scenario: Scenario | None, *, check: bool,
     figures: bool = True, out: Path | None = None,
 ) -> cli.Result:  # fmt: skip
-    """Judge and draw a recorded session and print the verdict; the document is its summary.
-
-    With ``check`` the exit code is 1 where the session does not pass.
+    """Judge and draw a recorded session and print the verdict; the document is its summary. With
+    ``check`` the exit code is 1 where the session does not pass.
     """
     from pmwvc_analysis.session_files import REPORT, SUMMARY
     from pmwvc_analysis.session_files import finish as finish_files

@@ -114,7 +114,6 @@ class Graph:
 
     def scenario(self, about: Mapping[str, object]) -> Scenario:
         """Return the scenario that the nodes' parameters make; ``about``: name and length of it.
-
         PmwvcError where they make none.
         """
         server, netem = self.values[self.server], self.values.get(self.netem, {})

@@ -109,10 +109,8 @@ class MasterReader(_Reader):
 
 
 class ServerReader(_Reader):
-    """The traces of the server.
-
-    ``clock_ns`` is by how much ROS time is ahead of the server's monotonic clock, as of the newest
-    trace [ns]; None before.
+    """The traces of the server. ``clock_ns`` is by how much ROS time is ahead of the server's
+    monotonic clock, as of the newest trace [ns]; None before.
     """
 
     KIND = ServerTrace

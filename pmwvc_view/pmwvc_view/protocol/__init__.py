@@ -31,9 +31,8 @@ class ProtocolError(PmwvcError):
 
 
 class Request(NamedTuple):
-    """A message of a page: its kind, and the values of its fields, which were checked.
-
-    It is answered with its ``id``; None where no answer is wanted.
+    """A message of a page: its kind, and the values of its fields, which were checked. It is
+    answered with its ``id``; None where no answer is wanted.
     """
 
     kind: str

@@ -35,7 +35,6 @@ SLOWEST, FASTEST = 0.01, 4.0
 
 class RecordedSession(Session):
     """See :class:`.session.Session`; ``summary`` has its verdicts, as in ``summary.json``.
-
     RecordingError where nothing of the scenario's users was recorded.
     """
 
@@ -193,7 +192,6 @@ def replay_page(
     traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any]
 ) -> str | None:
     """Return the page of a recorded session; None if nothing of its users was recorded.
-
     ``summary`` has its verdicts, as in ``summary.json``.
     """
     period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)

@@ -129,9 +129,8 @@ def _number(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 
 class Allowance:
-    """Messages that a page may still send, at a mean rate [1/s] and as many at once.
-
-    Times are of any clock [s].
+    """Messages that a page may still send, at a mean rate [1/s] and as many at once. Times are of
+    any clock [s].
     """
 
     def __init__(self, rate_hz: float, now_s: float) -> None:

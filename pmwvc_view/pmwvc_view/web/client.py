@@ -56,9 +56,8 @@ class Client:
         self._send_snapshot()
 
     def _send_snapshot(self) -> None:
-        """Send the snapshot that waits, behind the messages that do.
-
-        Credits bound what the socket holds, so that there is nothing to wait for.
+        """Send the snapshot that waits, behind the messages that do. Credits bound what the socket
+        holds, so that there is nothing to wait for.
         """
         if not self._messages:
             snapshot = self._outgoing.take()

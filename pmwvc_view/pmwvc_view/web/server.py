@@ -36,9 +36,8 @@ STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
 
 class PageServer:
-    """A session for any number of pages.
-
-    Port 0 takes any that is free; ``port`` is then the one that is listened on.
+    """A session for any number of pages. Port 0 takes any that is free; ``port`` is then the one
+    that is listened on.
     """
 
     def __init__(
