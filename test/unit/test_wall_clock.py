@@ -24,7 +24,7 @@ STAMPS = {
     "pmwvc_core/pmwvc_core/runtime/topics.py",
     "pmwvc_master/pmwvc_master/devices/topics.py",
     "pmwvc_master/pmwvc_master/wires.py",
-    "pmwvc_netem/pmwvc_netem/relay.py",
+    "pmwvc_netem/pmwvc_netem/node.py",
     "pmwvc_server/pmwvc_server/node.py",
     "pmwvc_server/pmwvc_server/wires.py",
 }
