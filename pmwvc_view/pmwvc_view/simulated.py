@@ -7,6 +7,7 @@ Unlike a simulation it has no end, and its parameters change while it runs. Need
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -31,24 +32,6 @@ LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
 
-class PageTargets:
-    """The targets that a page gives to a hand: the newest one [m], once; None: it is open."""
-
-    def __init__(self) -> None:
-        self._new: list[Target] = []
-        self.newest: Target = None
-
-    def give(self, target: Target) -> None:
-        """Note a target; None lets go."""
-        self._new.append(target)
-        self.newest = target
-
-    def take(self) -> Sequence[Target]:
-        """Return what came since the last tick."""
-        new, self._new = self._new, []
-        return new
-
-
 class Simulation:
     """The ends of a scenario, stepped tick by tick without an end; its traces go to a feed.
     ``epoch`` is the number of this beginning.
@@ -60,12 +43,23 @@ class Simulation:
         self._waves = has_waves(scenario.controller)
         self._time = VirtualTime(scenario, on_frame=self._show_frame, on_step=self._show_step)
         self._users, self.tick_ns = self._time.users, self._time.tick_ns
-        self.targets: dict[str, PageTargets] = {}
-        for user in self._users:
+        # Of the hands that a page can take: targets since the last tick [m], and the newest.
+        self.targets: dict[str, list[Target]] = {}
+        self._newest: dict[str, Target] = {}
+        for name, user in zip(self._names, self._users, strict=True):
             if user.settings.operator.from_outside:
-                self.targets[user.settings.name] = source = PageTargets()
-                user.device.listen(source.take)
+                self.targets[name] = []
+                user.device.listen(partial(self._taken, name))
         self.tick = 0
+
+    def give(self, user: str, target: Target) -> None:
+        """Give a hand its newest target [m]; None opens it."""
+        self.targets[user].append(target)
+        self._newest[user] = target
+
+    def _taken(self, user: str) -> Sequence[Target]:
+        new, self.targets[user] = self.targets[user], []
+        return new
 
     def run(self, until_tick: int) -> None:
         """Step up to a tick."""
@@ -96,8 +90,7 @@ class Simulation:
         found: dict[str, Value | None] = {}
         for name, user in zip(self._names, self._users, strict=True):
             if hand := user.device.remote:
-                source = self.targets.get(name)
-                followed = value(hand.target) if source is None else source.newest
+                followed = self._newest.get(name) if name in self.targets else value(hand.target)
                 found[name] = followed if hand.holding else None
         return found
 
@@ -197,9 +190,9 @@ class SimulatedSession(RunningSession):
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
-        if source := self._simulation.targets.get(user):
+        if user in self._simulation.targets:
             target = description.within_workspace(position, self._scenario, user)
-            source.give(None if target is None else value(tuple(target)))
+            self._simulation.give(user, None if target is None else value(tuple(target)))
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self._wanted = wanted

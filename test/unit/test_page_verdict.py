@@ -38,7 +38,7 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
     for tick in range(16, 1000 * seconds, 16):
         if targets is not None:
             place = targets(tick * 1e-3)
-            simulation.targets["user1"].give(place)
+            simulation.give("user1", place)
         if change is not None and tick >= 1e3 * change[0]:
             wanted = changed(scenario, dict([change[1:]]))
             following = ramped(scenario, wanted, over_s=PERIOD_S)
