@@ -133,6 +133,10 @@ def _judged(
         return _unknown(f"too little of the motion of {unknown} was recorded")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
+    if traces.users and not any(
+        np.abs(user.xd_m).max() > OSCILLATION_M_S for user in traces.users
+    ):
+        return _unknown(f"no device moved faster than {OSCILLATION_M_S * 1e3:g} mm/s")
     return True, None, explained or _quiet_words([found for found, _ in strengths])
 
 
