@@ -175,6 +175,7 @@ class RunningSession(Session):
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
                 self._notices.changed(self.scenario(), wanted)
+                self._feed.window.changed()
                 why = await self._change(control, wanted, value)
         except PmwvcError as error:
             return Answer(False, str(error))
@@ -197,9 +198,12 @@ class RunningSession(Session):
         state, scenario = self._state(), self._scenario
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
-            storage_j = {user.name: sum(declared(scenario, user)) for user in scenario.users}
+            self._feed.window.judge(scenario, live=self._live)
+            users = scenario.users
             self._text = verdict(
-                self._feed, self._names, storage_j=storage_j, exact_hands=self._exact,
+                self._feed, self._names, most_n={user.name: user.safety.max_force for user in users},
+                storage_j={user.name: sum(declared(scenario, user)) for user in users},
+                exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),
             )  # fmt: skip
         known, wanted = self._valued, self.scenario()
