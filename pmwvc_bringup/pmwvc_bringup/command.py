@@ -118,7 +118,7 @@ def duration(sessions: str = "the session") -> Argument:
 
 def out(text: str, *, metavar: str = "FOLDER") -> Argument:
     """Return ``--out``."""
-    return argument("--out", metavar=metavar, help=text)
+    return argument("--out", type=path, metavar=metavar, help=text)
 
 
 def json_document(text: str = "print JSON on stdout and nothing else") -> Argument:
@@ -127,8 +127,14 @@ def json_document(text: str = "print JSON on stdout and nothing else") -> Argume
 
 
 def flag(name: str, text: str) -> Argument:
-    """Return an option without a value."""
-    return argument(name, action="store_true", help=text)
+    """Return an option without a value; ``--no-NAME`` makes NAME false."""
+    dest, off = name.removeprefix("--no-").removeprefix("--"), name.startswith("--no-")
+    return argument(name, dest=dest, action="store_false" if off else "store_true", help=text)
+
+
+def path(text: str) -> Path:
+    """Return the path that an argument is."""
+    return Path(text).expanduser()
 
 
 def scenario(name: str = "scenario", **options: Any) -> Argument:
@@ -139,7 +145,8 @@ def scenario(name: str = "scenario", **options: Any) -> Argument:
 
 def folder(name: str = "folder", text: str = "a session folder", **options: Any) -> Argument:
     """Return the argument that is a session folder, or several."""
-    return argument(name, metavar="FOLDER", help=text, completer=session_folders, **options)
+    named: dict[str, Any] = {"type": path, "metavar": "FOLDER", "help": text}
+    return argument(name, completer=session_folders, **named, **options)
 
 
 SCENARIO, FOLDER = scenario(), folder()

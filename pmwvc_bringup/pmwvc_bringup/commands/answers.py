@@ -5,7 +5,6 @@
 import argparse
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
@@ -128,7 +127,7 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_analysis.tune.search import propose
     from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
 
-    path = Path(arguments.out) if arguments.out else None
+    path = arguments.out
     if path is not None:  # refused before anything is computed
         if path.suffix not in SUFFIXES:
             raise PmwvcError(f"--out {arguments.out}: must end in {' or '.join(SUFFIXES)}")
@@ -183,5 +182,5 @@ def filter_(arguments: argparse.Namespace) -> cli.Result:
     if arguments.out:
         from pmwvc_analysis.figures.model_charts import velocity_filter
 
-        write_answer(Path(arguments.out), "filter", result, velocity_filter(found, scenario))
+        write_answer(arguments.out, "filter", result, velocity_filter(found, scenario))
     return cli.Result(document=result)

@@ -73,7 +73,7 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     folder = new_folder(f"{name}-compare", arguments.out)
     from pmwvc_bringup import comparison as report
 
-    console, figures = terminal(), not arguments.no_figures
+    console, figures = terminal(), arguments.figures
     how = "live" if arguments.live else "simulated"
     console.print(f"{name}: {count(len(chosen), 'session')}, {how}")
     with doing("searching the best parameters of controllers without waves") as work:
@@ -125,11 +125,11 @@ def replay_(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.scenarios import load
     from pmwvc_bringup.session.surroundings import new_folder
 
-    source = Path(arguments.folder)
+    source = arguments.folder
     scenario_of(source)  # refuses a folder without a scenario
     file = str(source / "scenario.yaml")
     recorded, replayed = load(file), load(file, settings_texts=arguments.settings)
-    console, figures = terminal(), not arguments.no_figures
+    console, figures = terminal(), arguments.figures
     with doing("reading the recording") as work:
         traces = read_session(source)
         work.part("replaying")

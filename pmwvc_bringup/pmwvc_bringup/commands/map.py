@@ -65,9 +65,9 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
-    measured = points_in([Path(folder) for folder in arguments.sessions], grid)
+    measured = points_in(arguments.sessions, grid)
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
-    folder = Path(arguments.out or default)
+    folder = arguments.out or Path(default)
     console = terminal()
     radius = unfinished(folder, grid)
     known, size = int(np.sum(~np.isnan(radius))), radius.size

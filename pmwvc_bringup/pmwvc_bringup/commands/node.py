@@ -61,7 +61,7 @@ def view(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.session.plan import Page
     from pmwvc_bringup.session.surroundings import require_ros
 
-    page, browser = Page(arguments.host, arguments.port), not arguments.no_browser
+    page, browser = Page(arguments.host, arguments.port), arguments.browser
     if arguments.what is not None:
         serve(_session(arguments), terminal(), page=page, browser=browser)
         return cli.Result()

@@ -5,7 +5,6 @@
 import argparse
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
@@ -44,7 +43,7 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
     require_ros()
-    if arguments.view and arguments.no_figures:
+    if arguments.view and not arguments.figures:
         raise PmwvcError("--view names the report on the page: leave out --no-figures")
     page = Page(arguments.host, arguments.port) if arguments.view else None
     if page is not None:
@@ -55,7 +54,7 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.session.runner import LiveSession, StartError
 
     console, recorded = terminal(), []
-    how: Any = {"console": console, "browser": not arguments.no_browser}
+    how: Any = {"console": console, "browser": arguments.browser}
     try:
         while True:
             announce(console, scenario, folder, live=True)
@@ -72,8 +71,8 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     except StartError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
         return cli.Result(1)
-    figures = not arguments.no_figures
-    results = [finish(console, *each, check=arguments.check, figures=figures) for each in recorded]
+    how = {"check": arguments.check, "figures": arguments.figures}
+    results = [finish(console, *each, **how) for each in recorded]
     return cli.Result(max(result.code for result in results), results[-1].document)
 
 
@@ -111,8 +110,8 @@ def simulate_(arguments: argparse.Namespace) -> cli.Result:
         console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
     with doing("writing the recording"):
         record_traces(folder, traces, scenario, metadata=kept(traces))
-    figures = not arguments.no_figures
-    return finish(console, folder, scenario, check=arguments.check, figures=figures)
+    figures, check = arguments.figures, arguments.check
+    return finish(console, folder, scenario, check=check, figures=figures)
 
 
 @cli.command(
@@ -134,7 +133,7 @@ def report(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_analysis.compare.files import is_comparison
     from pmwvc_bringup.session.terminal import finish
 
-    folder = Path(arguments.folder)
+    folder = arguments.folder
     if is_comparison(folder):
         from pmwvc_bringup.comparison import again
 
@@ -143,8 +142,7 @@ def report(arguments: argparse.Namespace) -> cli.Result:
         if arguments.out:
             raise PmwvcError(f"{folder} is a comparison: its report is written into it, not --out")
         return again(folder, terminal())
-    target = Path(arguments.out).expanduser() if arguments.out else None
-    return finish(terminal(), folder, None, check=arguments.check, out=target)
+    return finish(terminal(), folder, None, check=arguments.check, out=arguments.out)
 
 
 TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}
@@ -169,8 +167,8 @@ def export_(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_analysis.export.files import export
     from pmwvc_analysis.recording.reader import read_scenario, read_session
 
-    folder = Path(arguments.folder)
-    target = Path(arguments.out) if arguments.out else folder / TARGETS[arguments.kind]
-    export(target.expanduser(), read_session(folder), read_scenario(folder), kind=arguments.kind)
+    folder = arguments.folder
+    target = arguments.out or folder / TARGETS[arguments.kind]
+    export(target, read_session(folder), read_scenario(folder), kind=arguments.kind)
     print(target)
     return cli.Result()

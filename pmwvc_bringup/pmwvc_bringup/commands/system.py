@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from pmwvc_bringup.machine import Finding
 
 
+MEND = "write the intact part of a damaged recording into a new session folder"
+
+
 @cli.command(
     "doctor",
     "check this machine or a recorded session",
@@ -31,11 +34,7 @@ exit code: 1 when the machine has a problem; a recording gives 0 when it is comp
 only losses that it declares, 3 when it is damaged
 """,
     cli.folder(nargs="?"),
-    cli.argument(
-        "--mend",
-        metavar="NEW",
-        help="write the intact part of a damaged recording into a new session folder",
-    ),
+    cli.argument("--mend", type=cli.path, metavar="NEW", help=MEND),
     cli.json_document("print the findings as JSON on stdout"),
 )
 def doctor(arguments: argparse.Namespace) -> cli.Result:
@@ -46,7 +45,7 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
     if arguments.folder:
         from pmwvc_analysis.doctor import exit_code
 
-        recorded = _of_recording(Path(arguments.folder), arguments.mend)
+        recorded = _of_recording(arguments.folder, arguments.mend)
         findings, code = recorded, exit_code(recorded)
     else:
         from pmwvc_bringup.machine import PROBLEM, examine
@@ -59,16 +58,15 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result(code, {"exit_code": code, "findings": listed})
 
 
-def _of_recording(folder: Path, mend_into: str | None) -> "list[RecordingFinding]":
+def _of_recording(folder: Path, mend_into: Path | None) -> "list[RecordingFinding]":
     """Return the findings about a session, those of a comparison, or the mended copy of one."""
     from pmwvc_analysis.doctor import check_recording
 
     if mend_into:
         from pmwvc_analysis.recording.recover import mend
 
-        target = Path(mend_into).expanduser()
-        print(mend(folder, target))
-        return check_recording(target)
+        print(mend(folder, mend_into))
+        return check_recording(mend_into)
     if not folder.exists():
         raise PmwvcError(f"{folder}: there is no such session folder")
     from pmwvc_analysis.compare.files import is_comparison
@@ -128,14 +126,14 @@ examples:
   pmwvc node server --ros-args -p session.token_file:=keys/server
   pmwvc node master --ros-args -r __ns:=/user1 -p session.token_file:=keys/user1
 """,
-    cli.argument("folder", help="for the files, new or without them"),
+    cli.argument("folder", type=cli.path, help="for the files, new or without them"),
     cli.argument("users", nargs="+", metavar="USER", help="name of a user (its namespace)"),
 )
 def token(arguments: argparse.Namespace) -> cli.Result:
     """Write the files; none of them may be there."""
     from pmwvc_core.runtime.token_files import write_session
 
-    for path in write_session(Path(arguments.folder).expanduser(), arguments.users):
+    for path in write_session(arguments.folder, arguments.users):
         print(path)
     return cli.Result()
 
@@ -210,7 +208,7 @@ def links(arguments: argparse.Namespace) -> cli.Result:
         for text in link["not_in_tc"]:
             print(f"  left out: {text}")
     if arguments.out:
-        folder = Path(arguments.out)
+        folder = arguments.out
         with file_errors(f"write into {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
             for name, table in files.items():

@@ -100,6 +100,6 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
         from pmwvc_analysis.figures.model_charts import transparency as chart
         from pmwvc_analysis.transparency.answer import NAME, write
 
-        target, drawn = Path(arguments.out), chart(found, measured, scenario, live=live)
+        target, drawn = arguments.out, chart(found, measured, scenario, live=live)
         write_answer(target, NAME, result, drawn, write(target, found, measured))
     return cli.Result(document=result)

@@ -31,7 +31,7 @@ DOMAINS = range(1, 102)  # above, the ports of a domain overlap those the kernel
 RESERVING_PORT = 21_000  # + domain, TCP: also bound by tests that use a domain
 
 
-def new_folder(scenario: str, out: str | None) -> Path:
+def new_folder(scenario: str, out: Path | str | None) -> Path:
     """Make and return a new session's folder; PmwvcError where it is not empty or cannot be."""
     if out is None:
         stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
