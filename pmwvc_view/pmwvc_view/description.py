@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s
@@ -118,7 +119,7 @@ class Predictor:
             self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
             # A Ctrl-C reaches every process of a terminal; this one is ended by close().
             with held_back():
-                self._pool.submit(_load)  # starts it
+                self._pool.submit(import_module, "pmwvc_analysis.prediction.text")  # starts it
             for process in self._pool._processes or ():
                 _give_way(process)
 
@@ -160,11 +161,6 @@ def _stand_back() -> None:
 def _give_way(process: int) -> None:
     with contextlib.suppress(OSError, AttributeError):  # not on every system
         os.setpriority(os.PRIO_PROCESS, process, NICE)
-
-
-def _load() -> None:
-    """Load the model."""
-    from pmwvc_analysis.prediction import prediction, text  # noqa: F401
 
 
 def predicted(scenario: Scenario, values: Settings, live: bool) -> dict[str, Any]:
