@@ -45,6 +45,7 @@ class Session(ABC):
 
     can: frozenset[str] = frozenset()
     layout: Layout
+    _scenario: Scenario
 
     def __init__(self, predictor: Predictor) -> None:
         self._predictor = predictor
@@ -71,9 +72,9 @@ class Session(ABC):
             "layout": self.layout.to_page(),
         }
 
-    @abstractmethod
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""
+        return self._scenario
 
     @abstractmethod
     def poll(self) -> Sequence[Snapshot]:
@@ -180,10 +181,6 @@ class RunningSession(Session):
         except PmwvcError as error:
             return Answer(False, str(error))
         return Answer(not why, why or f"{path} = {value}")
-
-    def scenario(self) -> Scenario:
-        """Return the scenario that settings are added to."""
-        return self._scenario
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""

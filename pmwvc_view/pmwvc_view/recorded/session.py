@@ -156,10 +156,6 @@ class RecordedSession(Session):
                 note = kept_text(away.kept[at], self._scenario)
         return {"state": word, "reason": reason, "note": note}
 
-    def scenario(self) -> Scenario:
-        """Return the scenario that settings are added to."""
-        return self._scenario
-
     async def pause(self, paused: bool) -> Answer:
         """Stop, or play on; from the beginning where the end was reached."""
         if not paused and self._time_s >= self._traces.duration_s:
