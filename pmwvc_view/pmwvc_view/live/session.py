@@ -87,37 +87,33 @@ class LiveSession(RunningSession):
             hand.give(description.within_workspace(position, self._scenario, user))
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
-        """Change a parameter of the nodes."""
-        change = self._set_links if control.node == "netem" else self._set_ends
-        why = await change(wanted)
-        if not why and control.path == controls.PRESET:
-            why = await self._parameters.set(self._graph.netem, {"preset": value})
-        return why
-
-    async def _set_links(self, wanted: Scenario) -> str:
-        """Change the links, their delay a little at a time; return why not, or ""."""
-        if not self._graph.emulated:
+        """Change parameters of the nodes, a delay a little at a time."""
+        if control.node == "netem" and not self._graph.emulated:
             return "the links are not emulated in this session"
         present = self._scenario
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
-            changes = _different(_links_of(present), _links_of(step))
-            if why := await self._parameters.set(self._graph.netem, changes):
+            before, after = self._values_of(present), self._values_of(step)
+            changes = {node: _different(before[node], after[node]) for node in after}
+            calls = [self._parameters.set(node, each) for node, each in changes.items() if each]
+            if why := "; ".join(filter(None, await asyncio.gather(*calls))):
                 return why
             present = step
             if present != wanted:
                 await asyncio.sleep(STEP_S)
+        if control.path == controls.PRESET:
+            return await self._parameters.set(self._graph.netem, {"preset": value})
         return ""
 
-    async def _set_ends(self, wanted: Scenario) -> str:
-        """Change the server and the masters; return why not, or ""."""
-        present = self._scenario
-        changes = {self._graph.server: _different(_server_of(present), _server_of(wanted))}
-        for old, new in zip(present.users, wanted.users, strict=True):
-            before, after = values_of("master", old.master), values_of("master", new.master)
-            changes[self._graph.master(new.name)] = _different(before, after)
-        calls = [self._parameters.set(node, each) for node, each in changes.items() if each]
-        return "; ".join(filter(None, await asyncio.gather(*calls)))
+    def _values_of(self, scenario: Scenario) -> dict[str, dict[str, Any]]:
+        """Return the parameters that may change, by node and name."""
+        found = {self._graph.server: values_of("server", scenario.server), self._graph.netem: {}}
+        for user in scenario.users:
+            found[self._graph.server] |= values_of(f"{user.name}.server", user.contact)
+            for way, link in (("up", user.link_up), ("down", user.link_down)):
+                found[self._graph.netem] |= values_of(f"{user.name}.link.{way}", link)
+            found[self._graph.master(user.name)] = values_of("master", user.master)
+        return found
 
     async def pause(self, paused: bool) -> Answer:
         """Let the server stand still, or go on: its users leave, and join anew afterwards."""
@@ -147,20 +143,3 @@ class LiveSession(RunningSession):
 def _different(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of a node that differ."""
     return {name: value for name, value in after.items() if value != before[name]}
-
-
-def _links_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the parameters of the emulator's links."""
-    found: dict[str, Any] = {}
-    for user in scenario.users:
-        found |= values_of(f"{user.name}.link.up", user.link_up)
-        found |= values_of(f"{user.name}.link.down", user.link_down)
-    return found
-
-
-def _server_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the parameters of the server."""
-    found = values_of("server", scenario.server)
-    for user in scenario.users:
-        found |= values_of(f"{user.name}.server", user.contact)
-    return found
