@@ -31,7 +31,7 @@ from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import RealTimeReport, hold_memory, request_real_time
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_core.runtime.watch import PATIENCE_S, nothing_on, publishers_of
-from pmwvc_netem.relayed_link import RelayedLink, Timing
+from pmwvc_netem.relayed_link import RelayedLink, delays_of
 from pmwvc_netem.settings import LinkSetup, Settings
 
 DEPTH = 100  # a burst while the relay sleeps must not be lost by the relay
@@ -153,8 +153,8 @@ class Netem:
         elapsed_s = (now_ns - self._states_at_ns) * 1e-9
         self._states_at_ns = now_ns
         for relayed in self._links:
-            timing, relayed.timing = relayed.timing, Timing()
-            self._worst_error_ns = max(self._worst_error_ns, timing.error_max_ns)
+            passed, relayed.passed = relayed.passed, []
+            self._worst_error_ns = max([self._worst_error_ns, *(late for _, late in passed)])
             self._states.publish(
                 messages.link_state(
                     self._types,
@@ -162,8 +162,8 @@ class Netem:
                     link=relayed.name,
                     seq=self._states_seq,
                     counts=dataclasses.asdict(relayed.link.counters),
-                    delays=timing.delays(),
-                    rate_hz=timing.count / elapsed_s if elapsed_s > 0.0 else 0.0,
+                    delays=delays_of(passed),
+                    rate_hz=len(passed) / elapsed_s if elapsed_s > 0.0 else 0.0,
                     params=relayed.link.params,
                     seed=self._seed,
                 )
