@@ -29,7 +29,7 @@ from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.settings import PauseParams, declare_settings
-from pmwvc_server.wires import RosWires, Scene
+from pmwvc_server.wires import RosWires, scene
 
 MARKER_HZ = 30.0
 NEWS = {
@@ -58,7 +58,6 @@ class Server:
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()
-        self._scene = Scene(self.names, size_m=settings.server.object_size_m)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         links = {
             f"{name}/up": (f"~/{name}/wave_up", f"~/{name}/wave_down", inbox)
@@ -107,7 +106,8 @@ class Server:
         self._log_changes()
         if self._markers.get_subscription_count():
             stamp = self.node.get_clock().now().to_msg()
-            self._markers.publish(self._scene.markers(self.loop, stamp))
+            size_m = self.settings.server.object_size_m
+            self._markers.publish(scene(self.loop, self.names, size_m=size_m, stamp=stamp))
 
     def _log_changes(self) -> None:
         changes = self.loop.changes

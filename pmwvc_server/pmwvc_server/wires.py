@@ -90,42 +90,30 @@ COLORS = (
 )  # fmt: skip
 
 
-class Scene:
-    """Builds the markers of one session, whose object has edges of ``size_m`` [m]. Axes that it
-    does not have are drawn at zero.
+def scene(loop: ServerLoop, users: Sequence[str], *, size_m: float, stamp: Any) -> MarkerArray:
+    """Return the scene after the last step: an object with edges of ``size_m`` [m], its target, the
+    avatars and their forces on it. Axes that there are not are drawn at zero.
     """
-
-    def __init__(self, users: Sequence[str], *, size_m: float) -> None:
-        self._users, self._size_m = list(users), size_m
-
-    def markers(self, loop: ServerLoop, stamp: Any) -> MarkerArray:
-        """Return the scene after the last step."""
-        end, presence = loop.protocol, loop.protocol.presence
-        cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
-        cube.pose.position, cube.scale = _point(end.x_o), _size(self._size_m)
-        target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
-        target.pose.position, target.scale = _point(end.target_m), _size(1.02 * self._size_m)
-        found = [cube, target]
-        for user, name in enumerate(self._users):
-            found += self._user(loop, user, name, presence[user], stamp)
-        return MarkerArray(markers=found)
-
-    def _user(
-        self, loop: ServerLoop, user: int, name: str, presence: Presence, stamp: Any
-    ) -> list[Marker]:
-        """Return a user's avatar and the force it exerts on the object; nothing while absent."""
-        color = COLORS[user % len(COLORS)]
+    end = loop.protocol
+    cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
+    cube.pose.position, cube.scale = _point(end.x_o), _size(size_m)
+    target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
+    target.pose.position, target.scale = _point(end.target_m), _size(1.02 * size_m)
+    found = [cube, target]
+    for user, name in enumerate(users):
+        presence, color = end.presence[user], COLORS[user % len(COLORS)]
         opacity = 0.4 if presence is Presence.DAMPING else 1.0
         avatar = _marker(f"{name}/avatar", user, Marker.SPHERE, stamp, color, opacity)
         force = _marker(f"{name}/force", user, Marker.ARROW, stamp, color, opacity)
+        found += [avatar, force]
         if presence is Presence.ABSENT:
             avatar.action = force.action = Marker.DELETE
-            return [avatar, force]
-        x, f = map(flatten, loop.protocol.avatar(user))
+            continue
+        x, f = map(flatten, end.avatar(user))
         avatar.pose.position, avatar.scale = _point(x), _size(AVATAR_M)
         force.points = [_point(x), _point(x + f * ARROW_M_PER_N)]
         force.scale = Vector3(x=0.004, y=0.008, z=0.008)
-        return [avatar, force]
+    return MarkerArray(markers=found)
 
 
 def _size(edge_m: float) -> Vector3:
