@@ -91,8 +91,8 @@ COLORS = (
 
 
 def scene(loop: ServerLoop, users: Sequence[str], *, size_m: float, stamp: Any) -> MarkerArray:
-    """Return the scene after the last step: an object with edges of ``size_m`` [m], its target, the
-    avatars and their forces on it. Axes that there are not are drawn at zero.
+    """Return the scene after the last step: an object with edges of ``size_m`` [m], its target,
+    the avatars and their forces on it. Axes that there are not are drawn at zero.
     """
     end = loop.protocol
     cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)

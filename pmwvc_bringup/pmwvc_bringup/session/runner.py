@@ -27,7 +27,7 @@ from pmwvc_bringup.session.events import Disturber, Notes, start_node
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
-from pmwvc_bringup.session.terminal import Status
+from pmwvc_bringup.session.terminal import status_line, status_table
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
@@ -173,12 +173,16 @@ class LiveSession:
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
                     ended += self.notes.recording_stopped(self.children.children["recorder"])
-                    status = Status(now - begin, length, monitor.status(), ended)
+                    users, times = (
+                        monitor.status(),
+                        {"elapsed_s": now - begin, "duration_s": length},
+                    )
                     if self.console.is_terminal:
-                        live.update(status.table(), refresh=True)
+                        live.update(status_table(users, ended, **times), refresh=True)
                     elif now >= line_at:
                         line_at += LINE_PERIOD_S
-                        self.console.print(status.line(), highlight=False, soft_wrap=True)
+                        line = status_line(users, ended, **times)
+                        self.console.print(line, highlight=False, soft_wrap=True)
                 time.sleep(max(min(0.05, begin + length - now), 0.0))
         if self.interrupts.count:
             self.console.print("ending the session")

@@ -6,7 +6,8 @@ table or as a line, and the verdict after it.
 
 import argparse
 import os
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -37,52 +38,42 @@ class UserStatus:
     contact: bool | None = None
 
 
-@dataclass
-class Status:
-    """The status of all users at one instant."""
+def status_line(
+    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
+) -> str:
+    """Return everything about users, and about the nodes that ended, on one line, for logs."""
+    parts = [f"{elapsed_s:6.1f} / {duration_s:g} s"]
+    parts += [" ".join([user.name, *_cells(user)]) for user in users]
+    return " | ".join(parts + ended)
 
-    elapsed_s: float
-    duration_s: float
-    users: list[UserStatus] = field(default_factory=list)
-    ended: list[str] = field(default_factory=list)  # nodes that ended
 
-    def line(self) -> str:
-        """Return everything on one line, for logs."""
-        parts = [f"{self.elapsed_s:6.1f} / {self.duration_s:g} s"]
-        parts += [" ".join([user.name, *_cells(user)]) for user in self.users]
-        return " | ".join(parts + self.ended)
-
-    def table(self) -> Table:
-        """Return the same as a table, for terminals."""
-        caption = "; ".join(self.ended) or "Ctrl-C ends the session and writes the report"
-        title = f"{self.elapsed_s:.1f} / {self.duration_s:g} s"
-        table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
-        for name in ("user", "ticks", "packets", "delay", "force", "state"):
-            table.add_column(name, justify="left" if name in ("user", "state") else "right")
-        for user in self.users:
-            table.add_row(user.name, *_cells(user))
-        return table
+def status_table(
+    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
+) -> Table:
+    """Return the same as a table, for terminals."""
+    caption = "; ".join(ended) or "Ctrl-C ends the session and writes the report"
+    title = f"{elapsed_s:.1f} / {duration_s:g} s"
+    table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
+    for name in ("user", "ticks", "packets", "delay", "force", "state"):
+        table.add_column(name, justify="left" if name in ("user", "state") else "right")
+    for user in users:
+        table.add_row(user.name, *_cells(user))
+    return table
 
 
 def _cells(user: UserStatus) -> list[str]:
     """Return the texts of one user, in the order of the table's columns."""
     state = "no data" if user.state is None else STATES[user.state]
-    if user.contact:
-        state += ", contact"
-    delays = _text(user.delay_s, "{:.1f} ms", 1e3)
+    delays = "-" if user.delay_s is None else f"{1e3 * user.delay_s:.1f} ms"
     if user.up_s is not None and user.down_s is not None:  # as the ends see them
-        delays = f"{user.up_s * 1e3:.1f}/{user.down_s * 1e3:.1f} ms"
+        delays = f"{1e3 * user.up_s:.1f}/{1e3 * user.down_s:.1f} ms"
     return [
-        _text(user.tick_hz, "{:.0f} Hz"),
-        _text(user.packet_hz, "{:.0f}/s"),
+        "-" if user.tick_hz is None else f"{user.tick_hz:.0f} Hz",
+        "-" if user.packet_hz is None else f"{user.packet_hz:.0f}/s",
         delays,
-        _text(user.force_n, "{:+.2f} N"),
-        state,
+        "-" if user.force_n is None else f"{user.force_n:+.2f} N",
+        f"{state}, contact" if user.contact else state,
     ]
-
-
-def _text(value: float | None, form: str, factor: float = 1.0) -> str:
-    return "-" if value is None else form.format(value * factor)
 
 
 def prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:

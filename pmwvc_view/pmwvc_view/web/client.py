@@ -139,13 +139,10 @@ class Handling:
         self._owners = {user: self._owners.get(user) for user in remote}
         self._held_s: dict[str, float] = {}  # of those whose hand is closed: newest target
 
-    def holders(self, client: Client) -> list[dict[str, Any]]:
-        """Return who holds which handle, as a page is told."""
-        words = {None: None, client: "you"}
-        return [
-            {"name": user, "holder": words.get(self._owners.get(user), "other")}
-            for user in self._session.layout.users  # to describe the session takes long
-        ]
+    def holders(self, client: Client) -> dict[str, str | None]:
+        """Return who holds each user's handle, as a page is told."""
+        words, users = {None: None, client: "you"}, self._session.layout.users
+        return {user: words.get(self._owners.get(user), "other") for user in users}
 
     def listened(self, time_s: float) -> None:
         """Note that pages were listened to for a time [s]; open the hands that got no target for

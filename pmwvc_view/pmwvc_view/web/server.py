@@ -136,11 +136,13 @@ class PageServer:
 
     def _tell_users(self) -> None:
         for client in self._clients.values():
-            client.send({"kind": "users", "users": self._handling.holders(client)})
+            holders = self._handling.holders(client).items()
+            users = [{"name": user, "holder": holder} for user, holder in holders]
+            client.send({"kind": "users", "users": users})
 
     def _description(self, client: Client) -> dict[str, Any]:
         """Return the session message for a page."""
-        holders = {each["name"]: each["holder"] for each in self._handling.holders(client)}
+        holders = self._handling.holders(client)
         return self._session.message(holders=holders, snapshot_s=self._snapshot_s)
 
     def _answered(self, _: ServerConnection, request: Request) -> Response | None:
