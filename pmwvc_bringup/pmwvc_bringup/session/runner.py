@@ -173,10 +173,8 @@ class LiveSession:
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
                     ended += self.notes.recording_stopped(self.children.children["recorder"])
-                    users, times = (
-                        monitor.status(),
-                        {"elapsed_s": now - begin, "duration_s": length},
-                    )
+                    users = monitor.status()
+                    times = {"elapsed_s": now - begin, "duration_s": length}
                     if self.console.is_terminal:
                         live.update(status_table(users, ended, **times), refresh=True)
                     elif now >= line_at:
@@ -191,8 +189,7 @@ class LiveSession:
         """Print the page's address, and open it, once its server has said it."""
         if self.page is None or self.page.token:
             return
-        address = address_in(self.children.children["view"].log_tail(lines=1000))
-        if address is not None:
+        if address := address_in(self.children.children["view"].log_tail(lines=1000)):
             parts = urlsplit(address)
             token = parse_qs(parts.query)["token"][0]
             self.page = plan.Page(self.page.host, parts.port or 0, token)
