@@ -129,12 +129,8 @@ class Inlets:
 
 def packets_of(message: Any) -> Array:
     """Return a PacketFate as packets: number, time in and out [ns], fate."""
-    count = len(message.time_in_ns)
-    found = np.empty((count, 4))
-    found[:, 0] = np.arange(message.first, message.first + count)
-    for column, name in enumerate(("time_in_ns", "time_out_ns", "fate"), start=1):
-        found[:, column] = np.asarray(getattr(message, name), dtype=np.float64)
-    return found
+    numbers = np.arange(message.first, message.first + len(message.time_in_ns), dtype=np.float64)
+    return np.column_stack([numbers, message.time_in_ns, message.time_out_ns, message.fate])
 
 
 def link_number(link: str, users: Sequence[str]) -> int | None:
