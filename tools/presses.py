@@ -5,7 +5,7 @@
 position feedback, and how stiff the wall feels: ``make presses`` writes ``docs/presses.md``.
 
 One hand on the strict channel, 16 ms each way, follows a raised cosine through a grip of 375 N/m,
-from 2 mm before the wall to the depth that takes the force: every press makes and breaks contact.
+from 2 mm before the wall to the depth that takes the force. Every press makes and breaks contact.
 E0 = 5 mJ is lent, K_p adapts. Virtual time: 600 s take about two minutes.
 """
 
