@@ -15,7 +15,7 @@ from reproduction.files import read
 from reproduction.registry import FIGURES
 
 GENERATED = "<!-- written by make figures -->\n"
-CASE = re.compile(r"(.*?)(?:,? (\(.*|T_d = .*))?$")  # of a claim: its words, and the case
+CASE = re.compile(r",? (\(.*|T_d = .*)$")  # of a claim
 SHORT = 24  # characters: no note is worth while
 SENTENCE = re.compile(r"(?<!App\.)(?<!Fig\.)(?<!Eq\.)(?<=\.)\s+")
 
@@ -35,8 +35,8 @@ def claims_page(numbers: Numbers) -> str:
         "Nothing is fitted. The claimed experiments used real devices. A number is reproduced if",
         "it is within 5 % (15 % for claims that something hardly matters, 0.1 % for the optimised",
         "α). Bounds are our reading of words such as *stiffer*. *The number agrees* means that it",
-        "supports the claim only with the stated reservation. A row without a place continues the",
-        "claim above it.",
+        "supports the claim only with the stated reservation. Several cases of a claim are",
+        "separated by semicolons.",
     ]
     for appendix, claims in groupby(CLAIMS, key=lambda claim: claim.where[0]):
         lines += ["", f"## App. {appendix}", "", *_claims_table(list(claims), numbers)]
@@ -54,19 +54,35 @@ def _claims_table(claims: list[Claim], numbers: Numbers) -> list[str]:
         "| where | claim | printed | ours | deciding assumption | verdict |",
         "|---|---|---|---|---|---|",
     ]
-    before = ("", "")
-    for claim in claims:
-        printed, ours, verdict = row(claim, numbers)
-        stem, rest = CASE.match(claim.says).groups()  # type: ignore[union-attr]
-        again = (claim.where, stem) == before
-        where, says = ("", rest) if again else (claim.where[2:], claim.says)
-        before = claim.where, stem
-        choice = "; ".join(marks.get(text, text) for text in claim.choice.split("; "))
-        if claim.only:
-            verdict = verdict.replace(claim.only, marks.get(claim.only, claim.only))
-        cells = (where, says, printed, ours, choice, verdict)
-        lines.append("| " + " | ".join(text.replace("|", "\\|") for text in cells) + " |")
+    for _, cases in groupby(claims, key=lambda each: (each.where, _stem(each), each.choice)):
+        lines.append(_claims_row(list(cases), marks, numbers))
     return lines
+
+
+def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> str:
+    """Return the row of a claim, its cases one after another in every cell."""
+    first = cases[0]
+    found = []
+    for case in cases:
+        printed, ours, verdict = row(case, numbers)
+        if case.only:
+            verdict = verdict.replace(case.only, marks.get(case.only, case.only))
+        found.append((printed, ours, verdict))
+    stem, says = _stem(first), first.says
+    if len(cases) > 1:
+        says = f"{stem} ({'; '.join(case.says[len(stem) :].strip(' ,()') for case in cases)})"
+    choice = "; ".join(marks.get(text, text) for text in first.choice.split("; "))
+    printed, ours, verdict = (
+        texts[0] if len(set(texts)) == 1 else "; ".join(texts)
+        for texts in zip(*found, strict=True)
+    )
+    cells = (first.where[2:], says, printed, ours, choice, verdict)
+    return "| " + " | ".join(text.replace("|", "\\|") for text in cells) + " |"
+
+
+def _stem(claim: Claim) -> str:
+    """Return the words of a claim without its case."""
+    return CASE.sub("", claim.says)
 
 
 def _shared(uses: Counter[str]) -> list[str]:
