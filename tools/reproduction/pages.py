@@ -17,7 +17,6 @@ from reproduction.registry import FIGURES
 GENERATED = "<!-- written by make figures -->\n"
 CASE = re.compile(r",? (\(.*|T_d = .*)$")  # of a claim
 SHORT = 24  # characters: no note is worth while
-SENTENCE = re.compile(r"(?<!App\.)(?<!Fig\.)(?<!Eq\.)(?<=\.)\s+")
 
 
 def known_numbers(folder: Path) -> Numbers:
@@ -96,35 +95,18 @@ def index_page() -> str:
         GENERATED,
         "# The dissertation's figures, recomputed",
         "",
-        "`make figures` writes the figures, and this page. Each figure has a JSON file with its",
-        "data, numbers and parameters. The dissertation's claims against our results:",
-        "[claims](claims.md).",
+        "`make figures` writes the figures, and this page. Below each figure stand the choices",
+        "that it depends on; a JSON file has data, numbers and parameters. The dissertation's",
+        "claims against our results: [claims](claims.md).",
     ]
     for appendix, names in groupby(FIGURES, key=_appendix):
-        lines += ["", f"## {appendix}", "", *_figures(list(names))]
+        lines += ["", f"## {appendix}"]
+        for name in names:
+            number = f"Fig. {_figure(name)}" if _figure(name) else ""
+            title = ": ".join(filter(None, (number, FIGURES[name].title)))
+            lines += ["", f"### {title}", "", f"![{number or title}]({name}.svg)"]
+            lines += ["", f"[Data]({name}.json)"]
     return "\n".join(lines) + "\n"
-
-
-def _figures(names: list[str]) -> list[str]:
-    """Return what several figures of an appendix have in common, and each figure."""
-    sentences = {name: SENTENCE.split(FIGURES[name].remark.strip()) for name in names}
-    uses = Counter(each for remark in sentences.values() for each in remark)
-    lines = []
-    for common in _shared(uses):
-        figures = ", ".join(_figure(name) for name in names if common in sentences[name])
-        lines.append(f"- Fig. {figures}: {common}")
-    for name in names:
-        own = [each for each in sentences[name] if each not in _shared(uses)]
-        number = f"Fig. {_figure(name)}: " if _figure(name) else ""
-        lines += [
-            "",
-            f"### {number}{FIGURES[name].title}",
-            "",
-            " ".join((*own, f"[Data]({name}.json)")),
-            "",
-            f"![{number[:-2] or name}]({name}.svg)",
-        ]
-    return lines if lines[0] else lines[1:]
 
 
 def _appendix(name: str) -> str:
