@@ -29,7 +29,8 @@ Scenario files, `--set`, ROS parameters and reports use the same dotted names:
 ./pmwvc simulate carry_16ms --set link.delay_s=0.02                       # directly below link: both directions
 ```
 
-*Fixed*: cannot change once a node runs. This page is written by `make docs`.
+A range has the unit of its parameter, or the words to choose from; *fixed* parameters cannot change once a node runs.
+`make docs` writes this page.
 
 ## What all users share
 """
@@ -41,10 +42,9 @@ EACH_USER = """
 NETWORKS_HEAD = """
 ## Networks by name: `link.preset`
 
-A preset stands for every setting of a link, in both directions: `link: {preset: lte}` in a scenario file, `--set
-link.preset=lte`, `--set user2.link.down.preset=geo`. Settings given beside it win. The emulator node takes the same names
-as `preset`. "Estimate" marks values without a measurement. Jitter is independent from packet to packet, so packets overtake
-each other where it exceeds their interval.
+A preset stands for every setting of a link: `link: {preset: lte}` in a scenario file, `--set user2.link.down.preset=geo`, or
+`preset` of the emulator node. Settings given beside it win. "Estimate" marks values without a measurement. Packets overtake
+each other where the jitter exceeds their interval.
 
 | name | conditions | basis |
 |---|---|---|
@@ -75,7 +75,8 @@ def _both(up: str, down: str) -> str:
 
 def _link(params: LinkParams) -> str:
     """Return delay, jitter, loss and the rest of a link in words."""
-    return ", ".join([f"{params.delay_s * 1e3:g} ms", *amounts(params).values()])
+    words = ", ".join([f"{params.delay_s * 1e3:g} ms", *amounts(params).values()])
+    return words.replace(" of the packets", "")
 
 
 def _joined(*parts: str) -> str:
@@ -90,7 +91,8 @@ def docs_table(declarations: Mapping[str, Spec]) -> str:
             (
                 f"`{name}`",
                 "(required)" if spec.default is NO_DEFAULT else _default_text(spec.default),
-                _cell(spec.range_text()) + (", whole" if spec.kind is int else ""),
+                _cell(spec.range_text().removeprefix("one of "))
+                + (", whole" if spec.kind is int else ""),
                 _cell(spec.description) + ("; fixed" if spec.read_only else ""),
             )
         )
