@@ -100,22 +100,20 @@ class Disturber:
     def act(self, elapsed_s: float) -> None:
         """Do what is due."""
         while self._left and self._left[0].time_s <= elapsed_s:
-            self._do(self._left.pop(0))
+            wanted = self._left.pop(0)
+            if node := self._nodes.get(wanted.node):
+                self._do(node, wanted.action)
+                self._note(node.name, "disturbance", f"as the scenario asks: {wanted.action}")
 
-    def _do(self, wanted: Disturbance) -> None:
-        node = self._nodes.get(wanted.node)
-        if node is None:
-            return
+    def _do(self, node: NodePlan, action: str) -> None:
         child = self._children.children[node.name]
-        if wanted.action == "start":
-            if not child.running:
-                self._start(node)
-        elif child.running:
-            child.reported = wanted.action == "kill"
-            child.process.send_signal(SIGNALS.get(wanted.action, signal.SIGKILL))
+        if action == "start" and not child.running:
+            self._start(node)
+        elif action != "start" and child.running:
+            child.reported = action == "kill"
+            child.process.send_signal(SIGNALS.get(action, signal.SIGKILL))
             if child.reported:
                 child.process.wait()
-        self._note(node.name, "disturbance", f"as the scenario asks: {wanted.action}")
 
     def _start(self, node: NodePlan) -> None:
         """Start a node again; it begins once its topics have found their other ends."""
