@@ -80,9 +80,9 @@ ROOMS = {
     "figures and reports": Room(
         3_502, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_626, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_480, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(4_196, 3_000, ("pmwvc_view",)),
+    "command line": Room(4_245, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_230, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_892, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -48,7 +48,8 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
             simulation.change(following)
             scenario = following
         simulation.run(tick)
-        feed.others = {**lags(scenario, live=False), **simulation.places()}
+        places = {f"{user}.target": place for user, place in simulation.places().items()}
+        feed.others = {**lags(scenario, live=False), **places}
         feed.rows(tick * MS)
         if tick % 128 == 0:
             feed.window.judge(scenario, live=False)
