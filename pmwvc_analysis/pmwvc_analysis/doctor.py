@@ -15,8 +15,8 @@ from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.format.topics import relayed
-from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.reader import read_scenario, session_of
+from pmwvc_analysis.recording.whole import check_file
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.traces import SessionTraces

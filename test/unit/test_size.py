@@ -7,7 +7,7 @@ from support import handmade
 
 from pmwvc_analysis.recording.format import size
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.salvage import Salvage, messages
 
 RECORD = 47
 

@@ -17,15 +17,14 @@ from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.hand_targets import is_of_hand
-from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
+from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.transport.admission import intact
 
 CUT = "cut"  # kind of event: a file ends early
-WHOLE = "file was whole"  # of one that was mended
 Decode = Callable[[bytes, str], Any]
 
 

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.mcap.salvage import RawMessage
+from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_core.traces import HandTargets
 
 TRUSTED_NS = 500_000_000

@@ -11,7 +11,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 
-from pmwvc_analysis.recording.mcap.salvage import RawMessage
+from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.recording.writer import SessionWriter
 
 QUEUE_BYTES = 256 << 20  # more than a minute of a session of eight users, 3.5 MiB a second

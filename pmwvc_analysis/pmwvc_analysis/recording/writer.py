@@ -4,7 +4,7 @@
 
 Chunks are compressed with zstd, hold at most 4 MiB or one second, and carry a checksum; so does
 the whole data section. What a killed process leaves is readable up to its last whole chunk
-(recover.py). When the disk is full or not writable, writing stops for good: the file is cut back
+(salvage.py). When the disk is full or not writable, writing stops for good: the file is cut back
 to its last whole chunk, the reason is kept in ``problem`` and everything offered afterwards is
 counted in ``refused``. Nothing here raises then: a recorder must not bring down a session.
 """
