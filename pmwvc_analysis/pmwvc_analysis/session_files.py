@@ -83,14 +83,17 @@ def finish(
             return result
         begins("drawing the figures")
         drawn = charts(traces, scenario)
-        write_all(drawn, traces, target / PLOTS)
+        pictures = write_all(drawn, traces, target / PLOTS)
         begins("writing the report")
         page = player(traces, scenario, result) if player and scenario else None
         if page is not None:
             (target / REPLAY).write_text(page, encoding="utf-8")
         replay = None if page is None else REPLAY
         report = render(
-            traces, scenario, result, drawn, energies, folder=str(folder), replay=replay
+            *(traces, scenario, result, drawn, energies),
+            pictures=pictures,
+            folder=str(folder),
+            replay=replay,
         )
         (target / REPORT).write_text(report, encoding="utf-8")
     return result

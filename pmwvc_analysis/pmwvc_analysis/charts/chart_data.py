@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.charts.axis import envelope, segments
 from pmwvc_analysis.charts.chart import Chart, Panel, Span
 from pmwvc_core.numeric import Array, Integers
 
@@ -60,7 +59,11 @@ def payload(
         left -= 2 * length
     pool = Pool()
     found = [
-        {"name": chart.name, "panels": [_panel(panel, pool, most) for panel in chart.panels]}
+        {
+            "name": chart.name,
+            "heading": chart.heading,
+            "panels": [_panel(panel, pool, most) for panel in chart.panels],
+        }
         for chart in charts
     ]
     data = {"span": span, "events": events, "charts": found, "arrays": pool.stored}
@@ -107,7 +110,10 @@ def _panel(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
         for layer in panel.layers
     ]  # fmt: skip
     return {
+        "title": panel.title,
+        "tint": panel.tint,
         "height": panel.height,
+        "yLabel": panel.y_label,
         "xLabel": panel.x_label,
         "time": panel.of_time,
         "xLog": panel.x_log,
@@ -117,6 +123,40 @@ def _panel(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
         "dots": dots,
         "layers": layers,
         "bands": [[*band.span, band.label, band.tint] for band in panel.bands],
-        "levels": [[level.y, level.tint] for level in panel.levels],
+        "levels": [[level.y, level.tint, level.label] for level in panel.levels],
         "notes": [[note.text, note.x, note.y] for note in panel.notes],
     }
+
+
+def segments(x: Array, y: Array, *, longest_step: float) -> list[Integers]:
+    """Return the indices of each stretch without NaN or a longer step (0: of any length)."""
+    rows = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if not len(rows):
+        return []
+    breaks = np.diff(rows) > 1
+    if longest_step > 0.0:
+        breaks |= np.diff(x[rows]) > longest_step
+    return np.split(rows, np.flatnonzero(breaks) + 1)
+
+
+def envelope(x: Array, y: Array, rows: Integers, *, column: float) -> Integers:
+    """Return which of ``rows`` to draw where a column of the picture is ``column`` wide."""
+    if len(rows) <= 4 or column <= 0.0:
+        return rows
+    columns = np.floor((x[rows] - x[rows[0]]) / column)
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1])
+    if len(starts) > len(rows) / 4:
+        return rows
+    ends = np.concatenate([starts[1:], [len(rows)]])
+    kept = [starts, ends - 1]
+    values = y[rows]
+    for extreme in (np.argmin, np.argmax):
+        pairs = zip(starts, ends, strict=True)
+        kept.append(np.array([start + extreme(values[start:end]) for start, end in pairs]))
+    return np.asarray(rows[np.unique(np.concatenate(kept))])
+
+
+def reduced(x: Array, y: Array, *, period: float, column: float) -> list[Integers]:
+    """Return the indices of each stretch to draw; a gap narrower than a column is none."""
+    step = max(1.5 * period, column) if period > 0.0 else 0.0
+    return [envelope(x, y, part, column=column) for part in segments(x, y, longest_step=step)]

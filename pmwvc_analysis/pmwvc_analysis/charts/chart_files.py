@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.axis import reduced
 from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Panel, Span
+from pmwvc_analysis.charts.chart_data import reduced
 from pmwvc_analysis.charts.style import LIGHT
 
 if TYPE_CHECKING:

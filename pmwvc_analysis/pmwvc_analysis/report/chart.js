@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 PMWVC contributors
 // SPDX-License-Identifier: Apache-2.0
-// Zoom, pan and cursor of a report's figures; all panels of time move together.
-// Draws what chart_svg.py draws. Nothing is loaded from elsewhere.
+// Draws a report's figures, with zoom, pan and cursor; all panels of time move together.
+// Without a script there are pictures instead. Nothing is loaded from elsewhere.
 "use strict";
 (() => {
   const store = document.getElementById("chart-data");
@@ -20,6 +20,7 @@
     dot: "h0", cross: "m-3-3l6 6m0-6l-6 6", plus: "m-3 0h6m-3-3v6",
     ring: "m-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0",
   };
+  const HATCHES = ["", "M0 8L8 0", "M0 0L8 8", "M0 4H8", "M4 0V8", "M0 8L8 0M0 0L8 8", "M4 4h.1", "M0 4H8M4 0V8"];
   const full = data.span;
   let range = [...full], panels = [], queued = false;
   const paint = (name) => `var(--c-${name})`;
@@ -269,11 +270,40 @@
       if (does) { event.preventDefault(); does(); }
     });
   }
+  // The mark of a legend, 26 by 12.
+  function sample(each) {
+    if (each.l !== undefined) {
+      const box = (fill, more) => `<rect width="26" height="12" style="fill:${fill}"${more}/>`;
+      return box(paint(each.c), ' opacity=".8"') + (each.k ? box(`url(#hatch${each.k})`, "") : "");
+    }
+    if (each.m) return `<path class="dots ${each.m}" style="stroke:${paint(each.c)}" d="M13 6${MARKS[each.m]}"/>`;
+    const dash = each.d.length ? `;stroke-dasharray:${each.d.join(" ")}` : "";
+    return `<path class="sample" style="stroke:${paint(each.c)};stroke-width:${each.w}${dash}" d="M0 6H26"/>`;
+  }
+  function build(panel, heading) {
+    const once = (all, label) => [...new Map(all.map((each) => [label(each), each]).reverse()).values()].reverse();
+    const key = panel.title ? [`<strong style="color:${paint(panel.tint)}">${safe(panel.title)}</strong>`] : [];
+    key.push(`<span class="unit">${safe(panel.yLabel)}</span>`);
+    for (const each of once([...panel.lines, ...panel.dots, ...panel.layers], (one) => one.n)) {
+      key.push(`<button class="entry" data-label="${safe(each.n)}" aria-pressed="true"><svg viewBox="0 0 26 12">${sample(each)}</svg><span>${safe(each.n)}</span><output></output></button>`);
+    }
+    for (const [, , label, tint] of once(panel.bands, (band) => band[2])) {
+      key.push(`<span><span class="swatch" style="background:${paint(tint)}"></span>${safe(label)}</span>`);
+    }
+    for (const [, , label] of once(panel.levels, (level) => level[2])) key.push(`<span>· · · ${safe(label)}</span>`);
+    const element = document.createElement("div");
+    element.className = "panel";
+    element.innerHTML = `<div class="key">${key.join("")}</div><svg class="plot" tabindex="0" role="img" aria-label="${safe(`${heading} ${panel.title} ${panel.yLabel}`)}"></svg>`;
+    return element;
+  }
+  const hatch = (path, i) => `<pattern id="hatch${i}" width="8" height="8" patternUnits="userSpaceOnUse"><path d="${path}" style="stroke:${paint("paper")};fill:none" stroke-width="1.2" opacity=".5"/></pattern>`;
+  document.getElementById("hatches").innerHTML = HATCHES.map(hatch).join("");
   for (const chart of data.charts) {
     const figure = document.getElementById(chart.name);
     if (!figure) continue;
-    figure.querySelectorAll(".panel").forEach((element, i) => {
-      const panel = chart.panels[i];
+    chart.panels.forEach((panel, i) => {
+      const element = build(panel, chart.heading);
+      figure.insertBefore(element, figure.querySelector("figcaption"));
       panel.svg = element.querySelector("svg.plot");
       panel.labelled = !panel.time || i === chart.panels.length - 1;
       panel.hidden = new Set();
