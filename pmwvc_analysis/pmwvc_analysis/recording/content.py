@@ -20,7 +20,7 @@ from pmwvc_analysis.recording.hand_targets import is_of_hand
 from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
-from pmwvc_analysis.recording.sequence import GapCounter, numbered
+from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.transport.admission import intact
 
@@ -145,6 +145,9 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
     content.counter.topic(raw.topic)
     if raw.type_name == schemas.WAVE and not intact(raw.data):
         return  # corrupted by a link: nothing in it is believed; the fates tell of it
+    if (numbers := peek(raw.type_name, raw.data)) is None:
+        content.undecoded[raw.topic, "too short"] += 1
+        return
     try:
         message = decode(raw.data, raw.type_name)
     except Exception as error:  # a message that is no message: counted, reported, passed over
@@ -154,4 +157,4 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
     series = content.by_topic[raw.topic]
     series.log_ns.append(raw.log_ns)
     series.messages.append(message)
-    series.numbers.append(numbered(raw.type_name, message))
+    series.numbers.append(numbers)
