@@ -73,7 +73,7 @@ ROOMS = {
         4_529,
         3_000,
         (
-            *inside("pmwvc_analysis", "recording", "replay", "export", "*.py"),
+            *inside("pmwvc_analysis", "recording", "replay", "*.py"),
             "pmwvc_analysis/*.py",
         ),
     ),

@@ -11,8 +11,7 @@ import pytest
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.report.loop_blocks import blocks, rendered
-from pmwvc_analysis.report.loop_drawing import PLACES, drawing
+from pmwvc_analysis.report.loop import PLACES, blocks, drawing, rendered
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.scenarios import load

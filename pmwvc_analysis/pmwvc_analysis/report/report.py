@@ -18,8 +18,7 @@ from pmwvc_analysis.charts.chart_data import payload
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.recorded import Event, numbered
 from pmwvc_analysis.prediction import text as prediction_text
-from pmwvc_analysis.report.loop_blocks import blocks, rendered
-from pmwvc_analysis.report.loop_drawing import drawing
+from pmwvc_analysis.report.loop import blocks, drawing, rendered
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.traces import cut
