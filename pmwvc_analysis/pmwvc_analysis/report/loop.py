@@ -5,12 +5,12 @@ in by the end (negative: generated), signals between them.
 """
 
 from collections.abc import Mapping
-from html import escape
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known
 from pmwvc_analysis.prediction.rendering import link_words, round_trip_words
+from pmwvc_analysis.report.page import filled
 from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import LinkParams
@@ -31,6 +31,7 @@ PARTS: Mapping[str, tuple[str, ...]] = {
 }
 DELAY = EFFECTS.library["delay"]
 ALL_USERS = ("decoder", "contact", "object")
+SMALL_J = 5e-9  # shown as zero
 
 
 class Block(NamedTuple):
@@ -49,16 +50,15 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
     if operator.is_hand or operator.is_remote:
         mass = operator.mass if operator.is_hand else operator.remote.mass
         hand = f"{'' if operator.is_hand else 'remote, '}arm {_number(mass)} kg"
-    port = [f"{_hertz(1.0 / master.tick_s)}"]
-    decoder = [f"{_hertz(1.0 / server.period_s)}", server.coupling.replace("_", " ")]
+    port = [_hertz(1.0 / master.tick_s)]
+    decoder = [_hertz(1.0 / server.period_s), server.coupling.replace("_", " ")]
     if waves:
-        port = [*_impedance(user.impedance), *port]
-        if master.velocity_filter.is_on:
-            port.append(f"velocity filter: {master.velocity_filter.kind}")
-        if master.bank.is_on:
-            port.append(f"local model: {master.bank.kind}")
-        if master.position.is_on:
-            port.append(f"position: {master.position.feedback}")
+        switches = (
+            (f"velocity filter: {master.velocity_filter.kind}", master.velocity_filter.is_on),
+            (f"local model: {master.bank.kind}", master.bank.is_on),
+            (f"position: {master.position.feedback}", master.position.is_on),
+        )
+        port = [*_impedance(user.impedance), *port, *(text for text, on in switches if on)]
         decoder = [*_impedance(user.server_impedance), *decoder]
     title = "wave port" if proofs_hold(scenario.controller) else scenario.controller
     rate = f"1 of {master.rate_drop}, {_hertz(1.0 / (master.tick_s * master.rate_drop))}"
@@ -76,7 +76,7 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
     limits = f"limits: {_number(user.safety.max_force)} N"
     stiffness = f"K = {_number(contact.contact_stiffness)} N/m"
     touches = [stiffness, f"B = {_number(contact.contact_damping)} N s/m"]
-    mass_of_object = [f"{_number(server.object_mass)} kg"]
+    object_mass = [f"{_number(server.object_mass)} kg"] if scenario.environment.movable else []
     texts = {
         "hand": ("hand", [hand]),
         "device": ("device and limits", [f"{_number(device.mass)} kg", limits]),
@@ -87,10 +87,7 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
         "down": ("link down", _link(user.link_down)),
         "decoder": ("server port", decoder),
         "contact": ("contact", touches if scenario.environment.contact_law else []),
-        "object": (
-            server.environment.replace("_", " "),
-            mass_of_object if scenario.environment.movable else [],
-        ),
+        "object": (server.environment.replace("_", " "), object_mass),
     }
     taken = _energies(user.name, energies)
     return {name: Block(*text, taken.get(name)) for name, text in texts.items()}
@@ -142,77 +139,19 @@ def _number(value: float) -> str:
     return f"{float(value):.4g}"
 
 
-WIDTH, HEIGHT = 1180.0, 236.0
-UPPER, LOWER = 64.0, 176.0  # heights at which signals run to the server and back
-SMALL_J = 5e-9
-
-
-Box = tuple[float, float, float, float]  # left, top, width, height of a block in the drawing
-PLACES: Mapping[str, Box] = {
-    "hand": (4, 10, 92, 216),
-    "device": (130, 10, 126, 216),
-    "port": (290, 10, 132, 216),
-    "filter": (456, 10, 138, 100),
-    "hold": (456, 126, 138, 100),
-    "up": (628, 10, 112, 100),
-    "down": (628, 126, 112, 100),
-    "decoder": (774, 10, 124, 216),
-    "contact": (932, 10, 112, 216),
-    "object": (1078, 10, 98, 216),
-}
-# from, to, at which height, signal; wave signals only where there are waves
-FORWARD = (
-    ("hand", "device", "f_h"), ("device", "port", "ẋ_m"), ("port", "filter", "u_m"),
-    ("filter", "up", ""), ("up", "decoder", "u_s"), ("decoder", "contact", "ẋ_s"),
-    ("contact", "object", "F_s"),
-)  # fmt: skip
-BACK = (
-    ("object", "contact", "ẋ_o"), ("contact", "decoder", "F_s"), ("decoder", "down", "v_s"),
-    ("down", "hold", ""), ("hold", "port", "v_m"), ("port", "device", "F_m"),
-    ("device", "hand", "x_m"),
-)  # fmt: skip
-WAVES = ("u_m", "u_s", "v_s", "v_m")
-
-
 def drawing(found: Mapping[str, Block], *, name: str, waves: bool) -> str:
     """Return the drawing of one user's loop."""
-    parts = [_box(PLACES[key], block, shared=key in ALL_USERS) for key, block in found.items()]
-    for way, height in ((FORWARD, UPPER), (BACK, LOWER)):
-        for start, end, signal in way:
-            shown = signal if waves or signal not in WAVES else ""
-            parts.append(_arrow(PLACES[start], PLACES[end], height, shown))
-    return (
-        f'<svg class="loop" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" '
-        f'aria-label="Control loop of {escape(name)}">{"".join(parts)}</svg>'
-    )
+    rows = {key: _rows(block, shared=key in ALL_USERS) for key, block in found.items()}
+    return filled("loop.svg.j2", blocks=rows, name=name, waves=waves)
 
 
-def _box(box: Box, block: Block, *, shared: bool) -> str:
-    left, top, width, height = box
-    rows = [(escape(block.title), "loop-title")]
-    rows += [(escape(line), "") for line in block.lines]
+def _rows(block: Block, *, shared: bool) -> list[tuple[str, str]]:
+    """Return the lines of a block, each with its kind of text."""
+    rows = [(block.title, "loop-title"), *((line, "") for line in block.lines)]
     if block.energy_j is not None:
         energy = 0.0 if abs(block.energy_j) < SMALL_J else block.energy_j
-        text = quantity(energy, "J").replace("-", "−")
         gives = block.title == "hand"
-        tone = "loop-alarm" if energy < 0.0 and not gives else "loop-energy"
-        rows.append((f"{'gives' if gives else 'E ='} {text}", tone))
-        if shared:
-            rows.append(("of all users", "loop-soft"))
-    first = top + height / 2 - 8.5 * (len(rows) - 1) + 4
-    texts = "".join(
-        f'<text x="{left + width / 2:g}" y="{first + 17 * row:g}" class="{kind}">{text}</text>'
-        for row, (text, kind) in enumerate(rows)
-    )
-    at = f'x="{left:g}" y="{top:g}" width="{width:g}" height="{height:g}"'
-    return f'<rect {at} rx="6"/>{texts}'
-
-
-def _arrow(start: Box, end: Box, height: float, signal: str) -> str:
-    left_to_right = start[0] < end[0]
-    tail, tip = (start[0] + start[2], end[0]) if left_to_right else (start[0], end[0] + end[2])
-    head = -8 if left_to_right else 8
-    path = f"M{tail:g} {height:g}H{tip:g}M{tip + head:g} {height - 4:g}L{tip:g} {height:g}"
-    path += f"L{tip + head:g} {height + 4:g}"
-    label = f'<text x="{(tail + tip) / 2:g}" y="{height - 8:g}" class="loop-soft">{signal}</text>'
-    return f'<path d="{path}"/>{label if signal else ""}'
+        text = f"{'gives' if gives else 'E ='} {quantity(energy, 'J').replace('-', '−')}"
+        rows.append((text, "loop-alarm" if energy < 0.0 and not gives else "loop-energy"))
+        rows += [("of all users", "loop-soft")] if shared else []
+    return rows
