@@ -11,8 +11,9 @@ numbers, which Fast DDS does not write.
 """
 
 import struct
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -86,48 +87,36 @@ def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Arr
 
 
 class _Reader:
-    """Reads one message after the other field; alignment counts from behind the encapsulation."""
+    """Reads one field of a message after the other; alignment counts from the encapsulation on."""
 
     def __init__(self, data: bytes) -> None:
-        self._data = data[4:]
+        self._data, self._at = data[4:], 0
         self._order = "<" if data[1] == 1 else ">"
-        self._at = 0
 
     def number(self, code: str) -> Any:
-        size = struct.calcsize(code)
-        self._at += -self._at % size
+        self._at += -self._at % struct.calcsize(code)
         (value,) = struct.unpack_from(self._order + code, self._data, self._at)
-        self._at += size
+        self._at += struct.calcsize(code)
         return value
 
-    def count(self) -> int:
-        count: int = self.number("I")
-        if count > _LONGEST:
+    def each(self, read: Callable[[], Any]) -> list[Any]:
+        """Return the elements of a sequence."""
+        if (count := self.number("I")) > _LONGEST:
             raise ValueError(f"{count} elements")
-        return count
+        return [read() for _ in range(count)]
 
     def text(self) -> str:
-        length = self.count()
-        raw = self._data[self._at : self._at + length]
-        self._at += length
+        raw = b"".join(self.each(lambda: self.number("c")))
         return raw.rstrip(b"\0").decode("utf-8", errors="replace")
 
-    def numbers(self, code: str) -> None:
-        for _ in range(self.count()):
-            self.number(code)
-
-    def parameters(self) -> dict[str, Any]:
-        return dict((self.text(), self.value()) for _ in range(self.count()))
-
-    def value(self) -> Any:
-        kind = self.number("B")
-        plain = {1: bool(self.number("B")), 2: self.number("q"), 3: self.number("d")}
+    def parameter(self) -> tuple[str, Any]:
+        name, kind = self.text(), self.number("B")
+        plain = {code: self.number(form) for code, form in enumerate("?qd", start=1)}
         plain[4] = self.text()
-        for code in "B?qd":
-            self.numbers(code)
-        for _ in range(self.count()):
-            self.text()
-        return plain.get(kind, "a list")
+        for form in "B?qd":
+            self.each(partial(self.number, form))
+        self.each(self.text)
+        return name, plain.get(kind, "a list")
 
 
 def parameter_change(data: bytes) -> ParameterChange | None:
@@ -135,8 +124,8 @@ def parameter_change(data: bytes) -> ParameterChange | None:
     try:
         reader = _Reader(data)
         seconds, nanoseconds, node = reader.number("i"), reader.number("I"), reader.text()
-        reader.parameters()  # new ones
-        values = reader.parameters()
+        reader.each(reader.parameter)  # new ones
+        values = dict(reader.each(reader.parameter))
     except (struct.error, ValueError, IndexError):
         return None
     return ParameterChange(seconds * NS_PER_S + nanoseconds, node, values)

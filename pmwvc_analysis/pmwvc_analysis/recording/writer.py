@@ -52,19 +52,16 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._span_ns: tuple[int, int] | None = None
         self._reserve = reserve_bytes
         self._channels: dict[str, tuple[int, Topic]] = {}
-        self._schemas: dict[str, int] = {}
-        self._hashes: dict[str, str] = {}
+        self._types: dict[str, tuple[int, str]] = {}  # schema and hash by name
         self._chunk_start_ns: int | None = None
         self._chunk_bytes = 0
         self._kept: dict[str, int] = {}  # messages per topic in whole chunks
         self._closed = False
         with file_errors(f"record into {self.folder}"):
             self.folder.mkdir(parents=True, exist_ok=True)
-            if (free := self._too_little()) is not None:
-                raise RecordingError(
-                    f"cannot record into {self.folder}: {free} left on the disk, "
-                    f"{self._reserve >> 20} MiB are kept free; make room or choose another folder"
-                )
+            if (full := self._too_full()) is not None:
+                remedy = "make room or choose another folder"
+                raise RecordingError(f"cannot record into {self.folder}: {full}; {remedy}")
             try:
                 self._file: BinaryIO = open(self.path, "xb")
             except FileExistsError as error:
@@ -89,20 +86,14 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         """Announce a topic; its schema is looked up by the name of its type when not given."""
         if topic.name in self._channels:
             return
-        if topic.type_name not in self._schemas:
-            text = schemas.schema_text(topic.type_name) if schema is None else schema
-            self._hashes[topic.type_name] = schemas.hash_of(text, topic.type_name)
-            self._schemas[topic.type_name] = self._writer.register_schema(
-                topic.type_name, "ros2msg", text.encode()
-            )
+        if (name := topic.type_name) not in self._types:
+            text = schemas.schema_text(name) if schema is None else schema
+            number = self._writer.register_schema(name, "ros2msg", text.encode())
+            self._types[name] = number, schemas.hash_of(text, name)
             self._chunk_bytes += len(text.encode())
-        qos = topics.dump([topic.qos()])
+        qos, (schema_id, type_hash) = topics.dump([topic.qos()]), self._types[name]
         self._chunk_bytes += 2 * len(qos)
-        metadata = {
-            "offered_qos_profiles": qos.strip(),
-            "topic_type_hash": self._hashes[topic.type_name],
-        }
-        schema_id = self._schemas[topic.type_name]
+        metadata = {"offered_qos_profiles": qos.strip(), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)
         self._channels[topic.name] = (channel, topic)
         self.counter.topic(topic.name)
@@ -116,20 +107,18 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self, topic: str, data: bytes, *, log_ns: int, publish_ns: int | None = None
     ) -> None:
         """Add a serialized message (CDR) to an announced topic."""
+        size = len(data) + _OVERHEAD
+        if self._chunk_start_ns is not None and (
+            abs(log_ns - self._chunk_start_ns) >= CHUNK_NS
+            or self._chunk_bytes + size > CHUNK_BYTES
+        ):
+            self.flush()
         if self.problem or self._closed:
             self.refused += 1
             return
-        if self._chunk_start_ns is not None and (
-            abs(log_ns - self._chunk_start_ns) >= CHUNK_NS
-            or self._chunk_bytes + len(data) + _OVERHEAD > CHUNK_BYTES
-        ):
-            self.flush()
-            if self.problem:
-                self.refused += 1
-                return
         if self._chunk_start_ns is None:
             self._chunk_start_ns = log_ns
-        self._chunk_bytes += len(data) + _OVERHEAD
+        self._chunk_bytes += size
         channel, known = self._channels[topic]
         self.counter.add(topic, peek(known.type_name, data))
         number = self.counter.messages[topic]
@@ -149,12 +138,9 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         if self.problem:
             return
         self._kept = dict(self.counter.messages)
-        if (free := self._too_little()) is not None:
+        if (full := self._too_full()) is not None:
             self._finish()
-            self.problem = (
-                f"recording stopped: {free} left on the disk, {self._reserve >> 20} MiB "
-                "are kept free; everything up to here is kept"
-            )
+            self.problem = f"recording stopped: {full}; everything up to here is kept"
 
     def refresh_metadata(self) -> None:
         """Write ``metadata.yaml`` for what is recorded so far."""
@@ -180,16 +166,17 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._guarded(self._writer.finish)
         self._guarded(self._file.flush)
 
-    def _too_little(self) -> str | None:
-        """Return the free space where it is less than is kept free."""
+    def _too_full(self) -> str | None:
+        """Return in words that the disk has less space than is kept free."""
         with contextlib.suppress(OSError):
             if (free := shutil.disk_usage(self.folder).free) < self._reserve:
-                return f"{free >> 20} MiB"
+                kept = f"{self._reserve >> 20} MiB are kept free"
+                return f"{free >> 20} MiB left on the disk, {kept}"
         return None
 
     def _information(self) -> dict[str, object]:
         counts = [
-            (topic, self._hashes[topic.type_name], self._kept.get(name, 0))
+            (topic, self._types[topic.type_name][1], self._kept.get(name, 0))
             for name, (_, topic) in self._channels.items()
         ]
         start_ns, end_ns = self._span_ns or (0, 0)
