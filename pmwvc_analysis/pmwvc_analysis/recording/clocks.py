@@ -86,18 +86,16 @@ def stamps(messages: Sequence[Trace] | Sequence[LinkState] | Sequence[PacketFate
 def start_times(messages: Sequence[Trace]) -> Integers:
     """Return the evenly stepped ROS time of each trace message [ns], epoch by epoch."""
     epochs = np.array([message.epoch for message in messages], dtype=np.uint64)
-    monotonic, stamped = monotonic_times(messages), stamps(messages)
-    result = np.zeros_like(monotonic)
+    result, stamped = monotonic_times(messages), stamps(messages)
     for epoch in np.unique(epochs):
         own = epochs == epoch
-        result[own] = monotonic[own] + offset_ns(monotonic[own], stamped[own])
+        result[own] += offset_ns(result[own], stamped[own])
     return result
 
 
 def offset_ns(monotonic_ns: Integers, stamp_ns: Integers) -> int:
     """Return what turns the monotonic clock into ROS time [ns]."""
-    differences = np.sort(stamp_ns - monotonic_ns)
-    return int(differences[len(differences) // 2])
+    return int(np.sort(stamp_ns - monotonic_ns)[len(stamp_ns) // 2])
 
 
 def seconds(ros_ns: Integers, zero_ns: int) -> Array:
@@ -117,14 +115,14 @@ def time_lines(
     """
     alignment: dict[str, Alignment] = {}
     for name in masters if steps else ():  # by the packets as sent, else as out of their link
-        own, servers = f"/{name}/wave_", f"/server/{name}/wave_"
-        found = align(
-            waves.get(f"{own}up") or waves.get(f"{servers}up") or (),
-            waves.get(f"{servers}down") or waves.get(f"{own}down") or (),
-            fates.get(f"{name}/up"),
-            fates.get(f"{name}/down"),
+        up, down = (
+            waves.get(first) or waves.get(second) or ()
+            for first, second in (
+                (f"/{name}/wave_up", f"/server/{name}/wave_up"),
+                (f"/server/{name}/wave_down", f"/{name}/wave_down"),
+            )
         )
-        if found is not None:
+        if found := align(up, down, fates.get(f"{name}/up"), fates.get(f"{name}/down")):
             alignment[name] = found
     server, ahead_ns = start_times(steps), 0
     if alignment:  # the recorder's clock where the server's own was set while running
@@ -191,12 +189,9 @@ def _passages(echoes: Sequence[tuple[Wave, int]], delays: Mapping[int, int]) -> 
     clocks less its delay in the emulated link [ns] ``(packet, 2)``.
     """
     rows = [
-        (
-            int(at_ns),
-            int(m.sent_ns) - int(m.echo_hold_ns) - int(m.echo_sent_ns) - delays.get(seq, 0),
-        )
+        (int(at_ns), int(m.sent_ns - m.echo_hold_ns - m.echo_sent_ns) - delays.get(m.echo_seq, 0))
         for m, at_ns in echoes
-        if (seq := int(m.echo_seq)) > 0
+        if m.echo_seq > 0
     ]
     return np.array(rows, dtype=np.int64).reshape(-1, 2)
 
@@ -206,8 +201,6 @@ def _delays(fates: FateTraces | None) -> dict[int, int]:
     if fates is None or len(np.unique(fates.epoch)) > 1:
         return {}
     out = fates.time_out_ns > 0
-    found: dict[int, int] = {}
-    took = (fates.time_out_ns - fates.time_in_ns)[out]
-    for seq, delay in zip(fates.seq[out].tolist(), took.tolist(), strict=True):
-        found[seq] = min(delay, found.get(seq, delay))
-    return found
+    seq, took = fates.seq[out], (fates.time_out_ns - fates.time_in_ns)[out]
+    longest_first = np.argsort(-took, kind="stable")  # the last of a number stays
+    return dict(zip(seq[longest_first].tolist(), took[longest_first].tolist(), strict=True))
