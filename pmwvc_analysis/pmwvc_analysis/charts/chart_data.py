@@ -59,11 +59,8 @@ def payload(
         left -= 2 * length
     pool = Pool()
     found = [
-        {
-            "name": chart.name,
-            "heading": chart.heading,
-            "panels": [_panel(panel, pool, most) for panel in chart.panels],
-        }
+        {"name": chart.name, "heading": chart.heading}
+        | {"panels": [_panel(panel, pool, most) for panel in chart.panels]}
         for chart in charts
     ]
     data = {"span": span, "events": events, "charts": found, "arrays": pool.stored}
@@ -85,47 +82,25 @@ def thinned(x: Array, y: Array, *, period: float, most: int) -> Integers:
 
 
 def _panel(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
-    lines = []
+    """Return the fields of a panel and of all it shows; arrays by their numbers."""
+    lines, dots = [], []
     for line in panel.lines:
         rows = thinned(line.x, line.y, period=line.period, most=most)
         step = line.period
         if len(rows) < len(line.x) and step > 0.0:  # only a gap beyond the thinned steps is one
             step = max(step, float(np.nanmax(line.x) - np.nanmin(line.x)) / max(1, most // 4))
-        lines.append(
-            {
-                "n": line.label, "x": pool.put(line.x[rows]), "y": pool.put(line.y[rows]),
-                "c": line.tint, "d": line.dash, "w": line.width, "p": step,
-            }
-        )  # fmt: skip
-    dots = []
+        points = {"x": pool.put(line.x[rows]), "y": pool.put(line.y[rows])}
+        lines.append(vars(line) | points | {"period": step})
     for each in panel.dots:
         rows = thinned(each.x, each.y, period=math.inf, most=most)
-        x, y = pool.put(each.x[rows]), pool.put(each.y[rows])
-        dots.append({"n": each.label, "x": x, "y": y, "c": each.tint, "m": each.mark})
+        dots.append(vars(each) | {"x": pool.put(each.x[rows]), "y": pool.put(each.y[rows])})
     layers = [
-        {
-            "n": layer.label, "x": pool.put(layer.x), "l": pool.put(layer.low),
-            "h": pool.put(layer.high), "c": layer.tint, "k": layer.hatch,
-        }
+        vars(layer) | {name: pool.put(getattr(layer, name)) for name in ("x", "low", "high")}
         for layer in panel.layers
-    ]  # fmt: skip
-    return {
-        "title": panel.title,
-        "tint": panel.tint,
-        "height": panel.height,
-        "yLabel": panel.y_label,
-        "xLabel": panel.x_label,
-        "time": panel.of_time,
-        "xLog": panel.x_log,
-        "yLog": panel.y_log,
-        "zero": panel.with_zero,
-        "lines": lines,
-        "dots": dots,
-        "layers": layers,
-        "bands": [[*band.span, band.label, band.tint] for band in panel.bands],
-        "levels": [[level.y, level.tint, level.label] for level in panel.levels],
-        "notes": [[note.text, note.x, note.y] for note in panel.notes],
-    }
+    ]
+    plain = {name: list(map(vars, getattr(panel, name))) for name in ("bands", "levels", "notes")}
+    drawn = {"lines": lines, "dots": dots, "layers": layers, "of_time": panel.of_time}
+    return vars(panel) | plain | drawn
 
 
 def segments(x: Array, y: Array, *, longest_step: float) -> list[Integers]:

@@ -4,12 +4,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Panel, Span
+from pmwvc_analysis.charts.chart import Chart, Line, Panel, Span
 from pmwvc_analysis.charts.chart_data import reduced
 from pmwvc_analysis.charts.style import LIGHT
 
@@ -50,28 +50,28 @@ def figure(chart: Chart, span: Span | None = None) -> "Figure":
 
 
 def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
-    for index, band in enumerate(panel.bands):
-        known = band.label in {each.label for each in panel.bands[:index]}
-        axes.axvspan(
-            *band.span,
-            facecolor=LIGHT[band.tint],
-            alpha=0.18,
-            hatch="///",
-            edgecolor=LIGHT[band.tint],
-            linewidth=0.0,
-            label=None if known else band.label,
-        )
-    named: set[str] = set()
+    for band in panel.bands:
+        tint = LIGHT[band.tint]
+        look: dict[str, Any] = {
+            "facecolor": tint,
+            "edgecolor": tint,
+            "hatch": "///",
+            "alpha": 0.18,
+        }
+        axes.axvspan(*band.span, linewidth=0.0, label=band.label, **look)
     for layer in panel.layers:
-        _layer(axes, layer, None if layer.label in named else layer.label)
-        named.add(layer.label)
+        look = {"facecolor": LIGHT[layer.tint], "edgecolor": "white", "alpha": 0.75}
+        look |= {"hatch": HATCHES[layer.hatch], "linewidth": 0.0, "label": layer.label}
+        axes.fill_between(layer.x, layer.low, layer.high, **look)
     for line in panel.lines:
         _line(axes, line, (span[1] - span[0]) / COLUMNS if not panel.x_log else 0.0)
     for dots in panel.dots:
-        _dots(axes, dots)
-    for index, level in enumerate(panel.levels):
-        label = None if index else level.label
-        axes.axhline(level.y, color=LIGHT[level.tint], lw=1.0, ls=":", label=label)
+        marker, size = MARKERS[dots.mark]
+        look = {"marker": marker, "ms": size, "color": LIGHT[dots.tint], "label": dots.label}
+        look |= {"mfc": "none"} if dots.mark == "ring" else {}
+        axes.plot(dots.x, dots.y, ls="", rasterized=len(dots.x) > MOST_VECTORS, **look)
+    for level in panel.levels:
+        axes.axhline(level.y, color=LIGHT[level.tint], lw=1.0, ls=":", label=level.label)
     if panel.with_zero:
         axes.axhline(0.0, color=LIGHT["object"], lw=0.8)
     for note in panel.notes:
@@ -95,36 +95,6 @@ def _line(axes: "Axes", line: Line, column: float) -> None:
     hole = np.array([-1])
     rows = np.concatenate([hole, *(each for part in parts for each in (part, hole))])
     x, y = line.x[rows], np.where(rows < 0, np.nan, line.y[rows])
-    width = line.width / 1.25
-    (drawn,) = axes.plot(x, y, color=LIGHT[line.tint], lw=width, label=line.label)
+    (drawn,) = axes.plot(x, y, color=LIGHT[line.tint], lw=line.width / 1.25, label=line.label)
     if line.dash:
         drawn.set_linestyle((0, tuple(each / line.width for each in line.dash)))
-
-
-def _dots(axes: "Axes", dots: Dots) -> None:
-    marker, size = MARKERS[dots.mark]
-    axes.plot(
-        dots.x,
-        dots.y,
-        ls="",
-        marker=marker,
-        ms=size,
-        mfc="none" if dots.mark == "ring" else None,
-        color=LIGHT[dots.tint],
-        label=dots.label,
-        rasterized=len(dots.x) > MOST_VECTORS,
-    )
-
-
-def _layer(axes: "Axes", layer: Layer, label: str | None) -> None:
-    axes.fill_between(
-        layer.x,
-        layer.low,
-        layer.high,
-        facecolor=LIGHT[layer.tint],
-        alpha=0.75,
-        hatch=HATCHES[layer.hatch],
-        edgecolor="white",
-        linewidth=0.0,
-        label=label,
-    )
