@@ -88,7 +88,7 @@ ANALYSIS = {
     "transparency": {"arrays", "delays", "models"},
     "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
     "compare": {
-        "budget", "models", "prediction", "recording", "traces", "transparency", "verdicts",
+        "arrays", "budget", "models", "prediction", "recording", "traces", "transparency", "verdicts",
     },
     "figures": {
         "budget", "charts", "compare", "filters", "maps", "recording", "traces", "transparency",

@@ -19,8 +19,15 @@ from support import handmade
 
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Band, Chart, Dots, Level, Line, Panel
-from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, envelope, payload, reduced, thinned
-from pmwvc_analysis.charts.chart_files import figure, write
+from pmwvc_analysis.charts.chart_files import (
+    MOST_NUMBERS,
+    envelope,
+    figure,
+    payload,
+    reduced,
+    thinned,
+    write,
+)
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts
 from pmwvc_analysis.figures.recorded import numbered

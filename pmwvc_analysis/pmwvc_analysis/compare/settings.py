@@ -15,10 +15,10 @@ safety layer took over (:mod:`pmwvc_analysis.verdicts.stability`), the users wer
 the object was on the mean further from its target than half the distance it should travel.
 """
 
-import dataclasses
 import math
 import zlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -86,9 +86,8 @@ def path_error_m(traces: SessionTraces, scenario: Scenario) -> float | None:
     server = traces.server
     if server is None:
         return None
-    together = np.flatnonzero(
-        np.all([state == Presence.COUPLED for state in server.state], axis=0)
-    )
+    coupled = [state == Presence.COUPLED for state in server.state]
+    together = np.flatnonzero(np.all(coupled, axis=0))
     if not len(together):
         return None
     if not _way_m(scenario):
@@ -107,13 +106,10 @@ def _way_m(scenario: Scenario) -> float:
 def drawn(name: str, ranges: Mapping[str, Range], count: int, seed: int) -> list[dict[str, float]]:
     """Return values to try for a method: none (its defaults), then random ones of three digits."""
     rng = np.random.default_rng((seed, zlib.crc32(name.encode())))
-    tried: list[dict[str, float]] = [{}]
-    for row in rng.random((count - 1, len(ranges))).tolist():
-        shares = zip(ranges.items(), row, strict=True)
-        tried.append(
-            {leaf: float(f"{low * (high / low) ** at:.3g}") for (leaf, (low, high)), at in shares}
-        )
-    return tried
+    low, high = np.array(list(ranges.values())).reshape(-1, 2).T
+    values = low * (high / low) ** rng.random((count - 1, len(ranges)))
+    rounded = ([float(f"{value:.3g}") for value in row] for row in values.tolist())
+    return [{}, *(dict(zip(ranges, row, strict=True)) for row in rounded)]
 
 
 def searched(
@@ -123,7 +119,7 @@ def searched(
     values = drawn(scenario.controller, rule.ranges, COUNT, SEED)
     tried = [_with(scenario, rule.group, each) for each in values]
     duration_s = min(scenario.duration_s, LONGEST_S)
-    short = [dataclasses.replace(one, duration_s=duration_s) for one in tried]
+    short = [replace(one, duration_s=duration_s) for one in tried]
     costs = np.array(simulate(short, keep=cost_of, progress=progress))
     best = int(np.argmin(costs))
     ranges = ", ".join(f"{leaf} {low:g} to {high:g}" for leaf, (low, high) in rule.ranges.items())
@@ -137,13 +133,9 @@ def searched(
 
 def _with(scenario: Scenario, group: str, values: Mapping[str, float]) -> Scenario:
     """Return a scenario with the defaults of a group of baseline parameters and these values."""
-    params = dataclasses.replace(getattr(BaselineParams(), group), **values)
-    own: dict[str, Any] = {group: params}
-    users = (
-        dataclasses.replace(user, baseline=dataclasses.replace(user.baseline, **own))
-        for user in scenario.users
-    )
-    return dataclasses.replace(scenario, users=tuple(users))
+    own: dict[str, Any] = {group: replace(getattr(BaselineParams(), group), **values)}
+    users = (replace(user, baseline=replace(user.baseline, **own)) for user in scenario.users)
+    return replace(scenario, users=tuple(users))
 
 
 def tuned(

@@ -4,27 +4,36 @@
 
 Message definitions come from the files themselves. What other programs published on the session's
 topics is left out (own.py).
+
+The targets of remote hands (``hand/target``, ``hand/held``) are as the master took them: ``held:
+false`` lets go, and until ``held: true`` targets do not count. A message's time is that of its
+publication, as long as it was received soon after (else the clocks may differ, and it is that of
+its reception): the recorder may have to wait for the processor longer than the master.
 """
 
+import contextlib
 import itertools
 from collections import ChainMap, Counter, defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.hand_targets import is_of_hand
 from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
+from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.admission import intact
 
 CUT = "cut"  # kind of event: a file ends early
+TRUSTED_NS = 500_000_000  # from publication to reception
+NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
 Decode = Callable[[bytes, str], Any]
 
 
@@ -43,10 +52,8 @@ class Content:
 
     def of_type(self, type_name: str) -> Topics:
         """Return the topics of one type that have messages."""
-        found = {
-            topic: self.by_topic[topic] for topic, kind in self.types.items() if kind == type_name
-        }
-        return {topic: series for topic, series in found.items() if series.messages}
+        found = (topic for topic, kind in self.types.items() if kind == type_name)
+        return {topic: self.by_topic[topic] for topic in found if self.by_topic[topic].messages}
 
     def of_links(self, type_name: str) -> dict[str, list[Any]]:
         """Return the messages of one type by the name of their link."""
@@ -158,3 +165,40 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
     series.log_ns.append(raw.log_ns)
     series.messages.append(message)
     series.numbers.append(numbers)
+
+
+def is_of_hand(message: RawMessage) -> bool:
+    """Tell whether a message is on one of the topics of a hand."""
+    ends = {schemas.POINT: "/hand/target", schemas.FLAG: "/hand/held"}
+    return message.topic.endswith(ends.get(message.type_name, "\0"))
+
+
+def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, HandTargets]:
+    """Return the targets of every user that has any, by name."""
+    found: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
+    counts: dict[str, bool] = {}
+    for message in sorted(messages, key=_arrived_ns):
+        user = message.topic.strip("/").split("/")[-3]
+        point: tuple[float, ...] | None = None
+        if message.type_name == schemas.FLAG:
+            counts[user] = len(message.data) > 4 and bool(message.data[4])
+            point = None if counts[user] else NOWHERE
+        elif counts.get(user, True):
+            with contextlib.suppress(Exception):  # no point: rosbags raises many kinds
+                at = schemas.typestore().deserialize_cdr(message.data, schemas.POINT).point
+                point = at.x, at.y, at.z
+        if point is not None:
+            time_s = (_arrived_ns(message) - zero_ns) * 1e-9
+            found.setdefault(user, []).append((time_s, point))
+    return {
+        user: HandTargets(
+            np.array([time_s for time_s, _ in rows]), np.array([point for _, point in rows])
+        )
+        for user, rows in found.items()
+    }
+
+
+def _arrived_ns(message: RawMessage) -> int:
+    """Return when a message arrived at the master, as well as it is known [ns]."""
+    waited = 0 <= message.log_ns - message.publish_ns < TRUSTED_NS
+    return message.publish_ns if waited else message.log_ns

@@ -14,9 +14,8 @@ import numpy as np
 
 from pmwvc_analysis.recording import assemble, links
 from pmwvc_analysis.recording.clocks import time_lines
-from pmwvc_analysis.recording.content import CUT, Content, read_content
+from pmwvc_analysis.recording.content import CUT, Content, hand_targets, read_content
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.hand_targets import hand_targets
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_analysis.recording.salvage import WHOLE
 from pmwvc_core.controllers.library import PLAIN

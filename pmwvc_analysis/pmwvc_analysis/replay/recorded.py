@@ -21,9 +21,8 @@ from typing import Literal
 import numpy as np
 
 from pmwvc_analysis.recording.parameter_events import owner_of
-from pmwvc_analysis.replay import loop_times
-from pmwvc_analysis.replay.loop_times import tick_numbers
-from pmwvc_analysis.replay.network import links
+from pmwvc_analysis.replay import times
+from pmwvc_analysis.replay.times import links, tick_numbers
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.traces.stages import stages as stages_of
 from pmwvc_core.ends.simulated_device import CATCH_UP_S
@@ -65,7 +64,7 @@ def prescription(
     """
     users = _matching_users(traces, recorded, replayed)
     tick_s = recorded.tick_s
-    loops = {user.name: loop_times.times_of(user, user.tick_s) for user in users}
+    loops = {user.name: times.times_of(user, user.tick_s) for user in users}
     ends = [int(loop.at[-1]) + 1 for loop in loops.values()]
     ticks = min(end for end in ends if end > max(ends) - ENDS_TOGETHER)
     if replayed.duration_s != recorded.duration_s:
@@ -74,19 +73,19 @@ def prescription(
     schedule = LIVE if traces.live else AT_ONCE
     if (answer := traces.metadata.get("replay", {}).get(ANSWER)) is not None:
         schedule = FrameSchedule(answer_s=int(answer) * tick_s)
-    ran_ns = {name: loop_times.ran_ns(loop, tick_s, ticks) for name, loop in loops.items()}
+    ran_ns = {name: times.ran_ns(loop, tick_s, ticks) for name, loop in loops.items()}
     receivers = {f"{name}/down": loop for name, loop in loops.items()}
     if traces.server is not None:
-        at_server = loop_times.times_of(traces.server, tick_s)
+        at_server = times.times_of(traces.server, tick_s)
         receivers |= {f"{name}/up": at_server for name in loops}
-    networks, notes = links(traces, recorded, replayed, loops=receivers)
-    notes += loop_times.unknown_looks(traces)
+    networks, notes = links(traces, recorded, replayed, receivers)
+    notes += times.unknown_looks(traces)
     hands: dict[str, Hand] = {
         user.name: hand or _usual_hand(user, trace)
         for user, trace in zip(replayed.users, users, strict=True)
     }
     stages = stages_of(traces, recorded)
-    steps = loop_times.steps(traces, recorded, replayed, ticks)
+    steps = times.steps(traces, recorded, replayed, ticks)
     if traces.live:
         replayed, changed = _with_changes(recorded, replayed, stages, ran_ns, steps)
         notes += changed
@@ -100,7 +99,7 @@ def prescription(
     conditions = Conditions(
         schedule=schedule,
         first={
-            user.name: loop_times.counts_from(user, traces, stages, number)
+            user.name: times.counts_from(user, traces, stages, number)
             for number, user in enumerate(users)
         },
         ran_ns=ran_ns,

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.recording.reader import read_scenario
-from pmwvc_analysis.replay.loop_times import tick_numbers
-from pmwvc_analysis.replay.network import own_sender
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
+from pmwvc_analysis.replay.times import own_sender, tick_numbers
 from pmwvc_analysis.traces import reductions
 from pmwvc_analysis.traces.holes import SERVER, holes, of_user
 from pmwvc_analysis.traces.server_starts import starts

@@ -14,7 +14,7 @@ from typing import Any
 
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts.chart import Chart
-from pmwvc_analysis.charts.chart_data import payload
+from pmwvc_analysis.charts.chart_files import payload
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.recorded import Event, numbered
 from pmwvc_analysis.prediction import text as prediction_text
