@@ -174,16 +174,9 @@ Writer = Callable[[Path, Sequence[Table], About], None]
 def export(
     target: str | Path, traces: SessionTraces, scenario: Scenario | None, *, kind: str
 ) -> None:
-    """Write all signals of a session for another tool, with its parameters where they are known.
-
-    The target is a folder for ``csv``, which is made, else a file.
-
-    Raises
-    ------
-    PmwvcError
-        If the kind is not known, or needs a package that is not installed.
-    RecordingError
-        If the target cannot be written.
+    """Write all signals of a session for another tool, with its parameters where they are known,
+    into a folder for ``csv``, which is made, else a file. RecordingError where it cannot be
+    written, PmwvcError where the kind is not known, or needs a package that is not installed.
     """
     if kind not in KINDS:
         raise PmwvcError(f"export as {kind!r}: there are {', '.join(KINDS)}")

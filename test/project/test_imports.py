@@ -88,7 +88,8 @@ ANALYSIS = {
     "transparency": {"arrays", "delays", "models"},
     "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
     "compare": {
-        "arrays", "budget", "models", "prediction", "recording", "traces", "transparency", "verdicts",
+        "arrays", "budget", "models", "prediction", "recording", "traces", "transparency",
+        "verdicts",
     },
     "figures": {
         "budget", "charts", "compare", "filters", "maps", "recording", "traces", "transparency",

@@ -28,14 +28,9 @@ OF_SERVER = ("time_s", "x_o", "xd_o", "target")
 def write_tables(
     folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any]
 ) -> dict[str, Any]:
-    """Write tables and traces into a folder and return the content of ``comparison.json``.
-
-    ``about`` are further keys of it: ``kind``; ``notes``, a list of sentences for the report.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written into.
+    """Write tables and traces into a folder and return the content of ``comparison.json``, of
+    which ``about`` are further keys: ``kind``; ``notes``, a list of sentences for the report.
+    RecordingError where the folder cannot be written into.
     """
     about = {**about, "conclusion": conclusion(entries) if about["kind"] == "comparison" else []}
     result = {"title": title, **about, "sessions": [row(entry) for entry in entries]}

@@ -6,20 +6,16 @@ Records carry the monotonic clock of their host (even steps, no meaning across h
 (of each host, may be set while running). Per publisher the median of their difference is added to
 the monotonic clock: intervals stay exact, and a clock that is set does not bend the time line.
 
-Between hosts the echoes of packets align the clock of each master with that of the server, without
-ROS time. A packet names the newest one of the peer: its number, the peer's clock when it was sent,
-and how long it waited. With the server's clock S and the master's clock M, theta = S - M,
+Between hosts the echoes of packets align the clock of each master with that of the server. A
+packet names the newest one of the peer: its number, the peer's clock when it was sent, and how
+long it waited. With the server's clock S and the master's clock M, theta = S - M,
 
     up   = (sent_S - hold) - echo_sent_M = delay up   + theta     (packets of the server)
     down = (sent_M - hold) - echo_sent_S = delay down - theta     (packets of the master)
 
 No delay is below zero, and the delays that an emulated link recorded are taken off. Over a window
-the least of each stays, as in NTP:
-
-    -min(down) <= theta <= min(up),     theta = (min(up) - min(down))/2 +- (min(up) + min(down))/2
-
-Where theta = 0 fits, both run on one host: there is nothing to align. Otherwise theta follows the
-line of :mod:`pmwvc_core.transport.clock_line`: hosts drift.
+the least of each stays, -min(down) <= theta <= min(up). Where theta = 0 fits, both run on one
+host; else theta follows the line of :mod:`pmwvc_core.transport.clock_line`: hosts drift.
 
 Equations: docs/theory.md 13.10.
 """

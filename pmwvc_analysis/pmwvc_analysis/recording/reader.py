@@ -16,22 +16,18 @@ from pmwvc_analysis.recording import assemble, links
 from pmwvc_analysis.recording.clocks import time_lines
 from pmwvc_analysis.recording.content import CUT, Content, hand_targets, read_content
 from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.format.scenario_file import mapping_in
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_analysis.recording.salvage import WHOLE
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 
 def read_session(folder: str | Path) -> SessionTraces:
-    """Return everything recorded in a folder.
-
-    Raises
-    ------
-    RecordingError
-        If there is no recording, or nothing of it can be read.
-    """
+    """Return everything recorded in a folder; RecordingError where nothing can be read."""
     return session_of(read_content(Path(folder)), Path(folder))
 
 
@@ -107,12 +103,10 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
 def _nothing(folder: Path, content: Content) -> str:
     """Return why a recording that was opened holds nothing of a session, and what it holds."""
     others = [topic for topic, count in content.counter.messages.items() if count]
-    reasons = [str(event["what"]) for event in content.events]
+    why = "; ".join(str(event["what"]) for event in content.events) or "nothing was recorded"
     if others:
         shown = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
         why = f"it has {shown}; a session has /server/trace and /trace of every user"
-    else:
-        why = "; ".join(reasons) or "nothing was recorded"
     if (folder / "nodes").is_dir():
         why += f"; logs of its nodes: {folder / 'nodes'}"
     return f"{folder} holds no message of a session: {why}"
@@ -127,9 +121,6 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     path = Path(folder) / "scenario.yaml"
     if not path.is_file():
         return None
-    from pmwvc_analysis.recording.format.scenario_file import mapping_in
-    from pmwvc_core.scenario.reader import parse_scenario
-
     return parse_scenario({"channel": PLAIN, **mapping_in(path)}, source=str(path))
 
 

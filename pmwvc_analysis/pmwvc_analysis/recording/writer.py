@@ -33,14 +33,10 @@ _OVERHEAD = 31  # bytes of a message record besides its data
 
 
 class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
-    """Writes serialized messages into a session folder, which is created where it does not exist.
+    """Writes serialized messages into a session folder, which is created where it does not exist;
+    RecordingError where it cannot be written, holds a recording, or its disk is too full.
 
     Writing stops in good order at ``reserve_bytes`` of free space, before the disk is full.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written, already holds a recording, or its disk is too full.
     """
 
     def __init__(self, folder: str | Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
@@ -65,9 +61,8 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             try:
                 self._file: BinaryIO = open(self.path, "xb")
             except FileExistsError as error:
-                raise RecordingError(
-                    f"{self.path} exists: a recording is never overwritten; choose another folder"
-                ) from error
+                never = "a recording is never overwritten; choose another folder"
+                raise RecordingError(f"{self.path} exists: {never}") from error
         # chunks end where flush() is called: then the position behind the last whole one is always
         # known
         self._writer = Writer(self._file, ENDLESS, CompressionType.ZSTD, enable_data_crcs=True)
@@ -121,13 +116,11 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._chunk_bytes += size
         channel, known = self._channels[topic]
         self.counter.add(topic, peek(known.type_name, data))
-        number = self.counter.messages[topic]
+        number = self.counter.messages[topic] & 0xFFFFFFFF
         first_ns, last_ns = self._span_ns or (log_ns, log_ns)
         self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
         sent_ns = log_ns if publish_ns is None else publish_ns
-        self._guarded(
-            lambda: self._writer.add_message(channel, log_ns, data, sent_ns, number & 0xFFFFFFFF)
-        )
+        self._guarded(lambda: self._writer.add_message(channel, log_ns, data, sent_ns, number))
 
     def flush(self) -> None:
         """End the chunk and hand it to the system; stop in good order when space runs out."""

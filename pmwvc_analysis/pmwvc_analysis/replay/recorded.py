@@ -56,11 +56,7 @@ def prescription(
     traces: SessionTraces, recorded: Scenario, replayed: Scenario, *, hand: Hand | None = None
 ) -> Prescription:
     """Return how to replay a session; kinds of hands (see above) not given are chosen by user.
-
-    Raises
-    ------
-    RecordingError
-        If the recording cannot be replayed so, with the reason.
+    RecordingError with the reason where the recording cannot be replayed so.
     """
     users = _matching_users(traces, recorded, replayed)
     tick_s = recorded.tick_s
