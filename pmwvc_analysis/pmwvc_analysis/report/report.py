@@ -51,7 +51,12 @@ def render(
     found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
     events = numbered(traces)
-    waves = scenario is not None and has_waves(scenario.controller)
+    loops = []
+    if scenario is not None:
+        waves = has_waves(scenario.controller)
+        for user in scenario.users:
+            drawn = drawing(blocks(scenario, user, energies), name=user.name, waves=waves)
+            loops.append((user.name, drawn, rendered(scenario, user, live=traces.live)))
     chart_data, complete = figure_data(charts, traces, events)
     return filled(
         TEMPLATE,
@@ -61,28 +66,13 @@ def render(
         replay=replay,
         summary=summary,
         story=story(traces, scenario, summary, energies),
-        loops=[
-            (
-                user.name,
-                drawing(blocks(scenario, user, energies), name=user.name, waves=waves),
-                rendered(scenario, user, live=traces.live),
-            )
-            for user in scenario.users
-        ]
-        if scenario
-        else [],
-        verdicts=[(line["ok"], line["text"]) for line in summary["verdict"]],
-        budget_owners=[*energies.hands, "server"] if energies else [],
-        budget_rows=energies.rows() if energies else [],
+        loops=loops,
+        budget=energies,
         budget_lines=passivity_words.budget_lines(energies, found) if energies else [],
-        budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),
         predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],
-        outcome=[(entry["hit"], entry["text"]) for entry in summary["outcomes"]],
-        figures=[
-            (chart, data_uri(pictures[chart.name]) if pictures else None) for chart in charts
-        ],
+        figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],
         chart_data=chart_data,
         complete=complete,
         parameters=scenario.flat() if scenario else {},
