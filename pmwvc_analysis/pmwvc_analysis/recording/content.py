@@ -116,10 +116,9 @@ def _of_other_files(folder: Path) -> Content:
     except Exception as error:  # rosbags raises many kinds for a damaged file
         reason = str(error) or type(error).__name__
     if not (folder / "metadata.yaml").exists():
-        raise RecordingError(
-            f"{folder} holds no recording: neither an .mcap file nor a metadata.yaml is in it; "
-            "name a session folder, or one that rosbag2 recorded"
-        )
+        why = "neither an .mcap file nor a metadata.yaml is in it"
+        other = "name a session folder, or one that rosbag2 recorded"
+        raise RecordingError(f"{folder} holds no recording: {why}; {other}")
     raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
 
 
@@ -190,12 +189,8 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
         if point is not None:
             time_s = (_arrived_ns(message) - zero_ns) * 1e-9
             found.setdefault(user, []).append((time_s, point))
-    return {
-        user: HandTargets(
-            np.array([time_s for time_s, _ in rows]), np.array([point for _, point in rows])
-        )
-        for user, rows in found.items()
-    }
+    columns = {user: zip(*rows, strict=True) for user, rows in found.items()}
+    return {user: HandTargets(*map(np.array, each)) for user, each in columns.items()}
 
 
 def _arrived_ns(message: RawMessage) -> int:

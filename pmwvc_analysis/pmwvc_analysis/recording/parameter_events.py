@@ -185,18 +185,13 @@ def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:
 
 def _text(name: str, before: Any, value: Any) -> str:
     path = split_user(name)[1]
-    words = path.split(".")
     if path.startswith("links."):  # of a link that is no user's
-        path = f"link.up.{words[-1]}"
+        path = f"link.up.{path.rpartition('.')[2]}"
     unit = PARAMETERS[path].spec.unit if path in PARAMETERS else "-"
     unit = f" {unit}" if unit != "-" else ""
-    return f"{name} set to {_plain(value)}{unit}" + (
-        f" (was {_plain(before)}{unit})" if before is not None else ""
-    )
-
-
-def _plain(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    new, old = (f"{v:g}" if isinstance(v, float) else str(v) for v in (value, before))
+    was = f" (was {old}{unit})" if before is not None else ""
+    return f"{name} set to {new}{unit}{was}"
 
 
 def _at_start(folder: Path, node: str) -> Iterator[tuple[str, Any]]:

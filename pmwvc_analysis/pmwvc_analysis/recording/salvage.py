@@ -109,10 +109,9 @@ def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:
         writer.add_metadata("recovered", {"from": Path(damaged).name, "cut": cut})
     count = sum(1 for _ in messages(writer.path, again))
     if writer.problem or again.end or count != salvage.messages:
-        raise RecordingError(
-            f"recovery of {damaged} failed: {count} of {salvage.messages} messages read back; "
-            f"{writer.problem or again.end or 'the new file is incomplete'}"
-        )
+        why = writer.problem or again.end or "the new file is incomplete"
+        read = f"{count} of {salvage.messages} messages read back"
+        raise RecordingError(f"recovery of {damaged} failed: {read}; {why}")
     return salvage
 
 

@@ -57,9 +57,8 @@ def check_bytes(data: bytes) -> Structure:
         if stream.read():
             check.problems.append("bytes follow the end of the file")
     except DAMAGE as error:
-        check.problems.append(
-            f"{damage(error, stream)}: the file is damaged, or it was not closed"
-        )
+        why = damage(error, stream)
+        check.problems.append(f"{why}: the file is damaged, or it was not closed")
     if len(check.problems) > MOST_PROBLEMS:
         check.problems[MOST_PROBLEMS:] = [f"and {len(check.problems) - MOST_PROBLEMS} more"]
     return check
@@ -74,9 +73,7 @@ class _Check(Structure):
         self._statistics: mcap.Statistics | None = None
         self._definitions: dict[tuple[type, int], mcap.McapRecord] = {}
         self._counts: Counter[int] = Counter()  # messages by channel
-        self._times_ns: dict[int, list[int]] = defaultdict(
-            list
-        )  # of the newest chunk's messages, by channel
+        self._times_ns: dict[int, list[int]] = defaultdict(list)  # of a chunk, by channel
         self._span_ns = (0, 0)
         self._places: dict[type, set[tuple[object, ...]]] = defaultdict(set)  # where, and what
 
@@ -88,10 +85,10 @@ class _Check(Structure):
             case mcap.Schema() | mcap.Channel() | mcap.Message():
                 self._take_content(record)
             case mcap.MessageIndex(channel_id=channel, records=entries):
-                if sorted(time for time, _ in entries) != sorted(self._times_ns.get(channel, [])):
-                    self.problems.append(
-                        f"the message index before byte {end} is of another chunk"
-                    )
+                times_ns = sorted(time_ns for time_ns, _ in entries)
+                if times_ns != sorted(self._times_ns[channel]):
+                    what = f"the message index that ends at byte {end}"
+                    self.problems.append(f"{what} is of another chunk")
             case mcap.Metadata(name=name) | mcap.Attachment(name=name):
                 self._places[type(record)].add((end, name))
             case mcap.DataEnd(data_section_crc=crc):

@@ -76,32 +76,24 @@ def prescription(
         receivers |= {f"{name}/up": at_server for name in loops}
     networks, notes = links(traces, recorded, replayed, receivers)
     notes += times.unknown_looks(traces)
-    hands: dict[str, Hand] = {
-        user.name: hand or _usual_hand(user, trace)
-        for user, trace in zip(replayed.users, users, strict=True)
-    }
     stages = stages_of(traces, recorded)
     steps = times.steps(traces, recorded, replayed, ticks)
     if traces.live:
         replayed, changed = _with_changes(recorded, replayed, stages, ran_ns, steps)
         notes += changed
+    hands: dict[str, Hand] = {}
     made: dict[str, Made] = {}
-    for user, trace in zip(replayed.users, users, strict=True):
-        ran = ran_ns[user.name]
-        if hands[user.name] == "force":
-            made[user.name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
+    first: dict[str, int] = {}
+    for number, (user, trace) in enumerate(zip(replayed.users, users, strict=True)):
+        name, ran = user.name, ran_ns[user.name]
+        first[name] = times.counts_from(trace, traces, stages, number)
+        hands[name] = hand or _usual_hand(user, trace)
+        if hands[name] == "force":
+            made[name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
         elif user.operator.from_outside and not traces.simulated:
-            made[user.name] = remote_hand(user, traces, ran, tick_s=tick_s, dof=recorded.dof)
+            made[name] = remote_hand(user, traces, ran, tick_s=tick_s, dof=recorded.dof)
     conditions = Conditions(
-        schedule=schedule,
-        first={
-            user.name: times.counts_from(user, traces, stages, number)
-            for number, user in enumerate(users)
-        },
-        ran_ns=ran_ns,
-        steps=steps,
-        links=networks,
-        hands=made,
+        schedule=schedule, first=first, ran_ns=ran_ns, steps=steps, links=networks, hands=made
     )
     if traces.server is None:
         notes.append("no server trace was recorded: the server is stepped at its nominal times")
@@ -113,8 +105,7 @@ def _matching_users(
 ) -> list[UserTraces]:
     """Return the recorded users in the order of the scenario."""
     known = {user.name: user for user in traces.users}
-    missing = [user.name for user in recorded.users if user.name not in known]
-    if missing:
+    if missing := [user.name for user in recorded.users if user.name not in known]:
         raise RecordingError(f"the recording holds no trace of {', '.join(missing)}")
     for name, old, new in (
         ("users", len(recorded.users), len(replayed.users)),
@@ -122,10 +113,8 @@ def _matching_users(
         ("master.tick_s", recorded.tick_s, replayed.tick_s),
     ):
         if old != new:
-            raise RecordingError(
-                f"{name} = {new}: a replay keeps the recorded {old}; "
-                "pmwvc simulate FOLDER/scenario.yaml takes any"
-            )
+            other = "pmwvc simulate FOLDER/scenario.yaml takes any"
+            raise RecordingError(f"{name} = {new}: a replay keeps the recorded {old}; {other}")
     return [known[user.name] for user in recorded.users]
 
 
@@ -178,10 +167,8 @@ def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: in
     The force in ticks that did not run is interpolated; ``ran_ns`` is negative for these.
     """
     if not np.isfinite(user.f_h).any():
-        raise RecordingError(
-            f"{user.name}: no force of the hand was recorded; --hand operator takes the hand "
-            "of the scenario"
-        )
+        other = "--hand operator takes the hand of the scenario"
+        raise RecordingError(f"{user.name}: no force of the hand was recorded; {other}")
     at, force = tick_numbers(user.time_s, tick_s), np.nan_to_num(user.f_h)
     every = np.arange(len(ran_ns))
     rows = np.stack([np.interp(every, at, axis) for axis in force.T], axis=-1)
@@ -198,10 +185,9 @@ def remote_hand(
     arrival; RecordingError for a replay: it has none.
     """
     if not traces.live:
-        raise RecordingError(
-            f"{user.name}: a {traces.source} session holds no targets of a remote hand; replay "
-            "the recording that it was made from"
-        )
+        why = f"a {traces.source} session holds no targets of a remote hand"
+        other = "replay the recording that it was made from"
+        raise RecordingError(f"{user.name}: {why}; {other}")
     found = traces.targets.get(user.name)
     ticks, rows = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
     if found is not None:
