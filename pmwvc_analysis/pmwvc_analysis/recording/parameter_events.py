@@ -33,6 +33,7 @@ KINDS = ("master", "server", "netem", "recorder")
 MOST_EVENTS = 100
 MOST_NAMES = 4  # in one event
 EARLY_S = 0.0005  # before the tick or step that took a change over: it counts from there on
+SAME_S = 1e-9  # an event and the look that took it over may be of one instant
 LATE_S = 0.5  # of such a tick or step, from the time of the event
 NEVER = np.zeros(0), np.zeros(0)
 Settings = list[tuple[float, dict[str, Any]]]
@@ -62,7 +63,7 @@ def taken_over(
     found: Settings = []
     for time_s, values in settings:
         times, ran = taken.get(owner_of(values), NEVER)
-        later = times[(ran > time_s) & (ran < time_s + LATE_S)]
+        later = times[(ran > time_s - SAME_S) & (ran < time_s + LATE_S)]
         found.append((float(later[0]) - EARLY_S if len(later) else time_s, values))
     return sorted(found, key=lambda each: each[0])
 
