@@ -78,12 +78,8 @@ def finish(
         if page is not None:
             (target / REPLAY).write_text(page, encoding="utf-8")
         replay = None if page is None else REPLAY
-        report = render(
-            *(traces, scenario, result, drawn, energies),
-            pictures=pictures,
-            folder=str(folder),
-            replay=replay,
-        )
+        own = traces, scenario, result, drawn, energies
+        report = render(*own, pictures=pictures, folder=str(folder), replay=replay)
         (target / REPORT).write_text(report, encoding="utf-8")
     return result
 

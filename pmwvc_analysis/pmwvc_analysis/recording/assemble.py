@@ -63,13 +63,11 @@ def user_traces(
     first = np.cumsum([0, *sizes[:-1]])
     period, dof = float(blocks[0].period), int(blocks[0].dof)
     within = np.arange(sum(sizes)) - np.repeat(first, sizes)
-    hand = [
-        np.asarray(b.f_h, dtype=float).reshape(-1, dof)
-        if b.hand_force_known and len(b.f_h) == size * dof
-        else np.full((size, dof), np.nan)
-        for b, size in zip(blocks, sizes, strict=True)
-    ]
-    restarts = _restarts(blocks)
+    hand, restarts = [], _restarts(blocks)
+    for block, size in zip(blocks, sizes, strict=True):
+        known = block.hand_force_known and len(block.f_h) == size * dof
+        force = np.asarray(block.f_h, dtype=float) if known else np.full(size * dof, np.nan)
+        hand.append(force.reshape(-1, dof))
     traces = UserTraces(
         name=name,
         tick_s=period,

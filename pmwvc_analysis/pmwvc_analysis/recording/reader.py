@@ -45,7 +45,8 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     servers = content.of_type(schemas.SERVER_TRACE).values()
     steps = [step for series in servers for step in series.messages]
     steps_log_ns = [log_ns for series in servers for log_ns in series.log_ns]
-    waves = content.of_type(schemas.WAVE)
+    waves, states = content.of_type(schemas.WAVE), content.of_links(schemas.LINK_STATE)
+    reports = content.of_links(schemas.RECEPTION)
     fate_messages = content.of_links(schemas.PACKET_FATE)
     fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
@@ -75,15 +76,9 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             for topic, series in waves.items()
         },
         fates=fates,
-        receptions={
-            link: links.reception_traces(link, messages)
-            for link, messages in content.of_links(schemas.RECEPTION).items()
-        },
+        receptions={link: links.reception_traces(link, each) for link, each in reports.items()},
         taken=received,
-        link_states={
-            link: links.link_states(messages, zero_ns=zero_ns)
-            for link, messages in content.of_links(schemas.LINK_STATE).items()
-        },
+        link_states={link: links.link_states(m, zero_ns=zero_ns) for link, m in states.items()},
         metadata={
             **content.metadata,
             "zero_ns": zero_ns,
