@@ -164,7 +164,7 @@ examples:
 )
 def export_(arguments: argparse.Namespace) -> cli.Result:
     """Read the recording and write the files."""
-    from pmwvc_analysis.export.files import export
+    from pmwvc_analysis.export import export
     from pmwvc_analysis.recording.reader import read_scenario, read_session
 
     folder = arguments.folder

@@ -63,7 +63,7 @@ def _of_recording(folder: Path, mend_into: Path | None) -> "list[RecordingFindin
     from pmwvc_analysis.doctor import check_recording
 
     if mend_into:
-        from pmwvc_analysis.recording.recover import mend
+        from pmwvc_analysis.recording.salvage import mend
 
         print(mend(folder, mend_into))
         return check_recording(mend_into)
