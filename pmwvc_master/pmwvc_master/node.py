@@ -26,7 +26,7 @@ from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.receiver import diagnostics
-from pmwvc_core.wave.design.aliasing import warnings_of
+from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.devices import make_device
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.profile import warnings_of_device

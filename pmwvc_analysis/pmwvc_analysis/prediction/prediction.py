@@ -30,7 +30,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import least_impedance
-from pmwvc_core.wave.design import aliasing
+from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.impedance import smallest
 
 ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given

@@ -28,7 +28,7 @@ from pmwvc_core.network.effects import unbounded
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.design import aliasing
+from pmwvc_core.wave import aliasing
 
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "

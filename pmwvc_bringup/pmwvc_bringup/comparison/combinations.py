@@ -25,7 +25,7 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.made.user import made_user
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen, noise_gain
+from pmwvc_core.wave.velocity_filter_design import chosen, noise_gain
 
 CONTROLLER = "controller"
 MOST = 100  # sessions, whose traces are held in memory

@@ -36,15 +36,15 @@ from pmwvc_core.law.wave.filter_and_hold import (
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
-from pmwvc_core.wave.design.aliasing import delay_of
-from pmwvc_core.wave.design.velocity_filter_design import passing
+from pmwvc_core.wave.aliasing import delay_of
+from pmwvc_core.wave.velocity_filter_design import passing
 
 
 def made_impedance(b: Any) -> Any:
     """Return a wave impedance for the laws."""
     if not isinstance(b, impedances.MatrixImpedance):
         return impedance(float(b))
-    pair = _rows(b.matrix), _rows(b.inverse().matrix)
+    pair = _rows(b.matrix), _rows((1.0 / b).matrix)
     roots = _rows((2.0 * b).root().matrix), _rows((2.0 / b).root().matrix)
     axes, values = tuple(range(len(b.values))), tuple(b.values.tolist())
     return MatrixImpedance(*pair, *roots, axes, values, _rows(b.axes.T), _rows(b.axes))

@@ -23,7 +23,7 @@ Equations: docs/theory.md 6.1, 6.2, 6.3.
 
 import functools
 import math
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -57,31 +57,23 @@ class MatrixImpedance:
 
     def root(self) -> "MatrixImpedance":
         """Return the symmetric square root."""
-        return MatrixImpedance(np.sqrt(self.values), self.axes)
-
-    def inverse(self) -> "MatrixImpedance":
-        """Return B^-1."""
-        return MatrixImpedance(1.0 / self.values, self.axes)
-
-    def scaled(self, factor: float) -> "MatrixImpedance":
-        """Return B times a positive number."""
-        return MatrixImpedance(factor * self.values, self.axes)
+        return type(self)(np.sqrt(self.values), self.axes)
 
     def __mul__(self, other: Value) -> Any:
-        """Act on a signal, or scale by a number."""
+        """Act on a signal (symmetric: rows of signals times B), or scale by a positive number."""
         if isinstance(other, np.ndarray):
-            return other @ self.matrix  # symmetric: rows of signals times B
-        return self.scaled(other) if other else 0.0
+            return other @ self.matrix
+        return type(self)(other * self.values, self.axes) if other else 0.0
 
     __rmul__ = __mul__
 
     def __truediv__(self, number: float) -> Any:
         """Divide by a number."""
-        return self.scaled(1.0 / number)
+        return self * (1.0 / number)
 
     def __rtruediv__(self, other: Value) -> Any:
         """Return B^-1 times a signal or a number."""
-        return self.inverse() * other
+        return type(self)(1.0 / self.values, self.axes) * other
 
     def __format__(self, spec: str) -> str:
         """Return the matrix in a line, as a parameter is written: ``[30 2; 2 20]``."""
@@ -89,10 +81,6 @@ class MatrixImpedance:
         shown = np.where(np.abs(self.matrix) < least, 0.0, self.matrix).tolist()
         rows = (" ".join(f"{entry:{spec}}" for entry in row) for row in shown)
         return f"[{'; '.join(rows)}]"
-
-    def __repr__(self) -> str:
-        """Return the matrix."""
-        return f"MatrixImpedance({self.matrix.tolist()})"
 
 
 Impedance: TypeAlias = Value | MatrixImpedance
@@ -128,7 +116,7 @@ def parsed(text: str) -> Impedance:
 def first_axis(impedance: Impedance) -> float:
     """Return what a force along the first axis alone meets, 1/(B^-1)_00 [N s/m]."""
     if isinstance(impedance, MatrixImpedance):
-        return 1.0 / float(impedance.inverse().matrix[0, 0])
+        return 1.0 / float((1.0 / impedance).matrix[0, 0])
     return float(impedance)
 
 
@@ -139,17 +127,14 @@ def transformation(master: Impedance, server: Impedance) -> float:
     if not isinstance(master, MatrixImpedance):
         first = server.matrix[0, 0] if isinstance(server, MatrixImpedance) else server
         return float(first) / float(master)
-    row = master.root().inverse().matrix[0]
-    if isinstance(server, MatrixImpedance):
-        return float(row @ server.matrix @ row)
-    return float(server) * float(row @ row)
+    row = (1.0 / master.root()).matrix[0]
+    return float((server * row) @ row)
 
 
 def eigenvalues(impedance: Impedance) -> list[float]:
-    """Return the eigenvalues [N s/m]; of a number itself."""
-    if isinstance(impedance, MatrixImpedance):
-        return [float(value) for value in impedance.values]
-    return [float(impedance)]
+    """Return the eigenvalues, smallest first [N s/m]; of a number itself."""
+    values = impedance.values if isinstance(impedance, MatrixImpedance) else impedance
+    return [float(value) for value in np.atleast_1d(values)]
 
 
 def principal_axes(impedance: Impedance, dof: int) -> Array:
@@ -190,31 +175,26 @@ def wave_of_speed(impedance: Impedance, velocity: float) -> float:
     return velocity * math.sqrt(0.5 * smallest(impedance))
 
 
-class WavePort:
-    """Both directions through a port of impedance ``b`` [N s/m], for arrays ``(..., dof)`` or
-    floats (App. B Fig. 1; the equations are those of :mod:`pmwvc_core.law.wave.wave`). Forces
-    count as in the figure: F_m against the hand, F_s of the avatar on what it touches.
+class WavePort(NamedTuple):
+    """Both directions through a port, for arrays ``(..., dof)`` or floats (App. B Fig. 1; the
+    equations are those of :mod:`pmwvc_core.law.wave.wave`). Forces count as in the figure: F_m
+    against the hand, F_s of the avatar on what it touches.
     """
 
-    __slots__ = ("_root_2_over_b", "_root_2b", "b")
-
-    def __init__(self, b: Impedance) -> None:
-        self.b = b  # acts like a number, also where it is a matrix
-        self._root_2b = root(2.0 * b)
-        self._root_2_over_b = root(2.0 / b)
+    b: Any  # the impedance [N s/m], which acts like a number, also where it is a matrix
 
     def u(self, xd: Value, v: Value) -> Value:
         """Return the wave that leaves the master, u = sqrt(2b) xd - v [sqrt(W)]."""
-        return self._root_2b * xd - v
+        return root(2.0 * self.b) * xd - v
 
-    def force(self, xd: Value, v: Value) -> Value:
+    def force(self, xd: Value, v: Value) -> Any:
         """Return the force against the hand, F = b xd - sqrt(2b) v [N]."""
-        return self.b * xd - self._root_2b * v
+        return self.b * xd - root(2.0 * self.b) * v
 
     def v(self, u: Value, f: Value) -> Value:
         """Return the wave that leaves the server, v = u - sqrt(2/b) F [sqrt(W)]."""
-        return u - self._root_2_over_b * f
+        return u - root(2.0 / self.b) * f
 
-    def velocity(self, u: Value, f: Value) -> Value:
+    def velocity(self, u: Value, f: Value) -> Any:
         """Return the velocity of the avatar, xd = sqrt(2/b) u - F/b [m/s]."""
-        return self._root_2_over_b * u - f / self.b
+        return root(2.0 / self.b) * u - f / self.b
