@@ -16,8 +16,7 @@ from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
 from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.plugins import Records
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS, forward
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, forward
 
 PMWVC = Controller(
     name="pmwvc",

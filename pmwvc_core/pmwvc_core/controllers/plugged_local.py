@@ -17,13 +17,11 @@ finite force of the right shape, is a matched damper from then on; the reason is
 """
 
 import logging
-from collections.abc import Callable, Iterable
-from operator import itemgetter
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from pmwvc_core.errors import PLUGIN_ERRORS, reason
 from pmwvc_core.law.port.filter_bank import (
     changed_local,
     is_there,
@@ -35,6 +33,7 @@ from pmwvc_core.law.port.filter_bank import (
 from pmwvc_core.law.vectors import Vector, dot, plus, scaled, zero
 from pmwvc_core.params import LocalModelParams
 from pmwvc_core.plugins import PluginGroup
+from pmwvc_core.server.contained import LARGEST_N, BadAnswer, Faults, signal
 
 PLUGINS = PluginGroup(
     "pmwvc.local_models",
@@ -43,7 +42,7 @@ PLUGINS = PluginGroup(
     calls=("step",),
     own=("spring_damper",),
 )
-LARGEST_N = 1e6  # more is no force
+R = TypeVar("R")
 logger = logging.getLogger(__name__)
 
 
@@ -61,7 +60,7 @@ class PluggedLocal(NamedTuple):
     """The model, which keeps a state of its own, and its port; at rest at zero at first."""
 
     model: Any
-    broken: bool
+    faults: Faults  # one puts it out of use
     x: Vector  # [m]
     f: Vector  # [N] as it answered last
     f0: Vector  # [N] of this tick
@@ -75,35 +74,41 @@ class PluggedLocal(NamedTuple):
 def _resting(p: PluggedLocalParams, axes: int) -> PluggedLocal:
     """Make the model; ParameterError if there is no such entry point, or it leads to none."""
     rest = (0.0,) * axes
+    faults = Faults(PLUGINS.parameter, p.params.kind)
     model = PLUGINS.make(p.params.kind, p.params)
-    return PluggedLocal(model, False, rest, rest, rest, 0.0, True, 0.0, 0.0)
+    return PluggedLocal(model, faults, rest, rest, rest, 0.0, True, 0.0, 0.0)
 
 
-def _asked(
-    s: PluggedLocal, p: PluggedLocalParams, ask: Callable[[], Iterable[Any]]
-) -> tuple[PluggedLocal, list[Vector]]:
-    """Return the vectors that a model answers; none, and it is broken, where one is no force."""
-    try:
-        return s, [_good(each, s.x) for each in ask()]
-    except PLUGIN_ERRORS as error:  # whatever the plug-in raises
-        logger.error(
-            "master.local_model.kind = %r: %s; a matched damper replaces it",
-            p.params.kind,
-            reason(error),
-        )
-        return s._replace(broken=True), []
+def _asked(s: PluggedLocal, ask: Callable[[], R]) -> R | None:
+    """Return what a model answers; None, and it is out of use, where it fails."""
+    answer = s.faults.guarded(ask, None)
+    if answer is None:
+        logger.error("%s; a matched damper replaces it", s.faults.text)
+    return answer
+
+
+def _force(answer: Any, like: Vector) -> Vector:
+    """Return an answer as a law's signal; BadAnswer if it is no finite force of that length."""
+    force = signal(answer, (1, len(like)))
+    if not (np.abs(force) <= LARGEST_N).all():  # false for NaN
+        raise BadAnswer("returned no usable force (not finite, or beyond 1e6 N)")
+    return tuple(force[0].tolist())
 
 
 @local_offered.member(PluggedLocal)
 def _offered(s: PluggedLocal, device_x: Vector, p: PluggedLocalParams) -> PluggedLocal:
     """Have the model's F0 and G, or those of a matched damper."""
     there = is_there(device_x, p.acts, p.begins_m)
-    f0, slope, model, x = s.f, 0.0, s.model, np.array([s.x])
-    if hasattr(model, "local") and not s.broken:
-        s, line = _asked(s, p, lambda: itemgetter(0, 1)(model.local(x, 0.5 * p.tick_s)))
-        if line:
-            f0, slope = line[0], max(*line[1], 0.0)
-    if s.broken or s.stored_j < 0.0:
+    f0, slope, model = s.f, 0.0, s.model
+
+    def line() -> tuple[Vector, Vector]:
+        at_rest, slopes = model.local(np.array([s.x]), 0.5 * p.tick_s)
+        return _force(at_rest, s.x), _force(slopes, s.x)
+
+    if hasattr(model, "local") and not s.faults.steps:
+        if answer := _asked(s, line):
+            f0, slope = answer[0], max(*answer[1], 0.0)
+    if s.faults.steps or s.stored_j < 0.0:
         f0, slope = zero(s.x), p.matched
     if not there:
         f0, slope = zero(s.x), 0.0
@@ -115,21 +120,11 @@ def _moved(s: PluggedLocal, f: Vector, xd: Vector, p: PluggedLocalParams) -> Plu
     """Count what went in, and let the model go on."""
     x, stored_j = plus(s.x, scaled(xd, p.tick_s)), s.stored_j + dot(f, xd) * p.tick_s
     s = s._replace(x=x, stored_j=stored_j)
-    if s.broken:
+    if s.faults.steps:
         return s
-    model, signals = s.model, (np.array([x]), np.array([xd]))
-    s, answer = _asked(s, p, lambda: [model.step(*signals, p.tick_s)])
-    return s._replace(f=answer[0]) if answer else s
-
-
-def _good(answer: Any, like: Vector) -> Vector:
-    """Return an answer as a law's signal; ValueError if it is not finite or of another shape."""
-    array = np.asarray(answer, dtype=float)
-    if array.shape != (1, len(like)):
-        raise ValueError(f"shape {array.shape} where {(1, len(like))} is expected")
-    if not (np.abs(array) <= LARGEST_N).all():  # false for NaN
-        raise ValueError("not a finite force")
-    return tuple(array[0].tolist())
+    signals = np.array([x]), np.array([xd])
+    answer = _asked(s, lambda: _force(s.model.step(*signals, p.tick_s), x))
+    return s._replace(f=answer) if answer else s
 
 
 local_stored_j.member(PluggedLocal)(lambda s, p: s.stored_j)

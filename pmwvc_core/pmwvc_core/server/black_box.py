@@ -26,7 +26,7 @@ from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.contained import LARGEST_N, BadAnswer, Faults
+from pmwvc_core.server.contained import LARGEST_N, BadAnswer, Faults, signal
 
 R = TypeVar("R")
 Call: TypeAlias = Callable[[Callable[[], Any]], Any]
@@ -117,14 +117,14 @@ def _answer(
     environment = s.environment
     if hasattr(environment, "local"):
         line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
-        force, slope = (_signal(each, start, "local") for each in line)
+        force, slope = (signal(each, start.shape, "local") for each in line)
         if not np.isfinite(force + slope).all():
             raise BadAnswer("returned a slope from local that is not finite")
         rows = zip(avatars, _rows(force), _rows(np.maximum(slope, 0.0)), strict=True)
         velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
     position = start + p.new_s * velocity
     position.flags.writeable = velocity.flags.writeable = False
-    force = _signal(environment.step(position, velocity, p.body.period_s), start)
+    force = signal(environment.step(position, velocity, p.body.period_s), start.shape)
     good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
     forces = _rows(np.where(good, force, np.nan))
     stored_j, (x, xd) = _stored_j(environment), _shown(environment, start.shape[1:])
@@ -137,30 +137,15 @@ def _exchange(
     p: BlackBoxParams,
 ) -> tuple[Outside, Reply]:  # fmt: skip
     ask = partial(_answer, s, avatars, np.array(starts), np.array(velocities), p)
-    found = s.faults.guarded(partial(s.call, ask))
-    if found is None:
-        rest = zero(starts[0])
-        return s, Reply(False, velocities, starts, -1.0, rest, rest)
-    reply, bad = found
+    rest = zero(starts[0])
+    damper = Reply(False, velocities, starts, -1.0, rest, rest)
+    reply, bad = s.faults.guarded(partial(s.call, ask), (damper, ()))
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply
 
 
 def _rows(values: Array) -> Vectors:
     return tuple(map(tuple, values.tolist()))
-
-
-def _signal(value: Any, like: Array, name: str = "step") -> Array:
-    try:
-        array = np.asarray(value)
-        if np.iscomplexobj(array):
-            raise BadAnswer(f"returned complex numbers from {name}")
-        array = np.asarray(array, dtype=float)
-    except (TypeError, ValueError):
-        raise BadAnswer(f"returned {type(value).__name__} from {name}") from None
-    if array.shape != like.shape:
-        raise BadAnswer(f"returned shape {array.shape} from {name}, not {like.shape}")
-    return array
 
 
 def _stored_j(environment: BlackBox) -> float:
@@ -175,9 +160,7 @@ def _stored_j(environment: BlackBox) -> float:
 
 def _shown(environment: BlackBox, shape: tuple[int, ...]) -> tuple[Vector, Vector]:
     """Return position [m] and velocity [m/s] of the object, zero where it shows none."""
-    if not (hasattr(environment, "position") and hasattr(environment, "velocity")):
-        return (0.0,) * shape[0], (0.0,) * shape[0]
-    found = environment.position, environment.velocity
+    found = (getattr(environment, name, 0.0) for name in ("position", "velocity"))
     try:
         position, velocity = (np.array(np.broadcast_to(each, shape), float) for each in found)
     except (TypeError, ValueError):

@@ -23,8 +23,7 @@ from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.plant.task import Task, task_of
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
 from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
