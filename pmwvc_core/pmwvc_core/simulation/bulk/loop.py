@@ -22,7 +22,7 @@ from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.task import Task
-from pmwvc_core.simulation.bulk.book import Book, after, note_step, taken, write
+from pmwvc_core.simulation.bulk.book import Book, after, note_step, put, taken, write
 
 
 class End(NamedTuple):
@@ -132,7 +132,7 @@ def _sent(
     s = at[0]
     sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns)
     user, packet, _ = send(s.user, now_ns, sample, False, p.user)
-    write(packet, 2 * number, s.sent, packets)
+    write(packet, packets[2 * number, s.sent])
     at[0] = s._replace(user=begin(user, tick, p.user), sent=s.sent + 1)
 
 
@@ -140,7 +140,7 @@ def _posted(answer: tuple[Packet, bool], posted: int, number: int, packets: Arra
     packet, sends = answer
     if not sends:
         return posted
-    write(packet, 2 * number + 1, posted, packets)
+    write(packet, packets[2 * number + 1, posted])
     return posted + 1
 
 
@@ -163,16 +163,9 @@ def _ran(
         hand, f_h = hand_force(s.hand, device.x, device.xd, acts, p.hand)
         sample = Sample(device.read_x, device.read_xd, True, now_ns)
         user, f_m, f = user_tick(s.user, tick, now_ns, sample, None, p.user)
-        u_m, u_m_lp, v_m = port_signals(user.port)
-        for i in range(len(f_h)):
-            signals[number, 0, tick, i] = sample.x[i]
-            signals[number, 1, tick, i] = sample.xd[i]
-            signals[number, 2, tick, i] = f_h[i]
-            signals[number, 3, tick, i] = f_m[i]
-            signals[number, 4, tick, i] = f[i]
-            signals[number, 5, tick, i] = u_m[i]
-            signals[number, 6, tick, i] = u_m_lp[i]
-            signals[number, 7, tick, i] = v_m[i]
+        shown = sample.x, sample.xd, f_h, f_m, f, *port_signals(user.port)
+        for k in range(len(shown)):
+            put(shown[k], signals[number, k, tick], 0)
         device, _, _ = device_step(device, f_h, f, p.device)
         at[0] = s._replace(user=user, device=device, hand=hand, acts=acts)
         if last or tick + 1 >= user.next_frame:
@@ -199,11 +192,7 @@ def _note(at: list[End], p: EndParams, number: int, blocks: Array) -> None:
     """Note a frame that is over."""
     s = at[0]
     user, k = s.user, s.blocks
-    blocks[number, k, 0] = user.limits.cause
-    blocks[number, k, 1] = user.limits.events
-    blocks[number, k, 2] = s.device.against_j
-    blocks[number, k, 3] = s.device.by_hand_j
-    energies = port_energies(user.port, user.arrivals, p.user.port)
-    for i in range(len(energies)):
-        blocks[number, k, 4 + i] = energies[i]
+    work_j = s.device.against_j, s.device.by_hand_j
+    put((float(user.limits.cause), float(user.limits.events), *work_j), blocks[number, k], 0)
+    put(port_energies(user.port, user.arrivals, p.user.port), blocks[number, k], 4)
     at[0] = s._replace(blocks=k + 1)
