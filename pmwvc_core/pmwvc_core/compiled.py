@@ -21,12 +21,7 @@ import numba
 from numba import types
 from numba.core.imputils import impl_ret_borrowed, lower_builtin, lower_constant
 from numba.core.registry import CPUDispatcher
-from numba.core.typing.templates import (
-    AbstractTemplate,
-    AttributeTemplate,
-    infer_getattr,
-    signature,
-)
+from numba.core.typing import templates
 from numba.extending import models, overload, register_model
 
 from pmwvc_core.expressions import BY_AXIS
@@ -142,7 +137,7 @@ def _family(family: Family) -> Any:
     return stub
 
 
-class _Replace(AbstractTemplate):
+class _Replace(templates.AbstractTemplate):
     """The type of ``s._replace(field=value, ...)``."""
 
     key = "NamedTuple._replace"
@@ -156,17 +151,17 @@ class _Replace(AbstractTemplate):
         made = types.BaseTuple.from_types(kinds, self.this.instance_class)
         kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
         fields = [inspect.Parameter(name, kind, default=None) for name in names]
-        found = signature(made, *given, recvr=self.this)
+        found = templates.signature(made, *given, recvr=self.this)
         return found.replace(pysig=inspect.Signature(fields))
 
 
-class _HasReplace(AttributeTemplate):
+class _HasReplace(templates.AttributeTemplate):
     def resolve__replace(self, s):
         return types.BoundFunction(_Replace, s)
 
 
 for _kind in (types.NamedTuple, types.NamedUniTuple):
-    infer_getattr(type(_kind.__name__, (_HasReplace,), {"key": _kind}))
+    templates.infer_getattr(type(_kind.__name__, (_HasReplace,), {"key": _kind}))
 
 
 @lower_builtin(_Replace.key, types.BaseTuple, types.VarArg(types.Any))

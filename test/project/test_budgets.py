@@ -34,7 +34,7 @@ ROOMS = {
         2_500,
         inside(
             "pmwvc_core",
-            *("wave", "master", "server", "baselines", "controllers", "made"),
+            *("wave", "master", "server", "controllers", "made"),
             *(
                 "compiled.py",
                 "unrolled.py",

@@ -59,7 +59,7 @@ def encoder_lines(scenario: Scenario) -> list[str]:
         if not behind_counts(user, scenario):
             continue
         bound, kind = count_bound(user.master, user.device), user.operator.kind
-        words = f"{user.name}: {bound.text()}"
+        words = f"{user.name}: {bound.text}"
         if not held(user):
             words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
         given_j = None

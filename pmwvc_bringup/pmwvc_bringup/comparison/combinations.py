@@ -199,8 +199,7 @@ def combinations(
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
-        rule = library.record_of(scenario.controller).rule
-        baseline = f"baseline.{rule.group if rule else scenario.controller}."
+        baseline = f"baseline.{scenario.controller}."
         given = any(baseline in text.partition("=")[0] for text in (*settings_texts, *texts))
         label = ", ".join(f"{n} = {v}" for n, v in zip(short, values, strict=True))
         given_values = dict(zip(axes, map(yaml.safe_load, values), strict=True))

@@ -7,8 +7,8 @@
 from dataclasses import replace
 
 from pmwvc_core.account import Entry
-from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers import accounts
+from pmwvc_core.controllers import record as rules
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.couplings import Direct, Held, VirtualCoupling, resting_coupling
@@ -53,11 +53,7 @@ VIRTUAL_COUPLING = Controller(
     avatar_rest=lambda baseline, axes: NOTHING,
     linear="virtual_coupling",
     coupling=HELD,
-    rule=Rule(
-        "virtual_coupling",
-        tuning.check_virtual_coupling,
-        {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)},
-    ),
+    rule=Rule(rules.check_virtual_coupling, {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)}),
 )
 TDPA = Controller(
     name="tdpa",
@@ -69,8 +65,7 @@ TDPA = Controller(
     avatar_rest=lambda baseline, axes: RESTING_OBSERVER,
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
-        "tdpa",
-        tuning.check_tdpa,
+        rules.check_tdpa,
         {
             "damping": (0.3, 20.0),
             "damping_max": (5.0, 100.0),
@@ -94,8 +89,7 @@ PSPM = Controller(
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
     rule=Rule(
-        "pspm",
-        tuning.check_pspm,
+        rules.check_pspm,
         {
             "stiffness": (50.0, 3000.0),
             "damping": (0.3, 10.0),

@@ -22,14 +22,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from pmwvc_core.law.port.filter_bank import (
-    changed_local,
-    is_there,
-    local_moved,
-    local_offered,
-    local_stored_j,
-    resting_local,
-)
+from pmwvc_core.law.port import filter_bank
 from pmwvc_core.law.vectors import Vector, dot, plus, scaled, zero
 from pmwvc_core.params import LocalModelParams
 from pmwvc_core.plugins import PluginGroup
@@ -70,7 +63,7 @@ class PluggedLocal(NamedTuple):
     dissipated_j: float
 
 
-@resting_local.member(PluggedLocalParams)
+@filter_bank.resting_local.member(PluggedLocalParams)
 def _resting(p: PluggedLocalParams, axes: int) -> PluggedLocal:
     """Make the model; ParameterError if there is no such entry point, or it leads to none."""
     rest = (0.0,) * axes
@@ -95,10 +88,10 @@ def _force(answer: Any, like: Vector) -> Vector:
     return tuple(force[0].tolist())
 
 
-@local_offered.member(PluggedLocal)
+@filter_bank.local_offered.member(PluggedLocal)
 def _offered(s: PluggedLocal, device_x: Vector, p: PluggedLocalParams) -> PluggedLocal:
     """Have the model's F0 and G, or those of a matched damper."""
-    there = is_there(device_x, p.acts, p.begins_m)
+    there = filter_bank.is_there(device_x, p.acts, p.begins_m)
     f0, slope, model = s.f, 0.0, s.model
 
     def line() -> tuple[Vector, Vector]:
@@ -115,7 +108,7 @@ def _offered(s: PluggedLocal, device_x: Vector, p: PluggedLocalParams) -> Plugge
     return s._replace(f0=f0, slope=slope, there=there)
 
 
-@local_moved.member(PluggedLocal)
+@filter_bank.local_moved.member(PluggedLocal)
 def _moved(s: PluggedLocal, f: Vector, xd: Vector, p: PluggedLocalParams) -> PluggedLocal:
     """Count what went in, and let the model go on."""
     x, stored_j = plus(s.x, scaled(xd, p.tick_s)), s.stored_j + dot(f, xd) * p.tick_s
@@ -127,6 +120,6 @@ def _moved(s: PluggedLocal, f: Vector, xd: Vector, p: PluggedLocalParams) -> Plu
     return s._replace(f=answer) if answer else s
 
 
-local_stored_j.member(PluggedLocal)(lambda s, p: s.stored_j)
+filter_bank.local_stored_j.member(PluggedLocal)(lambda s, p: s.stored_j)
 # the model has its numbers from when it was made
-changed_local.member(PluggedLocal)(lambda s, old, p: s)
+filter_bank.changed_local.member(PluggedLocal)(lambda s, old, p: s)

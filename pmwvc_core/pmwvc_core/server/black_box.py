@@ -1,15 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Environments as black boxes (App. C), position and velocity in, force out: what one is made for,
-its calls, and one behind the port of :mod:`pmwvc_core.law.black_box`, contained.
+its calls, and one behind the port of :mod:`pmwvc_core.law.black_box`, contained: where it fails,
+every port is a matched damper for that step.
 
-Signals are arrays ``(users, dof)``. Forces act from the avatars on the environment. A user who is
-not there stands still; its force is ignored.
-
-Whatever the environment does wrong, every port is a matched damper for that step, and goes on. It
-runs interpreted, and keeps its own state. Waiting is not decided here: a ``Call`` runs the
-exchange, directly in a simulation, in a thread of its own in a live server, and raises
-``Unanswered`` where it will not wait any longer.
+Waiting is not decided here: a ``Call`` runs the exchange, directly in a simulation, in a thread of
+its own in a live server, and raises ``Unanswered`` where it will not wait any longer.
 """
 
 from collections import deque
@@ -50,17 +46,18 @@ class EnvironmentSetup:
 
 
 class BlackBox(Protocol):
-    """An environment as a black box: all that it must have, and here what it may have besides.
+    """All that an environment must have, with forces that act from the avatars on it.
+
+    Besides it may have:
 
     ``join(user, position)``, ``leave(user)``
         Called before the next step when user 0, 1, ... joins with its avatar at ``(dof,)`` [m],
-        or leaves.
+        or leaves. A user who is not there stands still; its force is ignored.
     ``local(position, dt) -> (F0, G)``
-        A slope of the force, with which the loop is solved without a model: F0 [N] and G [N s/m],
-        each ``(users, dof)``; the next force is about F0 + G xd. ``position`` is where the
-        avatars would be with xd = 0; xd moves them by ``dt`` xd (``dt`` is the period for
-        backward Euler, half of it for the trapezoid, 0 for forward Euler). Nothing may move here:
-        ``step`` follows. A negative slope counts as zero.
+        A slope of the force, with which the loop is solved: F0 [N] and G [N s/m], each
+        ``(users, dof)``; the next force is about F0 + G xd. ``position`` is where the avatars
+        would be with xd = 0; xd moves them by ``dt`` xd. Nothing may move here: ``step`` follows.
+        A negative slope counts as zero.
     ``energy``
         How much energy it holds [J], one number. The ledger keeps no more than that.
     ``position``, ``velocity``
@@ -69,8 +66,8 @@ class BlackBox(Protocol):
 
     def step(self, position: Array, velocity: Array, dt: float) -> Array:
         """Go one step on of ``dt``, always ``server.period_s`` [s]; return the forces of the
-        avatars on the environment ``(users, dof)`` [N]. ``position`` and ``velocity`` are those of
-        the avatars at the end of the step, of the same shape [m], [m/s]; not to be written to.
+        avatars on it ``(users, dof)`` [N]. ``position`` and ``velocity`` are those of the avatars
+        at the end of the step, of the same shape [m], [m/s]; not to be written to.
         """
         ...
 
@@ -109,8 +106,8 @@ def _answer(
 ) -> tuple[Reply, Iterable[bool]]:
     """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
     return the checked answer, and for which users the force cannot be used. ``start`` is where the
-    avatars are without their new velocity ``(users, dof)`` [m], ``velocity`` that without
-    knowledge of a slope [m/s].
+    avatars are without their new velocity [m], ``velocity`` that without a slope [m/s], each
+    ``(users, dof)``.
     """
     while s.pending:
         s.pending.popleft()()

@@ -44,19 +44,22 @@ def put(values: Vector, into: Array, first: int) -> None:
         into[first + i] = values[i]
 
 
-def write(packet: Packet, into: Array) -> None:
-    """Write a packet that a link carries."""
+def write(packet: Packet, link: int, packets: Array) -> None:
+    """Write a packet that a link carries into the row of its number."""
     times = packet.energy_j, packet.period_s, float(packet.sent_ns)
     flags = 1.0 * packet.short, 1.0 * packet.waits, 1.0 * packet.anew  # float() takes no flag
     rest = *times, *flags, float(packet.echo)
+    into = packets[link, packet.number - 1]
     put(packet.wave + packet.integral + packet.position + rest, into, 0)
 
 
 def taken(
-    number: int, longest: float, way: int, rows: Integers, since: int, until: int, packets: Array,
+    number: int, p: Any, way: int, rows: Integers, since: int, until: int, packets: Array,
     empty: list[Packet], axes: tuple[int, ...],
 ) -> tuple[list[Packet], bool]:  # fmt: skip
-    """Return a user's packets among the rows accepted now, and whether all are fit."""
+    """Return a user's packets among the rows accepted now, and whether all are fit; ``p`` are the
+    parameters of the end that takes them.
+    """
     found, fit, n, link = empty.copy(), True, len(axes), 2 * number + way
     for row in range(since, until):
         if rows[row, 1] == number:
@@ -64,7 +67,7 @@ def taken(
             wave = each(_element, (axes,), packets, link, k, 0)
             integral = each(_element, (axes,), packets, link, k, n)
             position = each(_element, (axes,), packets, link, k, 2 * n)
-            fit = fit and squared(wave) <= longest**2  # not so where it is no number
+            fit = fit and squared(wave) <= p.arrivals.longest**2  # not so where it is no number
             found.append(Packet(
                 k + 1, int(packets[link, k, 3 * n + 2]), packets[link, k, 3 * n + 1], wave,
                 integral, packets[link, k, 3 * n], position, packets[link, k, 3 * n + 3] != 0.0,

@@ -98,9 +98,9 @@ def plan_of(network: Network) -> Plan:
         for end in down:
             end.look_before(tick + 1)
     end_ns = network.ticks * tick_ns
+    for end in down:
+        end.look_before(network.ticks)
     for end in (*up, *down):
-        if end in down:
-            end.look_before(network.ticks)
         end.link.drain(end_ns)
     links = [end.link for end in up], [end.link for end in down]
     looks_ns = range(0, end_ns, every * tick_ns), range(0, end_ns, tick_ns)

@@ -88,7 +88,7 @@ def _end(scenario: Scenario, user: User) -> tuple[End, EndParams]:
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    start = End(loop, resting_device(at.start, device), hand, False, 0, 0, 0)
+    start = End(loop, resting_device(at.start, device), hand, False, 0)
     return start, EndParams(p, device, of_hand)
 
 
