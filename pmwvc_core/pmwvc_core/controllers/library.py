@@ -5,6 +5,7 @@
 """
 
 from dataclasses import replace
+from typing import Any
 
 from pmwvc_core.account import Entry
 from pmwvc_core.controllers import accounts
@@ -116,9 +117,8 @@ def entries() -> dict[str, Entry]:
     """Return every account by name that a controller or a compensation keeps: of the library, and
     of those of other packages that were asked for.
     """
-    kept = [record.accounts for record in RECORDS.met.values()]
-    kept += [record.accounts for record in COMPENSATIONS.met.values()]
-    return {entry.name: entry for of_record in kept for entry in of_record}
+    records: list[Any] = [*RECORDS.met.values(), *COMPENSATIONS.met.values()]
+    return {entry.name: entry for record in records for entry in record.accounts}
 
 
 def has_waves(controller: str) -> bool:
@@ -146,19 +146,17 @@ def accounts_of_user(controller: str, channel: str, master: MasterParams) -> tup
     record = record_of(controller)
     if record.device is not None or not record.waves:
         return record.accounts
-    strict = is_strict(controller, channel)
-    velocity, position = master.velocity_filter, master.position
-    found = list(accounts.OF_STRICT if strict else ())
-    if velocity.is_on and not velocity.in_force:
-        found.append(accounts.VELOCITY_FILTER)
-    if master.bank.is_on:
-        found += accounts.OF_BANK
-    if velocity.is_on and velocity.in_force:
-        found.append(accounts.FORCE_FILTER)
-    if position.is_on:
-        lent = strict or position.as_published
-        found += accounts.OF_POSITION[:1] if lent else accounts.OF_POSITION
-    return tuple(found)
+    strict, position = is_strict(controller, channel), master.position
+    filtered, in_force = master.velocity_filter.is_on, master.velocity_filter.in_force
+    lent = strict or position.as_published
+    kept = (
+        (strict, accounts.OF_STRICT),
+        (filtered and not in_force, (accounts.VELOCITY_FILTER,)),
+        (master.bank.is_on, accounts.OF_BANK),
+        (filtered and in_force, (accounts.FORCE_FILTER,)),
+        (position.is_on, accounts.OF_POSITION[: 1 if lent else None]),
+    )
+    return tuple(entry for is_on, of in kept if is_on for entry in of)
 
 
 def accounts_of_server(controller: str, channel: str, server: ServerParams) -> tuple[Entry, ...]:

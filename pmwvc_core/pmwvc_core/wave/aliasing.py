@@ -93,11 +93,8 @@ def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[
     The packets can represent frequencies up to half their rate; a filter whose -3 dB frequency
     lies above lets more through, and what is folded down can be energy that no hand has given.
     """
-    if rate_drop == 1 or params.means:
-        return []
-    half_rate_hz = 0.5 / (rate_drop * tick_s)
-    edge_hz = half_power_hz(params, tick_s=tick_s)
-    if edge_hz <= half_rate_hz:
+    half_rate_hz, edge_hz = 0.5 / (rate_drop * tick_s), half_power_hz(params, tick_s=tick_s)
+    if rate_drop == 1 or params.means or edge_hz <= half_rate_hz:
         return []
     edge = "none: there is no filter" if math.isinf(edge_hz) else f"{edge_hz:.4g} Hz (-3 dB)"
     gain = worst_case_gain(params, tick_s=tick_s, rate_drop=rate_drop)
