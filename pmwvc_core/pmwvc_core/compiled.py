@@ -176,9 +176,9 @@ def _replace(context, builder, sig, args):
     return impl_ret_borrowed(context, builder, sig.return_type, made)
 
 
-def _built(text: str, **names: Any) -> Any:
+def _built(text: str) -> Any:
     """Return the function of a generated text."""
-    found: dict[str, Any] = dict(names)
+    found: dict[str, Any] = {}
     exec(text, found)  # texts of this module only
     return found["built"]
 
@@ -214,14 +214,12 @@ def _columns(rows):
 
 def _elementwise(function: Callable[..., Any]) -> None:
     """Compile a function of two arguments, the first of which is a vector."""
-    (first, second), (form, _) = inspect.signature(function).parameters, BY_AXIS[function]
 
-    def build(a):
-        elements = [form.format(a=first, b=second, i=i) for i in range(len(a))]
-        return _built(f"def built({first}, {second}):\n    return {_tuple(elements)}")
+    def build(a, b):
+        elements = [BY_AXIS[function][0].format(a="a", b="b", i=i) for i in range(len(a))]
+        return _built(f"def built(a, b):\n    return {_tuple(elements)}")
 
-    head = f"def built({first}, {second}):\n    return build({first})"
-    overload(function, jit_options=BARE)(_built(head, build=build))
+    overload(function, jit_options=BARE)(build)
 
 
 for _law in ELEMENTWISE:

@@ -1,13 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Laws as Python runs them fastest, for one number of axes: what is interpreted is made from the
-source of the law itself, as what is compiled is (:mod:`.compiled`).
+"""Laws as Python runs them fastest, for one number of axes, made from the source of the law itself
+as compiled ones are (:mod:`.compiled`).
 
 A loop over axes becomes one expression per axis, a family is looked up where it is called, a
-NamedTuple is built, or has fields replaced, without the functions that ``typing`` makes for it; a
-law of one expression stands where it is called. Values and the order of additions stay the same,
-so results have the same bits. What is added or scaled has one element per axis; only rows, such as
-those of users, may have another number of elements, and take the way of the source.
+NamedTuple is built without the functions that ``typing`` makes for it, and a law of one expression
+stands where it is called. Values and the order of additions stay the same, so results have the
+same bits. Only rows, such as those of users, may have another number of elements than axes.
 """
 
 import ast

@@ -1,19 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A local model of another package: an object with ``step(position, velocity, dt) -> force``.
+"""A local model of another package: what a factory ``LocalModelParams -> model`` makes, the entry
+point of a name in the group ``pmwvc.local_models``. A class for the server's environments fits
+(:class:`pmwvc_core.server.black_box.BlackBox`): signals are arrays ``(1, dof)``, one user.
 
-The name of an entry point in the group ``pmwvc.local_models`` leads to a factory
-``LocalModelParams -> model``. A class for the server's environments (group ``pmwvc.environments``)
-fits: signals are arrays ``(1, dof)``, one user.
-
-With ``local(position, dt) -> (F0, G)`` (the next force is about F0 + G xd; ``position`` is the one
-without xd, which moves it by ``dt`` xd) the loop is solved, and F0 + G xd at the middle of the
-tick is the force. Without, the force is that of the tick before, which can make energy; so
-
-    while more has come back than went in, the port is a matched damper, v2 = 0.
-
-Its deficit is then at most what one tick gave out. A model that raises, or gives anything but a
-finite force of the right shape, is a matched damper from then on; the reason is logged once.
+With ``local(position, dt) -> (F0, G)`` the loop is solved, and F0 + G xd at the middle of the tick
+is the force. Without, the force is that of the tick before, which can make energy: while more has
+come back than went in, the port is a matched damper, v2 = 0, so its deficit is at most what one
+tick gave out. A model that fails is a matched damper from then on; the reason is logged once.
 """
 
 import logging

@@ -13,11 +13,6 @@ sqrt(2B)^T sqrt(2B) = 2B *and* sqrt(2B) = sqrt(2B)^T; a root by elements has nei
 Every component of a wave is in sqrt(W), so one energy serves all axes, whatever B says of metres
 or radians. Ends with different B are a lossless transformer, as with numbers.
 
-The receiver refuses a longer wave than an end of a link may send. Whatever is adjustable stays
-inside its range, so a device renders at most ``FORCE_N`` and moves at most at ``VELOCITY_M_S``
-while it is coupled; u = (F + b xd)/sqrt(2b) then bounds what a master emits, and a passive server
-returns no more.
-
 Equations: docs/theory.md 6.1, 6.2, 6.3.
 """
 
@@ -38,12 +33,11 @@ DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no w
 
 
 class MatrixImpedance:
-    """B, for signals ``(..., dof)`` where a scalar impedance may stand.
-
-    A number scales the matrix (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an array ``(..., dof)`` is
-    a signal it acts on (``b * xd``, ``f / b``), zero is zero; :func:`pmwvc_core.numeric.root`
-    takes the symmetric square root. Immutable: ``values`` are the eigenvalues ``(dof,)`` [N s/m],
-    ``axes`` the principal axes, one per column ``(dof, dof)``, ``matrix`` B itself [N s/m].
+    """B, where a number may stand: a number scales it (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an
+    array ``(..., dof)`` is a signal it acts on (``b * xd``, ``f / b``), zero is zero;
+    :func:`pmwvc_core.numeric.root` takes the symmetric square root. ``values`` are the eigenvalues
+    ``(dof,)`` [N s/m], ``axes`` the principal axes, one per column ``(dof, dof)``, ``matrix`` is
+    B itself [N s/m].
     """
 
     __array_ufunc__ = None  # numpy leaves the operators to this class
@@ -164,8 +158,9 @@ def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
 
 
 def largest_wave(impedance: Impedance, *, waves: bool) -> float:
-    """Return the longest wave that can be meant at a port [sqrt(W)]; controllers without waves
-    send velocities, forces, positions.
+    """Return the longest wave that can be meant at a port [sqrt(W)]: a coupled device renders at
+    most ``FORCE_N`` and moves at most at ``VELOCITY_M_S``, and a passive server returns no more;
+    without waves the longest of what is sent.
     """
     return longest_wave(impedance, FORCE_N, VELOCITY_M_S) if waves else DIRECT
 

@@ -178,9 +178,8 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
     with nothing touched [s].
 
     Near rest H_HP is tau p, p the derivative in time (order 1; zero for higher orders). A wall
-    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free, v = (1 - lag p) u + s tau p u:
-    shorter by as much. The equivalent form leaves the waves alone and takes 2 s b tau off the felt
-    mass, which is b lag/2.
+    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free: shorter by as much. The
+    equivalent form takes 2 s b tau off the felt mass, which is b lag/2.
     """
     if not params.velocity_filter.is_on:
         return 0.0, 0.0

@@ -3,9 +3,9 @@
 """The plan of a session's network: which packet is sent when, where it goes, what its receiver
 makes of its number.
 
-None of that depends on a signal (without a deadband): so it is worked out before the session, once
-for all sessions with the same network, and what is left is arithmetic. Who sends a wave that no
-receiver takes departs from the plan; such a session is stepped with its packets instead.
+None of that depends on a signal (without a deadband), so it is worked out before the session, once
+for all with the same network. A session that sends a wave that no receiver takes departs from the
+plan; it is stepped with its packets instead.
 """
 
 import dataclasses
