@@ -25,7 +25,7 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.made.user import made_user
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen, noise_gain
+from pmwvc_core.wave.velocity_filter_design import chosen, noise_gain
 
 CONTROLLER = "controller"
 MOST = 100  # sessions, whose traces are held in memory
@@ -184,8 +184,7 @@ def combinations(
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
-        rule = library.record_of(scenario.controller).rule
-        baseline = f"baseline.{rule.group if rule else scenario.controller}."
+        baseline = f"baseline.{scenario.controller}."
         given = any(baseline in text.partition("=")[0] for text in (*settings_texts, *texts))
         label = ", ".join(f"{n} = {v}" for n, v in zip(short, values, strict=True))
         given_values = dict(zip(axes, map(yaml.safe_load, values), strict=True))

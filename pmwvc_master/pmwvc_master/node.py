@@ -34,7 +34,7 @@ from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.receiver import diagnostics
-from pmwvc_core.wave.design.aliasing import warnings_of
+from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.blocks import Block
 from pmwvc_master.devices import DeviceSample, make_device, warnings_of_device
 from pmwvc_master.loop import MasterLoop

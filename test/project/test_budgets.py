@@ -30,17 +30,12 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(6_384, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        4_431,
+        4_103,
         2_500,
         inside(
             "pmwvc_core",
-            *("wave", "master", "server", "baselines", "controllers", "made"),
-            *(
-                "compiled.py",
-                "unrolled.py",
-                "expressions.py",
-                "simulation/bulk",
-            ),
+            *("wave", "master", "server", "controllers", "made"),
+            *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
         ),
     ),
     "links and packets": Room(2_861, 2_500, inside("pmwvc_core", "network", "transport")),

@@ -49,8 +49,7 @@ CORE = {
     "network": BASE,
     "master": BASE | {"law"},
     "server": BASE | {"law"},
-    "baselines": BASE | {"server", "network"},  # the same users, contacts and links
-    "controllers": BASE | {"law", "master", "server", "baselines"},
+    "controllers": BASE | {"law", "master", "server", "network"},
     "scenario": BASE | {"controllers", "network", "server"},
     "made": BASE | {"law", "plant", "master", "server", "controllers", "scenario", "frame"},
     "frame": BASE | {"law", "made", "plant", "master", "server", "controllers", "scenario"},

@@ -10,8 +10,7 @@ from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
 from pmwvc_core.params.ports import matrix_conflicts
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 
 if TYPE_CHECKING:
     from pmwvc_core.scenario.scenario import Scenario

@@ -170,7 +170,7 @@ def warnings_of_device(
     step_m = info.encoder_step_m or device.encoder_step_m
     if strict and step_m > 0.0 and info.velocity == "estimated":
         real = dataclasses.replace(device, mass=mass or device.mass, encoder_step_m=step_m)
-        yield count_bound(master, real).text()
+        yield count_bound(master, real).text
     for name, assumed, declared, unit in (
         ("mass", device.mass, mass, "kg"),
         ("damping", device.damping, info.apparent_damping, "N s/m"),
