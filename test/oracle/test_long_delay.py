@@ -88,12 +88,9 @@ def test_the_largest_stiffness_is_that_of_the_matrix(monkeypatch):
 
 def test_runs_of_a_batch_are_those_alone():
     of = scenario(link__delay_s=2.0, device__damping=0.2)
-    stiffness = np.array([[50.0], [500.0], [5000.0]])
-    together = stability.radii(varied(of, "server.contact_stiffness", stiffness))
-    alone = [
-        stability.radii(varied(of, "server.contact_stiffness", float(k)))[0]
-        for k in stiffness[:, 0]
-    ]
+    runs = [varied(of, "server.contact_stiffness", k) for k in (50.0, 500.0, 5000.0)]
+    together = stability.radii(*runs)
+    alone = [stability.radii(run)[0] for run in runs]
     np.testing.assert_allclose(together, alone, rtol=1e-12)
 
 
@@ -108,11 +105,11 @@ def test_radius_and_count_call_the_same_runs_stable_where_rigid_motions_are_doub
     )
 
     def at(stiffness):
-        return long_delay.opened(varied(of, "server.contact_stiffness", stiffness))
+        return long_delay.opened(*(varied(of, "server.contact_stiffness", k) for k in stiffness))
 
     low, high, within = 0.14, 0.17, []
     while not within:
-        loops = at(np.linspace(low, high, 12)[:, np.newaxis])
+        loops = at(np.linspace(low, high, 12))
         assert min(loci.at_one for loci in loops.loci) > 1
         grows = np.array([loci.log_radius() for loci in loops.loci])
         within = list(np.flatnonzero((grows > 1e-8) & (grows < 0.9 * long_delay.DOUBLE)))

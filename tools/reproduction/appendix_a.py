@@ -57,7 +57,9 @@ def _first_loss(of: Scenario, grid: np.ndarray) -> float | None:
     """Return the lowest cut-off at which stability is lost, None where it is not."""
     if radii(of)[0] > 1.0 + 1e-9:
         return 0.0
-    found = crossings(lambda values: radii(varied(of, CUT_OFF, values)), grid, within=1e-4)
+    found = crossings(
+        lambda values: radii(*(varied(of, CUT_OFF, value) for value in values)), grid, within=1e-4
+    )
     return found[0][0] if found else None
 
 

@@ -10,8 +10,7 @@ packet, with no hand on the device.
 States that are not read (where a device or the object is) are left out: they do not go round.
 """
 
-import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +19,8 @@ from pmwvc_analysis.models.elements import Path
 from pmwvc_analysis.models.linearize import Linear, model_of
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.outside import checked
-from pmwvc_analysis.models.variation import with_impedances
-from pmwvc_core.numeric import Array, Complex
+from pmwvc_analysis.models.variation import changed, with_impedances, with_links
+from pmwvc_core.numeric import Array, Complex, Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
@@ -76,28 +75,30 @@ def observable(model: Linear, run: int, out: Any, into: Any) -> tuple[System, in
 
 
 def opened_at(
-    scenario: Scenario,
+    runs: Iterable[Scenario],
     ways: Sequence[tuple[str, int]],
     *,
     live: bool = False,
     weights: Sequence[int] = (),
-) -> tuple[Linear, list[Path]]:
+) -> tuple[Linear, list[Path], Integers]:
     """Return a loop whose inputs are packets that come in at links that are cut, and whose output
-    ``sent`` are those that go out there instead, and what of a packet each of them is.
+    ``sent`` are those that go out there instead; what of a packet each of them is; and the number
+    of rigid motions of every run while the links are not cut.
 
     Links are given by their way ("up" or "down") and the number of the user. Their delays are a
     hyperperiod longer than they shall be: so all that is sent there in one is a state.
     """
-    loop = checked(scenario, live=live, weights=weights)
-    states, paths = list(loop.paths), list(loop.paths.values())
+    loop = checked(*runs, live=live, weights=weights)
+    states, paths, rows = list(loop.paths), list(loop.paths.values()), loop.around()[0]
     packets = [
         j for j, path in enumerate(paths) if path[:2] in ways and loop.sent_at(path) >= -loop.ticks
     ]
+    motions = model_of(loop, states, rows, {}).quotient[1]
     inside = np.setdiff1d(np.arange(len(states)), packets)
-    rows = loop.around()[0][:, :, [*inside, *packets]]
+    rows = rows[:, :, [*inside, *packets]]
     sent = {"sent": rows[:, packets]}
     model = model_of(loop, [states[j] for j in inside], rows[:, inside], sent)
-    return model, [paths[j] for j in packets]
+    return model, [paths[j] for j in packets], motions
 
 
 def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool = False) -> System:
@@ -108,9 +109,8 @@ def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool =
     [N s/m].
     """
     alone = with_impedances(user, impedance, None)
-    wall = dataclasses.replace(scenario.server, coupling="implicit", environment="wall")
-    one = dataclasses.replace(scenario, users=(alone,), server=wall, disturbances="")
-    return ends(one, live=live)[0]
+    wall = changed(scenario.server, coupling="implicit", environment="wall")
+    return ends(changed(scenario, users=(alone,), server=wall, disturbances=""), live=live)[0]
 
 
 def ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
@@ -118,9 +118,10 @@ def ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     user's packet, by axis, to the answers of the step.
     """
     once = LinkParams(delay_s=(hyperperiod_ticks(scenario) + live) * scenario.tick_s)
-    users = [dataclasses.replace(user, link_up=once, link_down=once) for user in scenario.users]
-    ways = [(way, index) for way in ("up", "down") for index in range(len(users))]
-    model, packets = opened_at(dataclasses.replace(scenario, users=tuple(users)), ways, live=live)
+    users = range(len(scenario.users))
+    ways = [(way, index) for way in ("up", "down") for index in users]
+    cut = with_links(scenario, [(once, once) for _ in users])
+    model, packets, _ = opened_at([cut], ways, live=live)
     up, down = (
         [j for j, path in enumerate(packets) if path[0] == way and "wave" in path]
         for way in ("up", "down")

@@ -14,7 +14,6 @@ those that are sent, Z the shift by a hyperperiod, the eigenvalues of the loop s
 with a few states in H, whatever the delay. :mod:`.windings` counts those outside a circle.
 """
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -24,7 +23,7 @@ import numpy as np
 from pmwvc_analysis.delays.ends import observable, opened_at
 from pmwvc_analysis.delays.windings import Loci
 from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks
-from pmwvc_analysis.models.motions import rigid
+from pmwvc_analysis.models.variation import with_links
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import LinkParams
@@ -74,12 +73,12 @@ def is_long(scenario: Scenario, *, live: bool = False) -> bool:
     return found > LARGEST_DENSE * math.sqrt(signals)
 
 
-def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Opened:
-    """Return the loop of a scenario whose numbers may be columns, opened at every link that is
-    longer than a hyperperiod; see :class:`.loop.Loop`.
+def opened(*runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> Opened:
+    """Return the loop of scenarios, opened at every link that is longer than a hyperperiod; see
+    :class:`.loop.Loop`.
     """
-    ticks = hyperperiod_ticks(scenario)
-    users, whole, ways = [], [], []
+    scenario, ticks = runs[0], hyperperiod_ticks(runs[0])
+    links, whole, ways = [], [], []
     for index, user in enumerate(scenario.users):
         delay, up, down = _split(user, scenario, ticks, live=live)
         if delay:
@@ -89,20 +88,19 @@ def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (
             ways.append(("up" if upward else "down", index))
             longer = LinkParams(delay_s=(up if upward else down).delay_s + ticks * scenario.tick_s)
             up, down = (longer, down) if upward else (up, longer)
-        users.append(dataclasses.replace(user, link_up=up, link_down=down))
+        links.append((up, down))
         whole.append(delay)
-    rest = dataclasses.replace(scenario, users=tuple(users))
-    model, packets = opened_at(rest, ways, live=live, weights=weights)
+    rest = (with_links(run, links) for run in runs)
+    model, packets, motions = opened_at(rest, ways, live=live, weights=weights)
     delays = np.array([whole[int(path[1])] for path in packets])
-    states, motions = len(model.columns), rigid.motions(model)
+    states = len(model.columns)
     given = np.concatenate([model.rows, model.read["sent"]], axis=1)[:, :, states:]
     read = np.flatnonzero(given.any(axis=(0, 1)))  # what of the packets counts
     found = []
-    for run in range(len(given)):
+    for run, own in enumerate(motions.tolist()):
         system, ones = observable(model, run, read, read)
-        own = sum(bool(motion.mask[run % len(motion.mask)]) for motion in motions)
         found.append(Loci(system, delays[read], max(own - ones, 0)))
-    return Opened(found, ticks, rigid.count(motions), states + int(delays[read].sum()))
+    return Opened(found, ticks, int(motions[0]), states + int(delays[read].sum()))
 
 
 def _split(

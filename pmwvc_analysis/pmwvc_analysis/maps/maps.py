@@ -136,14 +136,15 @@ def compute(
 
 def batch(grid: Grid, points: Points) -> Array:
     """Return the spectral radii of some points of a map."""
-    scenario = grid.scenario
     rows, columns = np.unravel_index(np.array(points), grid.shape)
-    for axis, index in ((grid.y, rows), (grid.x, columns)):
-        values = np.array(axis.values)[index]
-        several = bool(np.any(values != values[0]))
-        column = values[:, np.newaxis] if several else float(values[0])
-        scenario = varied(scenario, axis.name, column)
-    return np.broadcast_to(radii(scenario, live=grid.live), len(points))
+    of_rows = {
+        row: varied(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows.tolist())
+    }
+    runs = [
+        varied(of_rows[row], grid.x.name, grid.x.values[column])
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
+    ]
+    return radii(*runs, live=grid.live)
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:

@@ -9,10 +9,9 @@ import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import Linear, linearize
-from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -62,15 +61,15 @@ Slowest = tuple[float, float | None, int, int, int]
 
 def _dense(scenario: Scenario, *, live: bool) -> Slowest:
     whole, found = linearize(scenario, live=live), []
-    for part in subproblems(scenario):
-        of: dict[str, Any] = {"live": live, "weights": part.weights}
-        model = linearize(part.scenario, **of)
-        values = np.linalg.eigvals(model.left[0]) if model.left.size else np.zeros(1)
+    for (part,), weights in subproblems(scenario):
+        of: dict[str, Any] = {"live": live, "weights": weights}
+        model = linearize(part, **of)
+        values = np.linalg.eigvals(model.quotient[0][0])
         largest = complex(values[np.argmax(np.abs(values))])
-        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part.scenario, of))
+        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part, of))
     radius, largest, worst, of = max(found, key=lambda each: each[0])
     hertz = _frequency_hz(linearize(worst, outputs=True, **of), largest)
-    return radius, hertz, whole.ticks, len(whole.states), rigid.count(whole.rigid)
+    return radius, hertz, whole.ticks, len(whole.states), int(whole.quotient[1][0])
 
 
 def _long(scenario: Scenario, *, live: bool) -> Slowest:
@@ -78,8 +77,8 @@ def _long(scenario: Scenario, *, live: bool) -> Slowest:
     longer than a frame, so that it is no image of another one.
     """
     whole, smaller = opened(scenario, live=live), []
-    for part in subproblems(scenario):
-        smaller += opened(part.scenario, live=live, weights=part.weights).loci
+    for runs, weights in subproblems(scenario):
+        smaller += opened(*runs, live=live, weights=weights).loci
     log, worst = max(((loci.log_radius(), loci) for loci in smaller), key=lambda each: each[0])
     angle = worst.angle_at(log - abs(log) * 1e-6)
     alone = whole.ticks == max(user.master.rate_drop for user in scenario.users)

@@ -31,6 +31,9 @@ from pmwvc_core.scenario.scenario import Scenario
 
 OUTPUTS = ("x", "xd", "f")
 WAYS = ("up", "down")  # of packets
+OF_DEVICES = (".device.x", ".device.xd")  # ends of names
+MOVING = (*OF_DEVICES, ".body.x", ".body.xd")  # and of the object
+PLACED = (*MOVING, ".deflection", ".local.x")  # and of springs: what gives a rigid motion
 ONE = 2.0**-40  # of a unit, in SI units: limits are far away, and scaling is exact
 LESS = 2.0**-20  # of the second weighted column
 SUPERPOSED = 1e-9  # relative: what differs by more is not linear
@@ -42,33 +45,12 @@ StateName: TypeAlias = tuple[str, int]  # name and axis
 class Hyperperiod(Loop):
     """A loop with its states; see :class:`.loop.Loop` for the parameters."""
 
-    def __init__(
-        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
-    ) -> None:
-        super().__init__(scenario, live=live, weights=weights)
-        self._rest, self._box = self.s, scenario.coupling.black_box
+    def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
+        super().__init__(*runs, live=live, weights=weights)
+        self._rest, self._box = self.s, runs[0].coupling.black_box
         # The states, those of packets under way last, and where each is found.
         self.paths: dict[StateName, Path] = {}
         self._find()
-
-    @property
-    def body(self) -> str:
-        """Name of the object's position; its velocity has a d more."""
-        inside = self._box and self.scenario.environment.movable
-        return f"server.environment.body.{'environment.body.' if inside else ''}x"
-
-    @property
-    def moving(self) -> set[str]:
-        """Names of the positions and velocities of devices and object."""
-        positions = [f"{line.user.name}.device.x" for line in self.lines]
-        positions += [self.body] if self.scenario.environment.movable else []
-        return {name for x in positions for name in (x, f"{x}d")}
-
-    def deflection(self, index: int) -> str:
-        """Return the name of the deflection of a user's contact."""
-        port = self.lines[index].ports[0]
-        inside = f"body.environment.visitors.{port}" if self._box else f"ports.{port}.avatar"
-        return f"server.environment.{inside}.contact.springs.deflection"
 
     def around(
         self, *, inputs: bool = False, outputs: bool = False, rounds: int = 1, one: float = ONE
@@ -155,9 +137,10 @@ class Hyperperiod(Loop):
 
     def _find(self) -> None:
         """Find the states: those that the motion of devices and object sets in motion."""
-        self._p, places, moving = self.p, self._places(), self.moving
+        self._p, places = self.p, self._places()
+        moving = MOVING if self.scenario.environment.movable else OF_DEVICES
         new = states = {
-            state for state, path in places.items() if path[0] in WAYS or state[0] in moving
+            state for state, path in places.items() if path[0] in WAYS or state[0].endswith(moving)
         }
         while new:
             self.paths = {state: path for state, path in places.items() if state in states}

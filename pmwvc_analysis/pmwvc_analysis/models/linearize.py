@@ -10,7 +10,7 @@ times. Over it the state goes on by a constant matrix::
 with f the hands' forces held over every tick, and y motion and force at the start of every tick,
 both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix:
 stable is what has no eigenvalue outside the unit circle, apart from motions that are no
-instability (:mod:`.motions.rigid`).
+instability (:mod:`.rigid`).
 
 Both ends and the devices are brought to rest, where all signals are zero. Then every state and
 every packet under way is set to one in a column of its own, and all columns are stepped side by
@@ -21,17 +21,16 @@ Structure counts, not size: a state is left out where its entries are exactly ze
 exactly equal, in every run.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import Hyperperiod, StateName
-from pmwvc_analysis.models.motions import rigid
+from pmwvc_analysis.models.hyperperiod import PLACED, Hyperperiod, StateName
 from pmwvc_analysis.models.outside import checked
-from pmwvc_analysis.models.variation import lengths
+from pmwvc_analysis.models.rigid import quotient
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
@@ -51,13 +50,12 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class Linear:
-    """The linear model of a scenario whose numbers may be columns."""
+    """The linear model of one scenario, or of several side by side."""
 
     loop: Hyperperiod
     columns: dict[tuple[str, int], int]  # of every state, by its name and axis
     rows: Array  # (runs, states, states and inputs), the states after the hyperperiod
     read: dict[str, Array]  # (runs, signals, states and inputs), what was read of them
-    placed: frozenset[str]  # names of what a uniform motion is given by
 
     @property
     def states(self) -> list[str]:
@@ -92,41 +90,34 @@ class Linear:
         return {name: Output(y[0, :, :n], y[0, :, n:]) for name, y in self.read.items()}
 
     @cached_property
-    def rigid(self) -> list[rigid.Family]:
-        """Motions that are no instability; see :mod:`.motions.rigid`."""
-        return rigid.families(self)
-
-    @cached_property
-    def left(self) -> Array:
-        """A of every run on the quotient by rigid motions."""
-        return rigid.quotient(self.matrices, self.rigid)
+    def quotient(self) -> tuple[Array, Integers]:
+        """A of every run without rigid motions, and how many each has; see :mod:`.rigid`."""
+        return quotient(self.matrices, placed(self.columns))
 
     def radii(self) -> Array:
-        """Return the spectral radius of every run on that quotient."""
-        if not self.left.shape[-1]:
-            return np.zeros(len(self.left))
-        return np.asarray(np.abs(np.linalg.eigvals(self.left)).max(axis=-1))
+        """Return the spectral radius of every run without rigid motions."""
+        return np.asarray(np.abs(np.linalg.eigvals(self.quotient[0])).max(axis=-1))
 
 
 def linearize(
-    scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (), outputs: bool = False
+    *runs: Scenario, live: bool = False, weights: Sequence[int] = (), outputs: bool = False
 ) -> Linear:
-    """Return the linear model of a scenario; see :class:`.loop.Loop` for what is asked. Its inputs
+    """Return the linear model of scenarios; see :class:`.loop.Loop` for what is asked. Its inputs
     are left out. Raises what :func:`.outside.checked` raises.
     """
-    loop_of = kept_loop.__wrapped__ if any(lengths(scenario)) else kept_loop
-    loop = loop_of(scenario, live, tuple(weights))
+    loop_of = kept_loop if len(runs) == 1 else kept_loop.__wrapped__
+    loop = loop_of(*runs, live=live, weights=tuple(weights))
     return model_of(loop, list(loop.paths), *loop.around(outputs=outputs))
 
 
 @lru_cache(maxsize=8)
-def kept_loop(scenario: Scenario, live: bool, weights: tuple[int, ...]) -> Hyperperiod:
-    """Return a loop without columns: one for all that is asked of it in a row."""
-    return checked(scenario, live=live, weights=weights)
+def kept_loop(*runs: Scenario, live: bool, weights: tuple[int, ...]) -> Hyperperiod:
+    """Return a loop: one for all that is asked of a scenario in a row."""
+    return checked(*runs, live=live, weights=weights)
 
 
 def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
-    """Return the model of a scenario of plain numbers, with inputs and outputs; NonlinearError if
+    """Return the model of a scenario, with inputs and outputs; NonlinearError if
     an element is not linear, PmwvcError if the hyperperiod is too long, or there are too many
     states or inputs.
     """
@@ -154,15 +145,17 @@ def model_of(
     loop: Hyperperiod, states: Sequence[StateName], rows: Array, read: dict[str, Array]
 ) -> Linear:
     """Return the model of what was stepped, on those of its states that matter."""
-    placed = loop.moving | {loop.deflection(index) for index in range(len(loop.lines))}
-    placed |= {name for name, _ in states if name.endswith(".local.x")}  # springs
-    always = np.array([name in placed for name, _ in states], dtype=np.bool_)
+    always = placed(states)
     kept, whole = reduced(np.concatenate([rows, *read.values()], axis=1), always)
     columns = {states[j]: index for index, j in enumerate(kept)}
     ends = np.cumsum([len(kept), *(each.shape[1] for each in read.values())])[:-1]
     left, *signals = np.split(whole, ends, axis=1)
-    named = frozenset(name for name, _ in columns if name in placed)
-    return Linear(loop, columns, left, dict(zip(read, signals, strict=True)), named)
+    return Linear(loop, columns, left, dict(zip(read, signals, strict=True)))
+
+
+def placed(states: Iterable[StateName]) -> Flags:
+    """Tell of every state whether it is one that gives a rigid motion ``(n,)``."""
+    return np.array([name.endswith(PLACED) for name, _ in states], dtype=np.bool_)
 
 
 def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:

@@ -72,11 +72,6 @@ class Line(NamedTuple):
     delay_down: int  # from the server [ticks]
     tick_s: float
 
-    def ages(self, ticks: int) -> list[int]:
-        """Return how old packets are when the server reads them, over so many ticks [ticks]."""
-        looks = range(self.serve.phase, ticks, self.serve.period)
-        return [look - self.frame.last(look - self.delay_up) for look in looks]
-
 
 def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: bool) -> Line:
     """Return the line of a user."""

@@ -22,7 +22,6 @@ from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.ends import State, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.links import Line, Sent, arrived, hyperperiod_ticks, line_of, sums_anew
-from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.packet import Packet
@@ -42,18 +41,18 @@ STORE_S = 0.1  # more than a settled playout has in store
 
 
 class Loop:
-    """Both ends of a scenario and the links in between, brought to rest up to tick 0.
+    """Both ends of scenarios and the links in between, brought to rest up to tick 0.
 
-    Numbers of the scenario may be columns ``(runs, 1)``; delays, periods and counts are the same
-    for all. ``live`` takes the phases of a live session instead of the simulator's; ``weights``
-    are how many users like it each user stands for: so many avatars move together.
+    Scenarios differ in what is :func:`.variation.stackable`. ``live`` takes the phases of a live
+    session instead of the simulator's; ``weights`` are how many users like it each user stands
+    for: so many avatars move together.
     """
 
-    def __init__(
-        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
-    ) -> None:
-        require_linear(scenario)
-        self.scenario, self.tick_s = scenario, scenario.tick_s
+    def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
+        for run in runs:
+            require_linear(run)
+        self.scenario, self.runs = runs[0], len(runs)
+        scenario, self.tick_s = runs[0], runs[0].tick_s
         self.live, self.weights = live, weights
         self.ticks, self.dof = hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
         if self.ticks > LONGEST:
@@ -67,10 +66,7 @@ class Loop:
             for user, n in zip(scenario.users, weights or [1] * len(scenario.users), strict=True)
         ]
         self.serve = self.lines[0].serve
-        self.runs = max(lengths(scenario), default=1)
-        self.s, self.p = made(scenario, self.lines, self.dof)
-        # Of the playouts at the server and at the device.
-        self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
+        self.s, self.p = made(runs, self.lines, self.dof)
         # Every link has answered by tick 0, and what playouts had in store before is played: whole
         # hyperperiods before tick 0, and before the clocks of the playouts are set.
         apart = 4 * max(max(line.frame.period, line.serve.period) for line in self.lines)
@@ -82,8 +78,8 @@ class Loop:
         self._start = settled - self.ticks * whole
         laws = AT_REST if self.runs == 1 else LIFTED
         for tick in range(self._start, 0):
-            if self.paces and tick == settled:
-                self.s = _with_paces(self.s, self.lines, self.paces)
+            if scenario.strict and tick == settled:
+                self.s = _with_paces(self.s, self.lines)
             self.advance(tick, self.still, laws)
 
     @property
@@ -129,7 +125,7 @@ class Loop:
         return out
 
 
-def _with_paces(s: State, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> State:
+def _with_paces(s: State, lines: list[Line]) -> State:
     """Return both ends with playouts whose clocks have settled."""
 
     def settled(end: Any, pace: Pace) -> Any:
@@ -138,7 +134,8 @@ def _with_paces(s: State, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> 
         return end._replace(arrivals=end.arrivals._replace(playout=stored._replace(pace=pace)))
 
     loops, guests = list(s.loops), list(s.server.guests)
-    for i, (line, (up, down)) in enumerate(zip(lines, paces, strict=True)):
+    for i, line in enumerate(lines):
+        up, down = settled_paces(line)
         loops[i] = settled(loops[i], down)
         for port in line.ports:
             guests[port] = settled(guests[port], up)

@@ -38,41 +38,41 @@ EQUAL = 1e-9  # relative to the largest entry
 FRAME_TICKS = 8  # on the strict channel
 
 
-def checked(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
-    """Return the loop of a scenario with code of other packages, once it was tried; NonlinearError
+def checked(*runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
+    """Return the loop of scenarios with code of other packages, once it was tried; NonlinearError
     if something is not linear, or code from outside the library keeps state elsewhere, PmwvcError
     if the hyperperiod is too long.
     """
-    if found := outside(scenario):
-        what = f"{scenario.name}: {', '.join(found)}"
+    if found := outside(runs[0]):
+        what = f"{runs[0].name}: {', '.join(found)}"
         try:
-            _check(scenario, what, live=live, weights=weights)
+            _check(runs, what, live=live, weights=weights)
         except PmwvcError:
             raise
         except PLUGIN_ERRORS as error:  # whatever a plug-in raises
             raise NonlinearError(f"{what}: not perturbed: {reason(error)}") from error
-    return Hyperperiod(scenario, live=live, weights=weights)
+    return Hyperperiod(*runs, live=live, weights=weights)
 
 
-def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int]) -> None:
+def _check(runs: Sequence[Scenario], what: str, *, live: bool, weights: Sequence[int]) -> None:
     """Refuse what is not linear, or not the same again.
 
     On the strict channel a wave passes only if its energy has come, which limits the amplitude. So
     a coupling is tried on the plain channel; a strict master with frames as long as steps, where
     playouts hold the same after every hyperperiod.
     """
-    tried = scenario
+    scenario, tried = runs[0], runs
     if tried_strictly(scenario):
-        for name, value in (
-            ("master.rate_drop", FRAME_TICKS),
-            ("server.period_s", FRAME_TICKS * scenario.tick_s),
-        ):
-            tried = varied(tried, name, value)
+        period_s = FRAME_TICKS * scenario.tick_s
+        tried = [
+            varied(varied(run, "master.rate_drop", FRAME_TICKS), "server.period_s", period_s)
+            for run in runs
+        ]
     elif scenario.strict:
-        tried = dataclasses.replace(scenario, channel=PLAIN)
+        tried = [dataclasses.replace(run, channel=PLAIN) for run in runs]
 
     def around(**asked: Any) -> tuple[Hyperperiod, Array]:
-        loop = Hyperperiod(tried, live=live, weights=weights)
+        loop = Hyperperiod(*tried, live=live, weights=weights)
         return loop, loop.around(**asked)[0]
 
     def other(one: Array, another: Array) -> str:

@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.delays.long_delay import Opened, is_long, opened
+from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.linearize import Linear, linearize
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.motions.groups import subproblems
-from pmwvc_analysis.models.variation import lengths, with_stiffness
+from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.plural import count
@@ -52,18 +52,19 @@ class UnknownError(PmwvcError, ValueError):
 
 
 class Work:
-    """Work done for a question about a scenario; one with columns is as many questions."""
+    """Work done for a question about a scenario; that about several is as many questions."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, questions: int = 1) -> None:
         self._scenario, self._done = scenario, 0.0
-        self._allowed = ALLOWED * max(lengths(scenario), default=1)
+        self._allowed = ALLOWED * questions
 
-    def stepping(self, part: Scenario) -> None:
+    def stepping(self, runs: Sequence[Scenario]) -> None:
         """Count bringing a loop to rest, and stepping it around its hyperperiod."""
-        ticks, runs, users = hyperperiod_ticks(part), max(lengths(part), default=1), part.users
+        part, users = runs[0], runs[0].users
+        ticks = hyperperiod_ticks(part)
         longest_s = max(way.delay_s for user in users for way in (user.link_up, user.link_down))
         before = 0.0 if is_long(part) else 2.0 * longest_s / part.tick_s
-        entries = ticks * ENTRY * runs * STATES * axes_of(part) * len(users)
+        entries = ticks * ENTRY * len(runs) * STATES * axes_of(part) * len(users)
         self.count(len(users) * ((3 * ticks + before) * TICK + entries))
 
     def count(self, more: float, what: str = "") -> None:
@@ -92,38 +93,37 @@ class Limit:
     unknown: str = ""  # why it is not known
 
 
-def radii(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the spectral radii ``(runs,)`` over the hyperperiod, where numbers may be columns;
-    UnknownError where that is more work than allowed.
+def radii(*runs: Scenario, live: bool = False) -> Array:
+    """Return the spectral radii ``(runs,)`` over the hyperperiod of scenarios that differ in what
+    is :func:`.variation.stackable`; UnknownError where that is more work than allowed.
     """
+    work = Work(runs[0], len(runs))
     found = [
-        (model.radii(), model.ticks)
-        for model in _models(scenario, Work(scenario), live=live, circles=RADIUS)
+        (model.radii(), model.ticks) for model in _models(runs, work, live=live, circles=RADIUS)
     ]
     ticks = math.lcm(*(length for _, length in found))
-    radii_of = [values ** (ticks // length) for values, length in found]
-    return np.asarray(np.max(np.broadcast_arrays(*radii_of), axis=0))
+    return np.asarray(np.max([values ** (ticks // length) for values, length in found], axis=0))
 
 
 def _models(
-    scenario: Scenario, work: Work, *, live: bool, circles: int
+    runs: Sequence[Scenario], work: Work, *, live: bool, circles: int
 ) -> Iterator[Linear | Opened]:
-    """Yield the models of the smaller problems of a scenario; work is counted before it is done,
+    """Yield the models of the smaller problems of scenarios; work is counted before it is done,
     with so many circles for each that is open at long delays.
     """
-    for part in subproblems(scenario):
+    for part in subproblems(*runs):
         of: dict[str, Any] = {"live": live, "weights": part.weights}
-        work.stepping(part.scenario)
-        if is_long(part.scenario, live=live):
-            long = opened(part.scenario, **of)
+        work.stepping(part.runs)
+        if is_long(part.runs[0], live=live):
+            long = opened(*part.runs, **of)
             for signals, states in (loci.size for loci in long.loci):
                 cost = circles * CIRCLE * max(states, 1) * signals
                 work.count(cost, f"packets of {count(signals, 'signal')} on a long way")
             yield long
         else:
-            dense = linearize(part.scenario, **of)
-            runs, states = dense.left.shape[:2]
-            work.count(CUBE * runs * states**3, f"{states} states")
+            dense = linearize(*part.runs, **of)
+            states = len(dense.columns) - int(dense.quotient[1].min())
+            work.count(CUBE * len(runs) * states**3, f"{states} states")
             yield dense
 
 
@@ -134,23 +134,23 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
     work, smaller = Work(scenario), subproblems(scenario)
     fine = 0.2
     try:
-        if not any(is_long(part.scenario, live=live) for part in smaller):
+        if not any(is_long(part.runs[0], live=live) for part in smaller):
             states = 1
             for part in smaller:
-                work.stepping(part.scenario)
-                model = linearize(part.scenario, live=live, weights=part.weights)
+                work.stepping(part.runs)
+                model = linearize(*part.runs, live=live, weights=part.weights)
                 states = max(states, len(model.columns))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
 
         def at(stiffness: Array) -> Array:
             """Return 0.5 where stable and 2 where not: faster than radii at long delays."""
-            stiff = with_stiffness(scenario, stiffness)
+            stiff = [with_stiffness(scenario, each) for each in stiffness]
             found = [
                 model.stable() if isinstance(model, Opened) else are_stable(model.radii())
                 for model in _models(stiff, work, live=live, circles=1)
             ]
-            return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
+            return np.where(np.all(found, axis=0), 0.5, 2.0)
 
         grid = np.geomspace(LOWEST, bound, points)
         changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
@@ -167,17 +167,17 @@ def crossings(
     """Return where stability changes on an ascending grid, ``within`` a relative precision, and
     whether it is regained there; first of all 0 where the lowest value is unstable.
 
-    ``at`` gives the spectral radii at a column of values; an interval is divided into so many
+    ``at`` gives the spectral radii at several values; an interval is divided into so many
     ``parts`` at a time.
     """
-    column, batches = grid[:, np.newaxis], range(0, len(grid), LARGEST_BATCH)
-    flags = are_stable(np.concatenate([at(column[i : i + LARGEST_BATCH]) for i in batches]))
+    batches = range(0, len(grid), LARGEST_BATCH)
+    flags = are_stable(np.concatenate([at(grid[i : i + LARGEST_BATCH]) for i in batches]))
     found = [] if flags[0] else [(0.0, False)]
     for index in np.flatnonzero(flags[1:] != flags[:-1]):
         low, high, begins = float(grid[index]), float(grid[index + 1]), bool(flags[index])
         while high - low > within * max(abs(high), abs(low)):
             inner = np.linspace(low, high, parts + 1)[1:-1]
-            same = are_stable(at(inner[:, np.newaxis])) == begins
+            same = are_stable(at(inner)) == begins
             step = len(same) if same.all() else int(np.argmin(same))
             ends = [low, *inner.tolist(), high]
             low, high = ends[step], ends[step + 1]

@@ -30,9 +30,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.groups import groups_of, together
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import Linear, build, spectral_radius
-from pmwvc_analysis.models.motions.groups import groups_of, together
 from pmwvc_analysis.transparency.frequency import (
     first_peak_hz,
     limit_at_rest,
@@ -97,8 +97,9 @@ def transparency(
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
     forces = pressing(scenario, user, axis)
-    groups = groups_of(scenario, [(i == user, *force) for i, force in enumerate(forces.tolist())])
-    pressed, weights = together(scenario, groups)
+    marks = [(i == user, *force) for i, force in enumerate(forces.tolist())]
+    groups = groups_of((scenario,), marks)
+    (pressed,), weights = together((scenario,), groups)
     own, first = groups.index([user]), [group[0] for group in groups]
     radius = float(stability.radii(scenario, live=live)[0])
     if not stability.stable(radius):

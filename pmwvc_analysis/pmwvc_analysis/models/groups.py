@@ -14,50 +14,60 @@ Axes are coupled by impedance matrices alone. Along principal axes that all of t
 problem by itself, with the eigenvalues in place of the matrices; equal ones are one problem.
 """
 
-import dataclasses
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of, outside
-from pmwvc_analysis.models.variation import with_impedances
+from pmwvc_analysis.models.variation import changed, with_impedances
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
 
-COMPARED_FIELDS = ("master", "baseline", "own", "device", "contact", "link_up", "link_down")
+COMPARED = ("master", "baseline", "own", "device", "contact", "link_up", "link_down")
+Runs = tuple[Scenario, ...]
 
 
 class Subproblem(NamedTuple):
-    """A smaller problem: a scenario, and how many users each of its users stands for."""
+    """A smaller problem: scenarios, and how many users each of their users stands for."""
 
-    scenario: Scenario
+    runs: Runs
     weights: tuple[int, ...]
 
 
-def subproblems(scenario: Scenario) -> list[Subproblem]:
-    """Return smaller problems with, together, all eigenvalues of a scenario."""
-    wall, found = scenario.server, []
-    if scenario.environment.movable:  # a wall is kept: a slope it reports is part of its law
-        wall = dataclasses.replace(wall, environment="wall")
-    for single in _along_axes(scenario):
+def subproblems(*runs: Scenario) -> list[Subproblem]:
+    """Return smaller problems with, together, all eigenvalues of every scenario."""
+    found = []
+    for single in _along_axes(runs):
         groups = groups_of(single)
         found.append(together(single, groups))
         for group in groups:
             if len(group) > 1:
                 alone, _ = together(single, [group])
-                found.append(Subproblem(dataclasses.replace(alone, server=wall), (1,)))
+                found.append(Subproblem(tuple(map(_at_wall, alone)), (1,)))
     return found
 
 
-def _along_axes(scenario: Scenario) -> list[Scenario]:
-    """Return the scenario along each principal axis, equal ones once; the scenario itself where an
-    axis is all there is or the impedances share none.
+def _at_wall(scenario: Scenario) -> Scenario:
+    """Return a scenario with a wall; one that there is stays: a slope it reports is in its law."""
+    if not scenario.environment.movable:
+        return scenario
+    return changed(scenario, server=changed(scenario.server, environment="wall"))
+
+
+def _along_axes(runs: Runs) -> list[Runs]:
+    """Return scenarios along each principal axis, equal ones once; themselves where an axis is all
+    there is, the impedances of one share none, or not all have as many.
     """
+    if axes_of(runs[0]) == 1:
+        return [runs]
+    axes = [_by_axis(run) for run in runs]
+    return list(zip(*axes, strict=True)) if len(set(map(len, axes))) == 1 else [runs]
+
+
+def _by_axis(scenario: Scenario) -> list[Scenario]:
     dof, users = axes_of(scenario), scenario.users
     ends = [b for user in users for b in (user.impedance, user.server_impedance)]
-    if dof == 1 or any(np.ndim(b) for b in ends if not isinstance(b, MatrixImpedance)):
-        return [scenario]
     matrices = [
         b.matrix if isinstance(b, MatrixImpedance) else float(b) * np.eye(dof) for b in ends
     ]
@@ -72,23 +82,25 @@ def _along_axes(scenario: Scenario) -> list[Scenario]:
         if not np.isclose(impedances, along[:k], rtol=ROUNDING).all(axis=(1, 2)).any():
             pairs = zip(users, impedances.tolist(), strict=True)
             own = tuple(with_impedances(user, *both) for user, both in pairs)
-            found.append(dataclasses.replace(scenario, users=own))
+            found.append(changed(scenario, users=own))
     return found
 
 
-def groups_of(scenario: Scenario, marks: Sequence[object] = ()) -> list[list[int]]:
-    """Return the numbers of users that are equal (and their marks), group by group."""
-    users, marks = scenario.users, marks or [None] * len(scenario.users)
-    unknown_cube = scenario.coupling.black_box and scenario.environment.movable
-    apart = unknown_cube or bool(outside(scenario))
+def groups_of(runs: Runs, marks: Sequence[object] = ()) -> list[list[int]]:
+    """Return the numbers of users that are equal in every run (and their marks), by group."""
+    first, marks = runs[0], marks or [None] * len(runs[0].users)
+    unknown_cube = first.coupling.black_box and first.environment.movable
+    apart = unknown_cube or bool(outside(first))
 
     def alike(i: int, j: int) -> bool:
-        pairs = ((getattr(users[i], name), getattr(users[j], name)) for name in COMPARED_FIELDS)
-        return not apart and marks[i] == marks[j] and all(_equal(*pair) for pair in pairs)
+        pairs = ((run.users[i], run.users[j]) for run in runs)
+        return marks[i] == marks[j] and all(
+            getattr(one, name) == getattr(other, name) for one, other in pairs for name in COMPARED
+        )
 
     groups: list[list[int]] = []
-    for i in range(len(users)):
-        group = next((group for group in groups if alike(i, group[0])), None)
+    for i in range(len(first.users)):
+        group = next((group for group in groups if not apart and alike(i, group[0])), None)
         if group is None:
             groups.append([i])
         else:
@@ -96,21 +108,11 @@ def groups_of(scenario: Scenario, marks: Sequence[object] = ()) -> list[list[int
     return groups
 
 
-def together(scenario: Scenario, groups: Sequence[Sequence[int]]) -> Subproblem:
+def together(runs: Runs, groups: Sequence[Sequence[int]]) -> Subproblem:
     """Return the motion in which the users of a group are one."""
-    users = tuple(scenario.users[group[0]] for group in groups)
     # What is done to nodes names users, of which there are fewer here.
-    fewer = dataclasses.replace(scenario, users=users, disturbances="")
-    return Subproblem(fewer, tuple(map(len, groups)))
-
-
-def _equal(left: Any, right: Any) -> bool:
-    """Compare parameters that may hold columns."""
-    if left is right:
-        return True
-    if dataclasses.is_dataclass(left):
-        return all(
-            _equal(getattr(left, field.name), getattr(right, field.name))
-            for field in dataclasses.fields(left)
-        )
-    return bool(np.array_equal(left, right))
+    fewer = (
+        changed(run, users=tuple(run.users[group[0]] for group in groups), disturbances="")
+        for run in runs
+    )
+    return Subproblem(tuple(fewer), tuple(map(len, groups)))
