@@ -11,9 +11,9 @@ import pytest
 from support import plain as scenarios
 from support.linear_loops import scenario
 
-from pmwvc_analysis.delays import long_delay
+from pmwvc_analysis.delays import opened as long_delay
 from pmwvc_analysis.delays.any_delay import any_delay
-from pmwvc_analysis.models import stability
+from pmwvc_analysis.models import linearize, stability
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
@@ -115,7 +115,7 @@ def test_radius_and_count_call_the_same_runs_stable_where_rigid_motions_are_doub
         within = list(np.flatnonzero((grows > 1e-8) & (grows < 0.9 * long_delay.DOUBLE)))
         edge = int(np.flatnonzero(np.diff(np.sign(grows)))[0])
         low, high = np.linspace(low, high, 12)[edge : edge + 2]
-        told = list(map(stability.stable, loops.radii()))
+        told = list(map(linearize.stable, loops.radii()))
         np.testing.assert_array_equal(told, loops.stable())
     assert all(told[run] for run in within)
 
@@ -128,7 +128,7 @@ def test_any_allowed_delay_is_answered(name, delay_s):
     assert len(opened.loci[0]._system.a) < 40  # whatever the delay
     assert opened.states > 2.0 * delay_s / 0.008
     found = answer(of)
-    assert found["stable"] and found["spectral_radius"] <= 1.0 + stability.ROUNDING
+    assert found["stable"] and found["spectral_radius"] <= 1.0 + linearize.ROUNDING
     assert any_delay(of).proved, "so it had to be stable"
     assert prediction(of, live=True)["stable"]
 

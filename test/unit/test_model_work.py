@@ -9,7 +9,7 @@ import pytest
 from support import linear_loops
 
 import pmwvc
-from pmwvc_analysis.models import stability
+from pmwvc_analysis.models import linearize, stability
 from pmwvc_analysis.models.answer import answer, sentences
 from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import axes_of
@@ -23,7 +23,7 @@ def test_unequal_frames_over_a_long_way_have_the_radius_of_the_whole_model():
     scenario = pmwvc.scenario("carry_16ms", {**SEVEN_AND_ELEVEN, "link.delay_s": 0.25})
     assert scenario.users[0].master.frame_s != scenario.server.period_s
     found = float(stability.radii(scenario)[0])
-    assert stability.stable(found)
+    assert linearize.stable(found)
     assert found == pytest.approx(spectral_radius(build(scenario)), rel=1e-7)
 
 

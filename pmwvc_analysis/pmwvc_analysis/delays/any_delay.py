@@ -25,16 +25,19 @@ Equations: docs/theory.md 14.5, 14.6.
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import System, ends, master_end, refined
+from pmwvc_analysis.delays.opened import ends
+from pmwvc_analysis.delays.windings import System
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
+from pmwvc_analysis.models.variation import changed, with_impedances
+from pmwvc_analysis.transparency.frequency import refined
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import eigenvalues, principal_axes
 
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
@@ -47,14 +50,11 @@ ROUNDS = 4  # of refinement around each maximum
 NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 
 
-@dataclass(frozen=True)
-class AnyDelay:
+class AnyDelay(NamedTuple):
     """The stability at any constant delay, as far as it is known."""
 
     proved: bool
-    reasons: tuple[
-        str, ...
-    ] = ()  # why it is not proved, with amounts: no proof was found, no more
+    reasons: tuple[str, ...] = ()  # why no proof was found, with amounts
     touching: bool = False  # the proof holds only while all contacts touch
     gain: float | None = None  # largest once around the loop, 1 is the limit; None: none formed
     at_hz: float | None = None
@@ -66,13 +66,26 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         return None
     if reasons := _outside(scenario):
         return AnyDelay(False, reasons)
+    users = scenario.users
     masters = [
-        [master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
-        for user in scenario.users
+        [_master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
+        for user in users
     ]
+    unstable = []
+    for user, several in zip(users, masters, strict=True):
+        if any(end.growth >= 1.0 for end in several):
+            load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
+            unstable.append(
+                f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
+                "needs less than 2)"
+            )
     server = None if nonlinear(scenario) or outside(scenario) else ends(scenario, live=False)[1]
-    if reasons := _unstable(scenario, masters, server):
-        return AnyDelay(False, reasons)
+    if server is not None and server.growth >= 1.0:
+        unstable.append(
+            f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
+        )
+    if unstable:
+        return AnyDelay(False, tuple(unstable))
     every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole
     for end in [*itertools.chain(*masters), *([server] if server else [])]:
         width = np.maximum(np.abs(1.0 - np.abs(end.poles())), LOWEST)
@@ -100,15 +113,15 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if server is None:
         unknown = () if passive else ("no bound is known for the server's coupling",)
         return AnyDelay(False, (*(() if lossless else (text,)), *unknown))
-    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
+    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in users]
 
     def around(angle: Array) -> Array:
         """Return the gain once around the loop."""
-        dof, users = len(axes[0]), len(axes)
-        blocks = np.zeros((len(angle), users, dof, users, dof))
+        dof = len(axes[0])
+        blocks = np.zeros((len(angle), len(users), dof, len(users), dof))
         for user, (gains, own) in enumerate(zip(single(angle), axes, strict=True)):
             blocks[:, user, :, user] = (own * np.sqrt(gains)[:, np.newaxis]) @ own.T
-        root = blocks.reshape(len(angle), users * dof, -1)
+        root = blocks.reshape(len(angle), len(users) * dof, -1)
         whole = root @ server.response(np.exp(1j * angle)) @ root
         return np.asarray(np.linalg.norm(whole, 2, axis=(1, 2)))
 
@@ -119,23 +132,16 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     return AnyDelay(False, (why,), gain=gain, at_hz=at * hertz)
 
 
-def _unstable(
-    scenario: Scenario, masters: Sequence[Sequence[System]], server: System | None
-) -> tuple[str, ...]:
-    """Return which ends are unstable by themselves."""
-    found = []
-    for user, several in zip(scenario.users, masters, strict=True):
-        if any(end.growth >= 1.0 for end in several):
-            load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
-            found.append(
-                f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
-                "needs less than 2)"
-            )
-    if server is not None and server.growth >= 1.0:
-        found.append(
-            f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
-        )
-    return tuple(found)
+def _master_end(scenario: Scenario, user: User, impedance: float, *, live: bool) -> System:
+    """Return the end of a user with an impedance [N s/m], an eigenvalue of its matrix, from the
+    packet v to the packet u sent at the next frame start.
+
+    A frame is as long as a step of the server; there is no linear position feedback: that is no
+    wave.
+    """
+    alone = with_impedances(user, impedance, None)
+    wall = changed(scenario.server, coupling="implicit", environment="wall")
+    return ends(changed(scenario, users=(alone,), server=wall, disturbances=""), live=live)[0]
 
 
 def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:

@@ -10,11 +10,11 @@ for, so that the work does not grow with q. Only where |L| passes 1 the angle is
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from pmwvc_analysis.delays.ends import System
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex, Integers
 
@@ -29,6 +29,35 @@ BEYOND = 1e-9  # ln(radius) of a circle that motions with eigenvalue 1 are insid
 LOG_RADIUS_STEP = 1e-13  # how far a circle is moved off a pole that lies on it
 ON_AXIS = 1e-6  # of a turn
 FINE = 1e-7  # relative, of ln(radius)
+
+
+class System(NamedTuple):
+    """x+ = A x + B w, y = C x + D w, once a packet."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+    def poles(self) -> Complex:
+        """Return the eigenvalues of A."""
+        return np.asarray(np.linalg.eigvals(self.a).astype(complex))
+
+    @property
+    def growth(self) -> float:
+        """The length of the longest eigenvalue of A; 0 without a state."""
+        return float(np.abs(self.poles()).max(initial=0.0))
+
+    def angles_near(self, width: Array, widths: Array) -> Array:
+        """Return angles so many widths [rad] before and behind that of every pole."""
+        steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
+        return np.ravel(np.abs(np.angle(self.poles()))[:, np.newaxis] + steps)
+
+    def response(self, z: Complex) -> Complex:
+        """Return y per w ``(points, outputs, inputs)`` at points of the z-plane."""
+        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a
+        driven = np.linalg.solve(resolvent, self.b.astype(np.complex128))
+        return np.asarray(self.c @ driven + self.d)
 
 
 class Loci:

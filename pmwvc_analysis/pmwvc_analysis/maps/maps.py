@@ -21,8 +21,9 @@ import numpy as np
 from pmwvc_analysis.arrays import write_arrays, write_table
 from pmwvc_analysis.maps.workers import finished
 from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.stability import LARGEST_BATCH, are_stable, radii
+from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
@@ -136,15 +137,10 @@ def compute(
 
 def batch(grid: Grid, points: Points) -> Array:
     """Return the spectral radii of some points of a map."""
-    rows, columns = np.unravel_index(np.array(points), grid.shape)
-    of_rows = {
-        row: varied(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows.tolist())
-    }
-    runs = [
-        varied(of_rows[row], grid.x.name, grid.x.values[column])
-        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
-    ]
-    return radii(*runs, live=grid.live)
+    rows, columns = (each.tolist() for each in np.unravel_index(np.array(points), grid.shape))
+    along = {row: varied(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows)}
+    pairs = ((along[row], grid.x.values[i]) for row, i in zip(rows, columns, strict=True))
+    return radii(*(varied(of, grid.x.name, value) for of, value in pairs), live=grid.live)
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:
@@ -166,21 +162,19 @@ def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
     """
     limits: list[float | None] = []
     for row in radius:
-        index = int(np.argmin([*are_stable(row), False]))
-        if index == len(row):
-            limits.append(None)
-            continue
+        index = int(np.argmin([*stable(row), False]))
         around = slice(max(index - 1, 0), index + 1)
-        limits.append(float(np.interp(1.0, row[around], grid.x.values[around])))
+        found = index < len(row)
+        limits.append(float(np.interp(1.0, row[around], grid.x.values[around])) if found else None)
     return limits
 
 
 def boundary_words(grid: Grid, radius: Array) -> str:
     """Return where the boundary is, by the first and last rows and the extremes."""
-    stable = are_stable(radius)
-    if stable.all():
+    flags = stable(radius)
+    if flags.all():
         return "stable everywhere on the map"
-    if not stable.any():
+    if not flags.any():
         return "unstable everywhere on the map"
     limits = boundary_of(grid, radius)
     size = [np.inf if limit is None else limit for limit in limits]
@@ -188,7 +182,7 @@ def boundary_words(grid: Grid, radius: Array) -> str:
     for row in sorted({0, len(limits) - 1, int(np.argmin(size)), int(np.argmax(size))}):
         limit = limits[row]
         reach = "stable throughout" if limit is None else f"stable up to {grid.x.words(limit)}"
-        if not stable[row, 0]:
+        if not flags[row, 0]:
             reach = "unstable from the first value on"
         words.append(f"at {grid.y.words(grid.y.values[row])} {reach}")
     return "boundary: " + "; ".join(words)
@@ -197,13 +191,13 @@ def boundary_words(grid: Grid, radius: Array) -> str:
 def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
     """Write NPZ, CSV, MAT and JSON; return the files."""
     x, y = np.array(grid.x.values), np.array(grid.y.values)
-    stable, growth = are_stable(radius), growth_per_s(grid, radius)
-    arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": stable}
+    flags, growth = stable(radius), growth_per_s(grid, radius)
+    arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": flags}
     names = {"x_name": grid.x.name, "y_name": grid.y.name}
     npz, mat = write_arrays(folder, "map", {"x": x, "y": y, **arrays, **names})
     at_y, at_x = (values.ravel() for values in np.meshgrid(y, x, indexing="ij"))
     columns = {grid.x.name: at_x, grid.y.name: at_y, "spectral_radius": radius.ravel()}
-    columns |= {"stable": stable.ravel().astype(int), "growth_per_s": growth.ravel()}
+    columns |= {"stable": flags.ravel().astype(int), "growth_per_s": growth.ravel()}
     table = write_table(folder / "map.csv", columns)
     content: dict[str, Any] = {
         "scenario": grid.scenario.name,

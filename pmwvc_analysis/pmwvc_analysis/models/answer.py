@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.delays.long_delay import is_long, opened
+from pmwvc_analysis.delays.opened import is_long, opened
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.linearize import Linear, linearize
+from pmwvc_analysis.models.linearize import Linear, linearize, stable
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -30,7 +30,7 @@ def answer(
         (their number, with those), ``slowest`` (``frequency_hz``, None where it is not clear, and
         growth ``per_second`` of the largest eigenvalue), ``notes``.
     """
-    is_stable = stability.stable(float(stability.radii(scenario, live=live)[0]))
+    is_stable = stable(float(stability.radii(scenario, live=live)[0]))
     limit = stability.k_max(scenario, live=live, bound=bound)
     slowest = _long if is_long(scenario, live=live) else _dense
     radius, hertz, ticks, states, motions = slowest(scenario, live=live)

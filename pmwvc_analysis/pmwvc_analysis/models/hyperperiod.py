@@ -47,7 +47,7 @@ class Hyperperiod(Loop):
 
     def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
         super().__init__(*runs, live=live, weights=weights)
-        self._rest, self._box = self.s, runs[0].coupling.black_box
+        self._rest, self._p, self._box = self.s, self.p, runs[0].coupling.black_box
         # The states, those of packets under way last, and where each is found.
         self.paths: dict[StateName, Path] = {}
         self._find()
@@ -65,17 +65,16 @@ class Hyperperiod(Loop):
             self._go(*asked)
         ends = leaves(self.s)
         after = self._rows([(name, ends[path]) for (name, _), path in self.paths.items()])
-        return after, {
-            name: self._rows(
-                [
-                    (f"{line.user.name}.{name}", value)
-                    for user, line in enumerate(self.lines)
-                    for by_user in self._read
-                    for value in by_user[user][place]
-                ]
-            )
+        read = {
+            name: [
+                (f"{line.user.name}.{name}", value)
+                for user, line in enumerate(self.lines)
+                for by_user in self._read
+                for value in by_user[user][place]
+            ]
             for place, name in enumerate(OUTPUTS if outputs else ())
         }
+        return after, {name: self._rows(signals) for name, signals in read.items()}
 
     def _go(self, inputs: bool = False, rounds: int = 1, one: float = ONE) -> None:
         """Step around as :meth:`around` says, from every state at one in a column of its own, and
@@ -88,10 +87,8 @@ class Hyperperiod(Loop):
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
         units = {path: self._unit(column) for column, path in enumerate(self.paths.values())}
-        self.s = followed(
-            planted(repeated(self._rest, self._columns), units), self.lines, self._box
-        )
-        self.p = repeated(self._p, self._columns)
+        begun = planted(repeated(self._rest, self._columns), units)
+        self.s, self.p = followed(begun, self.lines, self._box), repeated(self._p, self._columns)
         self._read, forces = [], self.still
         for tick in range(rounds * ticks):
             if inputs:
@@ -113,11 +110,9 @@ class Hyperperiod(Loop):
         """
         whole = self._answers([value for _, value in signals])
         rows, together = whole[:, : self._width], whole[:, -2]
-        largest = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows)).max(
-            axis=0, initial=0.0
-        )
+        sizes = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows))
         off = np.abs(np.einsum("c,scr->sr", self._weights, rows) - together)
-        wrong = np.any(off > SUPERPOSED * largest, axis=1)
+        wrong = np.any(off > SUPERPOSED * sizes.max(axis=0, initial=0.0), axis=1)
         if wrong.any():
             bad = {signals[j][0] for j in np.flatnonzero(wrong).tolist()}
             raise NonlinearError(
@@ -137,7 +132,7 @@ class Hyperperiod(Loop):
 
     def _find(self) -> None:
         """Find the states: those that the motion of devices and object sets in motion."""
-        self._p, places = self.p, self._places()
+        places = self._places()
         moving = MOVING if self.scenario.environment.movable else OF_DEVICES
         new = states = {
             state for state, path in places.items() if path[0] in WAYS or state[0].endswith(moving)
@@ -169,16 +164,11 @@ class Hyperperiod(Loop):
     def _state(self, path: Path) -> StateName:
         if path[0] == "server":
             return text_of(path)
-        where, user = str(path[0]), int(path[1])
+        where, user = str(path[0]), self.lines[int(path[1])].user.name
         if where in WAYS:
-            return f"{self.lines[user].user.name}.{where}.{path[-2]}[{self.sent_at(path)}]", int(
-                path[-1]
-            )
+            return f"{user}.{where}.{path[-2]}[{self.sent_at(path)}]", int(path[-1])
         inside, axis = text_of(path[2:])
-        return (
-            f"{self.lines[user].user.name}.{'device.' if where == 'devices' else ''}{inside}",
-            axis,
-        )
+        return f"{user}.{'device.' if where == 'devices' else ''}{inside}", axis
 
     def sent_at(self, path: Path) -> int:
         """Return the tick at which a packet under way was sent."""

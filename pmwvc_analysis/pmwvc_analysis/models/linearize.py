@@ -8,23 +8,17 @@ times. Over it the state goes on by a constant matrix::
     z(n+1) = A z(n) + B f(n),      y(n) = C z(n) + D f(n)
 
 with f the hands' forces held over every tick, and y motion and force at the start of every tick,
-both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix:
-stable is what has no eigenvalue outside the unit circle, apart from motions that are no
-instability (:mod:`.rigid`).
+both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix.
+States that are not read, not driven, or present twice are left out, where entries are exactly zero
+or rows exactly equal in every run: that changes no eigenvalue other than zero, nor what follows
+from the inputs.
 
-Both ends and the devices are brought to rest, where all signals are zero. Then every state and
-every packet under way is set to one in a column of its own, and all columns are stepped side by
-side once around the hyperperiod (:mod:`.hyperperiod`). What the states are at the end is a row
-each of A, on the states that matter: those that are not read, not driven, or present twice are
-left out. None of that changes an eigenvalue other than zero, nor what follows from the inputs.
-Structure counts, not size: a state is left out where its entries are exactly zero, or two rows
-exactly equal, in every run.
+Equations: docs/theory.md 15.1.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,6 +29,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
+ROUNDING = 1e-9  # of a radius
 LARGEST_LIFTED = 4000  # users times ticks times axes
 LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB
 
@@ -48,46 +43,24 @@ class Output(NamedTuple):
     through: Array  # D, (users * ticks * dof, users * ticks * dof)
 
 
-@dataclass(frozen=True)
 class Linear:
     """The linear model of one scenario, or of several side by side."""
 
-    loop: Hyperperiod
-    columns: dict[tuple[str, int], int]  # of every state, by its name and axis
-    rows: Array  # (runs, states, states and inputs), the states after the hyperperiod
-    read: dict[str, Array]  # (runs, signals, states and inputs), what was read of them
-
-    @property
-    def states(self) -> list[str]:
-        """Names of the n states."""
-        several = self.loop.dof > 1
-        return [f"{name}, axis {axis}" if several else name for name, axis in self.columns]
-
-    @property
-    def ticks(self) -> int:
-        """Length of the hyperperiod in ticks."""
-        return self.loop.ticks
-
-    @property
-    def matrices(self) -> Array:
-        """A of every run, ``(runs, n, n)``."""
-        return self.rows[:, :, : len(self.columns)]
-
-    @property
-    def transition(self) -> Array:
-        """A of the first run, ``(n, n)``."""
-        return np.asarray(self.matrices[0])
-
-    @property
-    def inputs(self) -> Array:
-        """B of the first run, ``(n, inputs)``, per N of a hand pushing the device."""
-        return self.rows[0, :, len(self.columns) :]
-
-    @property
-    def outputs(self) -> dict[str, Output]:
-        """What was read of the first run; see :meth:`.hyperperiod.Hyperperiod.around`."""
-        n = len(self.columns)
-        return {name: Output(y[0, :, :n], y[0, :, n:]) for name, y in self.read.items()}
+    def __init__(
+        self,
+        loop: Hyperperiod,
+        columns: dict[StateName, int],  # of every state
+        rows: Array,  # (runs, states, states and inputs), the states after the hyperperiod
+        read: dict[str, Array],  # (runs, signals, states and inputs), what was read of them
+    ) -> None:
+        n, several = len(columns), loop.dof > 1
+        self.loop, self.columns, self.rows, self.read = loop, columns, rows, read
+        self.ticks = loop.ticks  # of the hyperperiod
+        self.states = [f"{name}, axis {axis}" if several else name for name, axis in columns]
+        self.matrices = rows[:, :, :n]  # A of every run, (runs, n, n)
+        # Of the first run: A, (n, n); B, (n, inputs), per N of a hand pushing the device; outputs.
+        self.transition, self.inputs = np.split(rows[0], [n], axis=1)
+        self.outputs = {name: Output(y[0, :, :n], y[0, :, n:]) for name, y in read.items()}
 
     @cached_property
     def quotient(self) -> tuple[Array, Integers]:
@@ -97,6 +70,17 @@ class Linear:
     def radii(self) -> Array:
         """Return the spectral radius of every run without rigid motions."""
         return np.asarray(np.abs(np.linalg.eigvals(self.quotient[0])).max(axis=-1))
+
+    def stable(self) -> Flags:
+        """Tell of every run whether it is stable."""
+        return np.asarray(stable(self.radii()))
+
+
+def stable(radius: Any) -> Any:
+    """Tell whether a spectral radius means stable, or which of several do: no eigenvalue is
+    outside the unit circle, beyond rounding.
+    """
+    return radius <= 1.0 + ROUNDING
 
 
 def linearize(
@@ -117,9 +101,8 @@ def kept_loop(*runs: Scenario, live: bool, weights: tuple[int, ...]) -> Hyperper
 
 
 def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
-    """Return the model of a scenario, with inputs and outputs; NonlinearError if
-    an element is not linear, PmwvcError if the hyperperiod is too long, or there are too many
-    states or inputs.
+    """Return the model of a scenario, with inputs and outputs; NonlinearError if an element is not
+    linear, PmwvcError if the hyperperiod is too long, or there are too many states or inputs.
     """
     loop = checked(scenario, live=live, weights=weights)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.paths) * loop.dof
@@ -137,7 +120,7 @@ def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
 
 
 def spectral_radius(model: Linear) -> float:
-    """Return the largest length of an eigenvalue of A on the quotient by rigid motions."""
+    """Return the largest length of an eigenvalue of A without rigid motions."""
     return float(model.radii()[0])
 
 
@@ -145,8 +128,7 @@ def model_of(
     loop: Hyperperiod, states: Sequence[StateName], rows: Array, read: dict[str, Array]
 ) -> Linear:
     """Return the model of what was stepped, on those of its states that matter."""
-    always = placed(states)
-    kept, whole = reduced(np.concatenate([rows, *read.values()], axis=1), always)
+    kept, whole = reduced(np.concatenate([rows, *read.values()], axis=1), placed(states))
     columns = {states[j]: index for index, j in enumerate(kept)}
     ends = np.cumsum([len(kept), *(each.shape[1] for each in read.values())])[:-1]
     left, *signals = np.split(whole, ends, axis=1)
@@ -189,13 +171,9 @@ def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
 
 def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
     """Return states that are equal to an earlier one after every step."""
-    first: dict[bytes, list[int]] = {}  # by their rows in the first run
-    found = {}
-    for j in kept.tolist():
-        alike = first.setdefault((whole[0, j] + 0.0).tobytes(), [])
-        earlier = next((i for i in alike if np.array_equal(whole[:, i], whole[:, j])), None)
-        if earlier is None:
-            alike.append(j)
-        elif not always[j]:
-            found[j] = earlier
-    return found
+    first: dict[bytes, int] = {}  # by their rows in every run
+    return {
+        j: earlier
+        for j in kept.tolist()
+        if (earlier := first.setdefault((whole[:, j] + 0.0).tobytes(), j)) != j and not always[j]
+    }

@@ -9,7 +9,6 @@ earlier. Packets under way are part of the state.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.law.channel.packet import Packet
@@ -49,6 +48,11 @@ class Times(NamedTuple):
         """Return when it happened last, this tick included."""
         return tick - (tick - self.phase) % self.period
 
+    def ages(self, sent: "Times", delay: int, ticks: int) -> list[int]:
+        """Return how old packets are when they are looked at, over so many ticks [ticks]."""
+        looks = range(self.phase, self.phase + ticks, self.period)
+        return [look - sent.last(look - delay) for look in looks]
+
 
 def times_of(user: User, scenario: Scenario, *, live: bool) -> tuple[Times, Times, Times]:
     """Return when a user sends and when it takes an answer, and when the server steps."""
@@ -63,7 +67,6 @@ class Line(NamedTuple):
     """When a user's end and the server talk to each other."""
 
     user: User
-    waves: bool  # whether its controller has waves
     ports: tuple[int, ...]  # numbers of those at the server: several for equal users
     frame: Times  # when it sends
     answer: Times  # when it takes an answer
@@ -79,8 +82,7 @@ def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: boo
         delay_ticks(link, tick_s=scenario.tick_s, live=live)
         for link in (user.link_up, user.link_down)
     )
-    times, waves = times_of(user, scenario, live=live), has_waves(scenario.controller)
-    return Line(user, waves, ports, *times, up, down, scenario.tick_s)
+    return Line(user, ports, *times_of(user, scenario, live=live), up, down, scenario.tick_s)
 
 
 class Sent(NamedTuple):

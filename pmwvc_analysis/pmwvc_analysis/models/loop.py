@@ -51,9 +51,8 @@ class Loop:
     def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
         for run in runs:
             require_linear(run)
-        self.scenario, self.runs = runs[0], len(runs)
-        scenario, self.tick_s = runs[0], runs[0].tick_s
-        self.live, self.weights = live, weights
+        self.scenario = scenario = runs[0]
+        self.runs, self.tick_s, self.live, self.weights = len(runs), scenario.tick_s, live, weights
         self.ticks, self.dof = hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
         if self.ticks > LONGEST:
             raise PmwvcError(
@@ -76,11 +75,10 @@ class Loop:
         settled = -self.ticks * -(-played // self.ticks)
         whole = -(-answered // self.ticks) + 2 * scenario.strict
         self._start = settled - self.ticks * whole
-        laws = AT_REST if self.runs == 1 else LIFTED
         for tick in range(self._start, 0):
             if scenario.strict and tick == settled:
                 self.s = _with_paces(self.s, self.lines)
-            self.advance(tick, self.still, laws)
+            self.advance(tick, self.still, AT_REST if self.runs == 1 else LIFTED)
 
     @property
     def still(self) -> list[Vector]:

@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Code of other packages in the exact model: it is checked before its model is believed.
 
-A controller or a coupling from outside the library is perturbed like one of the library. Whether
-its state is all in what it returns, and whether it is linear at the amplitudes of a session, only
-its author knows; so both are tried:
+Whether the state of a controller or a coupling from outside the library is all in what it returns,
+and whether it is linear at the amplitudes of a session, only its author knows; so both are tried:
 
 - Two hyperperiods in a row have to be the model applied twice. A state kept elsewhere is at rest
   in the first one only.
 - The model has to be the same at the amplitude of a motion as at the tiny one of
   :mod:`.hyperperiod`: a dead zone, a limit or a product of signals makes another one.
 
-Neither is a proof: what changes at larger signals only, or never within two hyperperiods, is not
-seen. The notes of every answer say so.
+What changes at larger signals only, or never within two hyperperiods, is not seen: the notes of
+every answer say so.
 """
 
 import dataclasses
@@ -22,12 +21,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import ONE, Hyperperiod
-from pmwvc_analysis.models.linear import (
-    NonlinearError,
-    amplitude_of,
-    outside,
-    tried_strictly,
-)
+from pmwvc_analysis.models.linear import NonlinearError, amplitude_of, outside
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Array
@@ -61,14 +55,14 @@ def _check(runs: Sequence[Scenario], what: str, *, live: bool, weights: Sequence
     a coupling is tried on the plain channel; a strict master with frames as long as steps, where
     playouts hold the same after every hyperperiod.
     """
-    scenario, tried = runs[0], runs
-    if tried_strictly(scenario):
-        period_s = FRAME_TICKS * scenario.tick_s
+    tried, (strict, amplitude) = runs, amplitude_of(runs[0])
+    if strict:
+        period_s = FRAME_TICKS * runs[0].tick_s
         tried = [
             varied(varied(run, "master.rate_drop", FRAME_TICKS), "server.period_s", period_s)
             for run in runs
         ]
-    elif scenario.strict:
+    elif runs[0].strict:
         tried = [dataclasses.replace(run, channel=PLAIN) for run in runs]
 
     def around(**asked: Any) -> tuple[Hyperperiod, Array]:
@@ -87,7 +81,6 @@ def _check(runs: Sequence[Scenario], what: str, *, live: bool, weights: Sequence
             f"{what}: two hyperperiods in a row are not the model applied twice, in {names}: "
             "it keeps state elsewhere than in what it returns, or changes with time"
         )
-    amplitude = amplitude_of(scenario)
     if names := other(once, around(one=amplitude)[1]):
         raise NonlinearError(
             f"{what}: not linear: signals of {amplitude:.2g} and of {ONE:.1g} (in SI units) "

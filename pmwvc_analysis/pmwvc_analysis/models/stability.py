@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stability from the exact model: spectral radius, largest stiffness, Z-width.
 
-Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding) once the motions
-that are no instability are taken out. The largest stiffness is the first crossing: everything
-below it is stable. Where it becomes stable again above, these islands are reported, too.
+The largest stiffness is the first crossing: everything below it is stable. Where it becomes stable
+again above, these islands are reported, too.
 
 A question may cost some 4 s on one core, counted from sizes alone (ticks, states, runs) before it
 is done: so an answer never depends on how busy a machine is. What costs more is "not known".
@@ -14,12 +13,11 @@ Equations: docs/theory.md 15.1.
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.long_delay import Opened, is_long, opened
+from pmwvc_analysis.delays.opened import Opened, is_long, opened
 from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.linearize import Linear, linearize
@@ -33,7 +31,6 @@ from pmwvc_core.scenario.scenario import Scenario
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
 LOWEST = 0.1  # [N/m]
-ROUNDING = 1e-9
 PER_DECADE = 20
 LARGEST_BATCH = 512
 ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
@@ -43,8 +40,6 @@ TICK, ENTRY = 2.5e5, 1e2  # of one user in one tick, and of every number it step
 STATES = 30  # of a user, before they are counted
 CUBE = 10.0  # eigenvalues of a matrix, per n^3
 CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round
-
-Radii = Callable[[Array], Array]  # spectral radius at each of several values
 
 
 class UnknownError(PmwvcError, ValueError):
@@ -79,8 +74,7 @@ class Work:
             )
 
 
-@dataclass(frozen=True)
-class Limit:
+class Limit(NamedTuple):
     """The limit of stability along one parameter.
 
     ``first`` is the smallest value at which stability is lost: 0 where the lowest value examined
@@ -97,12 +91,10 @@ def radii(*runs: Scenario, live: bool = False) -> Array:
     """Return the spectral radii ``(runs,)`` over the hyperperiod of scenarios that differ in what
     is :func:`.variation.stackable`; UnknownError where that is more work than allowed.
     """
-    work = Work(runs[0], len(runs))
-    found = [
-        (model.radii(), model.ticks) for model in _models(runs, work, live=live, circles=RADIUS)
-    ]
-    ticks = math.lcm(*(length for _, length in found))
-    return np.asarray(np.max([values ** (ticks // length) for values, length in found], axis=0))
+    models = list(_models(runs, Work(runs[0], len(runs)), live=live, circles=RADIUS))
+    ticks = math.lcm(*(model.ticks for model in models))
+    found = [model.radii() ** (ticks // model.ticks) for model in models]
+    return np.asarray(np.max(found, axis=0))
 
 
 def _models(
@@ -132,6 +124,13 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
     more work than allowed.
     """
     work, smaller = Work(scenario), subproblems(scenario)
+
+    def at(stiffness: Array) -> Flags:
+        """Tell where the loop is stable: quicker than radii at long delays."""
+        stiff = [with_stiffness(scenario, each) for each in stiffness]
+        models = _models(stiff, work, live=live, circles=1)
+        return np.asarray(np.all([model.stable() for model in models], axis=0))
+
     fine = 0.2
     try:
         if not any(is_long(part.runs[0], live=live) for part in smaller):
@@ -142,16 +141,6 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
                 states = max(states, len(model.columns))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
-
-        def at(stiffness: Array) -> Array:
-            """Return 0.5 where stable and 2 where not: faster than radii at long delays."""
-            stiff = [with_stiffness(scenario, each) for each in stiffness]
-            found = [
-                model.stable() if isinstance(model, Opened) else are_stable(model.radii())
-                for model in _models(stiff, work, live=live, circles=1)
-            ]
-            return np.where(np.all(found, axis=0), 0.5, 2.0)
-
         grid = np.geomspace(LOWEST, bound, points)
         changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
     except UnknownError as error:
@@ -162,22 +151,22 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
 
 
 def crossings(
-    at: Radii, grid: Array, *, within: float = 1e-6, parts: int = 17
+    at: Callable[[Array], Flags], grid: Array, *, within: float = 1e-6, parts: int = 17
 ) -> list[tuple[float, bool]]:
     """Return where stability changes on an ascending grid, ``within`` a relative precision, and
     whether it is regained there; first of all 0 where the lowest value is unstable.
 
-    ``at`` gives the spectral radii at several values; an interval is divided into so many
-    ``parts`` at a time.
+    ``at`` tells of several values which are stable; an interval is divided into so many ``parts``
+    at a time.
     """
     batches = range(0, len(grid), LARGEST_BATCH)
-    flags = are_stable(np.concatenate([at(grid[i : i + LARGEST_BATCH]) for i in batches]))
+    flags = np.concatenate([at(grid[i : i + LARGEST_BATCH]) for i in batches])
     found = [] if flags[0] else [(0.0, False)]
     for index in np.flatnonzero(flags[1:] != flags[:-1]):
         low, high, begins = float(grid[index]), float(grid[index + 1]), bool(flags[index])
         while high - low > within * max(abs(high), abs(low)):
             inner = np.linspace(low, high, parts + 1)[1:-1]
-            same = are_stable(at(inner)) == begins
+            same = at(inner) == begins
             step = len(same) if same.all() else int(np.argmin(same))
             ends = [low, *inner.tolist(), high]
             low, high = ends[step], ends[step + 1]
@@ -191,13 +180,3 @@ def z_width(
     """Return the largest stiffness for each contact damping [N s/m] that can be rendered."""
     walls = (varied(scenario, "server.contact_damping", b) for b in damping)
     return [k_max(wall, live=live, bound=bound) for wall in walls]
-
-
-def are_stable(radius: Array) -> Flags:
-    """Tell of every spectral radius whether it means stable."""
-    return np.asarray(radius <= 1.0 + ROUNDING)
-
-
-def stable(radius: float) -> bool:
-    """Tell whether a spectral radius means stable."""
-    return bool(radius <= 1.0 + ROUNDING)

@@ -37,8 +37,8 @@ def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
     lead = lead_s(scenario)
     tau = lag_s(user, scenario, live=live) + lead
     drawn = is_random(user.link_up) or is_random(user.link_down)
-    expected = " (expected; jitter and loss decide it)" if drawn else ""
-    text = f"round trip {tau * 1e3:.1f} ms{expected}"
+    text = f"round trip {tau * 1e3:.1f} ms"
+    text += " (expected; jitter and loss decide it)" if drawn else ""
     if not lead:
         return text
     return f"{text}, less {lead * 1e3:.1f} ms: its avatar moves by the force of the step before"
@@ -65,7 +65,6 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
 
 def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
-    tau = lag_s(user, scenario, live=live)
     head = f"{user.name}: {round_trip_words(user, scenario, live=live)}"
     if not lag_decides(user, scenario):
         command = "simulate" if nonlinear(scenario) else "transparency"
@@ -74,6 +73,7 @@ def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     if limit is not None and not limit.met:
         return [f"{head}; the rendered stiffness is not known."]
     found = [f"{head}; {link_words(user, scenario, live=live)}."]
+    tau = lag_s(user, scenario, live=live)
     if isinstance(user.impedance, MatrixImpedance) and tau > 0.0:
         free = lag_s(user, scenario, live=live, touching=False)
         least, most = smallest(user.impedance), largest(user.impedance)

@@ -85,10 +85,8 @@ def write(folder: Path, found: Transparency, measured: Measured | None) -> list[
         curves[f"measured_{key}"] = getattr(measured, key)
     arrays: dict[str, Array] = {}
     for key, values in curves.items():
-        if np.iscomplexobj(values):
-            arrays |= {f"{key}_real": values.real, f"{key}_imag": values.imag}
-        else:
-            arrays[key] = values
+        parts = {f"{key}_real": values.real, f"{key}_imag": values.imag}
+        arrays |= parts if np.iscomplexobj(values) else {key: values}
     with file_errors(f"write into {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
         paths = write_arrays(folder, NAME, arrays)

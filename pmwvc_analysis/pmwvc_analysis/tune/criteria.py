@@ -3,27 +3,19 @@
 """The criteria by which impedance, filter and hold are chosen: margin, feel, noise.
 
 **Margin**: spectral radius of the exact model, in touch and with nothing touched (then every wave
-comes back, and a device without damping is damped by filter and hold alone), largest
-contact stiffness, largest ratio of packet energy to wave energy (aliasing), and whether every part
-is passive by itself.
+comes back, and a device without damping is damped by filter and hold alone), largest contact
+stiffness, aliasing, and whether every part is passive by itself.
 
 **Feel**: stiffness of a steady press and mass in free motion, from the exact model, beside those
-of the ideal coupling. A change of stiffness or of weight of about 23 % is what people just notice;
-in that unit the cost of a choice is
+of the ideal coupling, in changes that people just notice (some 23 %); the mass with that of the
+arm. **Noise**: an encoder's steps d have the variance d^2/12; their differences over a tick T_c
+make a force of b d/(sqrt(6) T_c), root mean square. Where the scenario's device has such an
+encoder 0.1 N count as much as one difference; else that of a 10 um encoder is only shown::
 
-    cost^2 = [ln(k_felt/k_ideal)/ln 1.23]^2 + [ln((m_felt + m_arm)/(m_ideal + m_arm))/ln 1.23]^2,
+    cost^2 = [ln(k_felt/k_ideal)/ln 1.23]^2 + [ln((m_felt + m_arm)/(m_ideal + m_arm))/ln 1.23]^2
+             + (noise/0.1 N)^2
 
-the mass together with that of the arm, which moves along. A larger impedance b stiffens the link,
-2b/tau, and makes it heavier, b tau/2, so there is an optimum, at minimum cost.
-
-**Noise**: what the steps of an encoder make of the force. A position rounded to steps d has the
-variance d^2/12; its differences over a tick T_c make a force of b d/(sqrt(6) T_c), root mean
-square. Where the scenario's device has such an encoder the noise counts in the cost, 0.1 N (a
-tenth of a press of 1 N) for one just-noticeable difference:
-
-    cost^2 = ... + (noise/0.1 N)^2.
-
-For an exact device the noise of a 10 um encoder is shown and does not count.
+A larger impedance b stiffens the link, 2b/tau, and makes it heavier, b tau/2: there is an optimum.
 
 Where a scenario is not linear, radii, stiffnesses and masses are those of its nearest linear one
 (:mod:`pmwvc_analysis.models.linear`); passivity, aliasing and noise are those of the scenario.
@@ -38,6 +30,7 @@ import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import axes_of, outside, relative
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
@@ -141,9 +134,8 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     chosen = choice.applied(scenario)
     user = chosen.users[0]
     linear, in_touch, free = radii_of(chosen, live=live)
-    stable = stability.stable(max(in_touch, free))
     own, k_ideal, mass_ideal = Rendered(), None, None
-    if stable:
+    if stable(max(in_touch, free)):
         found = transparency(linear, np.ones(1), live=live)  # at rest is all
         own = found.rendered
         # What an ideal that is not stable itself (a wall without damping, sampled) leaves unknown
@@ -151,16 +143,14 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         k_ideal, mass_ideal = found.ideal.k_felt, found.ideal.mass_felt
         k_ideal = k_ideal if k_ideal is not None else float(user.contact.contact_stiffness) or None
         mass_ideal = mass_ideal if mass_ideal is not None else float(user.device.mass) or None
-    noise = noise_n(scenario, choice.impedance)
+    noise, cost = noise_n(scenario, choice.impedance), None
     k_ratio = _ratio(own.k_felt, k_ideal, 0.0)
     m_ratio = _ratio(own.mass_felt, mass_ideal, float(user.operator.mass))
-    cost = None
     if k_ratio and m_ratio and not own.k_felt is own.mass_felt is None:
-        counts = noise if velocity_step(scenario) else 0.0
-        cost = float(cost_of(k_ratio, m_ratio, counts))
+        cost = float(cost_of(k_ratio, m_ratio, noise if velocity_step(scenario) else 0.0))
     return Rating(
         choice=choice,
-        stable=stable,
+        stable=stable(max(in_touch, free)),
         spectral_radius=in_touch,
         free_radius=free,
         linear=linear,
@@ -240,10 +230,11 @@ def judged(scenario: Scenario, row: Rating) -> Rating:
     if session is None:
         return row
     traces = simulate_one(session)
-    found = verdict(traces, session)
-    ports = passivity(traces, session, None)
+    found, ports = verdict(traces, session), passivity(traces, session, None)
     owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
     words = [f"{owner}: {passivity_words.verdict(ports, owner)}" for owner in owners]
-    stable = STABLE if found.stable else found.instability or NOT_JUDGED
-    not_passive = "; ".join(words) or None
-    return dataclasses.replace(row, simulated=stable, simulated_passivity=not_passive)
+    return dataclasses.replace(
+        row,
+        simulated=STABLE if found.stable else found.instability or NOT_JUDGED,
+        simulated_passivity="; ".join(words) or None,
+    )

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import behind_counts
-from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Element, nonlinear
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune.criteria import (
     STABLE,
@@ -98,7 +98,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             "make the environment softer or server.period_s shorter, give device.damping, or take "
             "server.coupling = implicit where it is another"
         )
-        if all(stability.stable(row.spectral_radius) for row in rows.values()):
+        if all(stable(row.spectral_radius) for row in rows.values()):
             helps = (
                 "they are stable in contact, but nothing damps a device that touches nothing; "
                 "give it device.damping (a hand damps it as well, which the model leaves out), or "
@@ -163,7 +163,7 @@ def elsewhere(
     for key, b in itertools.product(keys, np.geomspace(*bounds, count).tolist()):
         choice = Choice(b, filters[key[0]], key[1])
         _, in_touch, free = radii_of(choice.applied(scenario), live=live)
-        if stability.stable(max(in_touch, free)):
+        if stable(max(in_touch, free)):
             row = rated(scenario, choice, live=live)
             if row.cost is not None and (key not in found or row.cost < (found[key].cost or 0.0)):
                 found[key] = row
