@@ -11,10 +11,10 @@ import pytest
 from support import plain as scenarios
 from support.linear_loops import scenario
 
-from pmwvc_analysis.delays import opened as long_delay
-from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models import linearize, stability
+from pmwvc_analysis.models import opened as long_delay
 from pmwvc_analysis.models.answer import answer
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_core.errors import PmwvcError

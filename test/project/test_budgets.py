@@ -60,7 +60,7 @@ ROOMS = {
         3_500,
         inside(
             "pmwvc_analysis",
-            *("models", "maps", "tune", "transparency", "filters", "prediction", "delays"),
+            *("models", "maps", "tune", "transparency", "filters", "prediction"),
             "arrays.py",
         ),
     ),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.linear_loops import scenario
 
-from pmwvc_analysis.delays.any_delay import any_delay
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.linearize import ROUNDING
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.prediction.prediction import aliasing_gain, one_step_bound

@@ -104,9 +104,7 @@ def _switching(master: MasterParams) -> float:
 
 
 def answer(scenario: Scenario, found: VelocityFilter) -> dict[str, Any]:
-    """Return the document of ``--json``; ``port_margin``, the least real part at the device [of
-    b], is that of the equivalent form, None for others.
-    """
+    """Return the document of ``--json``; ``port_margin`` [of b] is that of the equivalent form."""
     own = found.master.velocity_filter
     port_margin = float(found.port.min()) if own.in_force else None
     left = {  # by how much each of ``CONDITIONS`` is met; None where it does not apply

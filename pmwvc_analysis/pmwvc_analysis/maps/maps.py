@@ -92,9 +92,7 @@ class Measured(NamedTuple):
 
 
 def unfinished(folder: Path, grid: Grid) -> Array:
-    """Return the radii of a map as far as a folder has them, else NaN; PmwvcError where it holds
-    another map.
-    """
+    """Return radii as far as a folder has them, else NaN; PmwvcError if it has another map."""
     path = folder / PARTS
     if not path.exists():
         return np.full(grid.shape, np.nan)
@@ -112,10 +110,10 @@ def compute(
     folder: Path | None = None,
     done: Callable[[Points], None] = lambda points: None,
 ) -> Array:
-    """Return the spectral radii of a map ``(rows, columns)``, computed by workers or Dask as for
-    :func:`.workers.finished`. A folder, made where need be, keeps what is finished: that is not
-    computed again. ``done`` is called with points as they are finished. PmwvcError if a parameter
-    may not have a value of its axis, the folder holds another map, or Dask is not there.
+    """Return the spectral radii of a map ``(rows, columns)``, computed as
+    :func:`.workers.finished` says; ``done`` is called with points as they are finished, a folder
+    keeps them and has them not computed again. PmwvcError for a value that a parameter may not
+    have, or a folder of another map.
     """
     for axis in (grid.x, grid.y):
         for value in axis.values:
@@ -144,8 +142,8 @@ def batch(grid: Grid, points: Points) -> Array:
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:
-    """Return the growth rate ln(radius) per second of every point: radii are per hyperperiod,
-    whose length changes along the axis of a period; growth rates compare.
+    """Return ln(radius) per second of every point: it compares where radii, which are per
+    hyperperiod, do not.
     """
     x, y = (  # one value stands for all where none changes the hyperperiod
         axis.values[:1] if stackable(axis.name) else axis.values for axis in (grid.x, grid.y)
@@ -157,9 +155,7 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
 
 
 def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
-    """Return where each row loses stability first, between grid points; None where it never
-    does.
-    """
+    """Return where each row loses stability first, between grid points; None: it never does."""
     limits: list[float | None] = []
     for row in radius:
         index = int(np.argmin([*stable(row), False]))

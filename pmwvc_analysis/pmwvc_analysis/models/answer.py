@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.delays.opened import is_long, opened
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import Linear, linearize, stable
+from pmwvc_analysis.models.opened import is_long, opened
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -19,16 +19,11 @@ from pmwvc_core.scenario.scenario import Scenario
 def answer(
     scenario: Scenario, *, live: bool = False, bound: float = stability.BOUND
 ) -> dict[str, Any]:
-    """Return the answer of the exact model for a scenario.
-
-    Returns
-    -------
-    dict
-        ``spectral_radius`` per hyperperiod of ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m]
-        (None: nothing up to ``k_max_bound`` is unstable), ``k_max_unknown`` (why it is not known),
-        ``islands`` (stable ranges above ``k_max``), ``rigid_body_modes`` (taken out), ``states``
-        (their number, with those), ``slowest`` (``frequency_hz``, None where it is not clear, and
-        growth ``per_second`` of the largest eigenvalue), ``notes``.
+    """Return the answer of the exact model for a scenario: ``spectral_radius`` per hyperperiod of
+    ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m] (None: nothing up to ``k_max_bound`` is
+    unstable, unless ``k_max_unknown`` says why) and stable ``islands`` above, ``states`` with the
+    ``rigid_body_modes`` taken out, ``slowest`` (``frequency_hz``, None where it is not clear, and
+    growth ``per_second`` of the largest eigenvalue), ``notes``.
     """
     is_stable = stable(float(stability.radii(scenario, live=live)[0]))
     limit = stability.k_max(scenario, live=live, bound=bound)
@@ -90,12 +85,12 @@ CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most
 
 
 def _frequency_hz(linear: Linear, value: complex) -> float | None:
-    """Return the frequency of the motion of an eigenvalue; None where nothing of it is seen or two
-    are as strong.
+    """Return the frequency of an eigenvalue's motion; None where none is seen or two are as
+    strong.
 
-    The eigenvalue over a hyperperiod of N ticks gives it up to multiples of 1/(N T_c). The motion
-    within decides: y(k) lambda^(-k/N) has period N, and its largest harmonic j gives
-    (arg lambda + 2 pi j)/(2 pi N T_c).
+    Over a hyperperiod of N ticks it is known up to multiples of 1/(N T_c). Within, y(k)
+    lambda^(-k/N) has period N, and its largest harmonic j gives (arg lambda + 2 pi j)/(2 pi N
+    T_c).
     """
     ticks, tick_s, states = linear.ticks, linear.loop.tick_s, len(linear.columns)
     values, vectors = np.linalg.eig(linear.transition)

@@ -118,9 +118,7 @@ MATH = SimpleNamespace(**vars(math) | {name: _function(name) for name in BY_ELEM
 
 
 def _mapped(change: Callable[..., Any], *values: Any) -> Any:
-    """Return nested tuples of what is made of the numbers at each place of several ones;
-    UnlikeError where their forms differ.
-    """
+    """Return what is made of the numbers of nested tuples; UnlikeError if their forms differ."""
     first = values[0]
     if not isinstance(first, tuple | list):
         return change(*values)
@@ -159,9 +157,7 @@ def _joined(one: Any, other: Any, which: Flags) -> Any:
 
 
 def stacked(values: Sequence[Any]) -> Any:
-    """Return nested tuples of several runs as one: numbers that differ become arrays ``(runs,)``;
-    UnlikeError where the forms differ.
-    """
+    """Return several runs as one, with arrays ``(runs,)``; UnlikeError where the forms differ."""
 
     def whole(*of_runs: Any) -> Any:
         first = of_runs[0]

@@ -92,9 +92,7 @@ def _made(
 
 
 def _opened(s: Any, p: Any) -> tuple[Any, Any]:
-    """Return a force loop without limits, which takes positions as exact; its law may be one of
-    another package.
-    """
+    """Return a force loop without limits, with exact positions; its law may be a plug-in's."""
     far = {name: math.inf for name, limit in p.limits._asdict().items() if type(limit) is float}
     far |= {"soft_start_s": LEAST_S, "tick_s": p.limits.tick_s, "brakes": False}
     p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
@@ -118,9 +116,7 @@ def _unlimited(e: Any) -> Any:
 
 
 def _touching(user: User, fed: bool) -> User:
-    """Return a user who is in contact, and whose local model is there, all the time; who has a
-    position feedback, be it of no gain, where any run has one.
-    """
+    """Return a user always in contact and with a local model; with feedback where ``fed``."""
     position, local = user.master.position, changed(user.master.local_model, acts="everywhere")
     if fed and not position.is_on:
         position = changed(position, gain=math.ulp(0.0))

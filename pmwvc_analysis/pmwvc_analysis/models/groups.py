@@ -56,9 +56,7 @@ def _at_wall(scenario: Scenario) -> Scenario:
 
 
 def _along_axes(runs: Runs) -> list[Runs]:
-    """Return scenarios along each principal axis, equal ones once; themselves where an axis is all
-    there is, the impedances of one share none, or not all have as many.
-    """
+    """Return scenarios along each principal axis, equal ones once, or themselves: none shared."""
     if axes_of(runs[0]) == 1:
         return [runs]
     axes = [_by_axis(run) for run in runs]

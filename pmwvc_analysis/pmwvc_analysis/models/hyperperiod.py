@@ -77,9 +77,7 @@ class Hyperperiod(Loop):
         return after, {name: self._rows(signals) for name, signals in read.items()}
 
     def _go(self, inputs: bool = False, rounds: int = 1, one: float = ONE) -> None:
-        """Step around as :meth:`around` says, from every state at one in a column of its own, and
-        keep what is read, tick by tick.
-        """
+        """Step from every state at one in a column of its own; keep what is read by tick."""
         users, ticks, n = range(len(self.lines)), self.ticks, len(self.paths)
         self._one, self._width = one, n + inputs * len(users) * ticks * self.dof
         self._columns = self._width + 3

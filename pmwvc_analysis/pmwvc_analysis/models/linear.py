@@ -65,8 +65,8 @@ def nonlinear(scenario: Scenario) -> list[Element]:
 
 
 def axes_of(scenario: Scenario) -> int:
-    """Return the number of axes of the model: all of the scenario's where an impedance matrix
-    couples them; else one, as all axes have the same model. Controllers without waves have none.
+    """Return the number of axes of the model: the scenario's where an impedance matrix couples
+    them; else one, as all axes have the same model.
     """
     if not has_waves(scenario.controller):
         return 1
@@ -75,9 +75,7 @@ def axes_of(scenario: Scenario) -> int:
 
 
 def require_linear(scenario: Scenario) -> None:
-    """Raise NonlinearError for elements that no linear model stands for: it names each, and what
-    to ask instead.
-    """
+    """Raise NonlinearError for elements without a linear model, with what to ask instead."""
     found = nonlinear(scenario)
     alone = [element.text for element in found if element.instead is None]
     if alone:
@@ -186,8 +184,8 @@ def notes_of(scenario: Scenario) -> list[str]:
 
 def amplitude_of(scenario: Scenario) -> tuple[bool, float]:
     """Return whether code from other packages is tried on the strict channel (a master made for
-    it; a coupling is tried on the plain one), and up to which amplitude, in SI units: less there,
-    where a wave passes only if its energy has come.
+    it), and up to which amplitude [SI]: less there, where a wave passes only if its energy has
+    come.
     """
     strict = scenario.strict and scenario.controller not in RECORDS.library
     return strict, STRICT_AMPLITUDE if strict else AMPLITUDE

@@ -13,7 +13,16 @@ States that are not read, not driven, or present twice are left out, where entri
 or rows exactly equal in every run: that changes no eigenvalue other than zero, nor what follows
 from the inputs.
 
-Equations: docs/theory.md 15.1.
+**Rigid motions** are no instability: where nothing holds the users to the ground, all may stand
+elsewhere (A t = t), and where nothing brakes them either, all may move on uniformly (A t = t up to
+such a translation). Close to their eigenvalues, which are one exactly, there may be others that
+matter; so they are taken out. With T an orthonormal basis of the translations, (I - T T^T) A has
+the eigenvalues of A less those of T, and zeros in their place; a uniform motion is a translation
+of that. Where devices, object, deflections and springs are and how devices and object move
+(``placed``, p) gives all other states s. With (A - I)[:, s] = Q U, they leave of (A - I) t = 0 the
+small problem (I - Q Q^T)(A - I)[:, p] t_p = 0: what is zero there but for rounding shows.
+
+Equations: docs/theory.md 15.1, 15.2.
 """
 
 from collections.abc import Iterable, Sequence
@@ -24,12 +33,12 @@ import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import PLACED, Hyperperiod, StateName
 from pmwvc_analysis.models.outside import checked
-from pmwvc_analysis.models.rigid import quotient
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
 ROUNDING = 1e-9  # of a radius
+STANDING, MOVING = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
 LARGEST_LIFTED = 4000  # users times ticks times axes
 LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB
 
@@ -64,7 +73,7 @@ class Linear:
 
     @cached_property
     def quotient(self) -> tuple[Array, Integers]:
-        """A of every run without rigid motions, and how many each has; see :mod:`.rigid`."""
+        """A of every run without rigid motions, and how many each has; see :func:`quotient`."""
         return quotient(self.matrices, placed(self.columns))
 
     def radii(self) -> Array:
@@ -77,17 +86,15 @@ class Linear:
 
 
 def stable(radius: Any) -> Any:
-    """Tell whether a spectral radius means stable, or which of several do: no eigenvalue is
-    outside the unit circle, beyond rounding.
-    """
+    """Tell whether spectral radii mean stable: at most 1, but for rounding."""
     return radius <= 1.0 + ROUNDING
 
 
 def linearize(
     *runs: Scenario, live: bool = False, weights: Sequence[int] = (), outputs: bool = False
 ) -> Linear:
-    """Return the linear model of scenarios; see :class:`.loop.Loop` for what is asked. Its inputs
-    are left out. Raises what :func:`.outside.checked` raises.
+    """Return the linear model of scenarios without inputs; parameters as :class:`.loop.Loop`,
+    raises what :func:`.outside.checked` raises.
     """
     loop_of = kept_loop if len(runs) == 1 else kept_loop.__wrapped__
     loop = loop_of(*runs, live=live, weights=tuple(weights))
@@ -177,3 +184,30 @@ def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
         for j in kept.tolist()
         if (earlier := first.setdefault((whole[:, j] + 0.0).tobytes(), j)) != j and not always[j]
     }
+
+
+def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:
+    """Return matrices ``(runs, n, n)`` without rigid motions, zeros in place of their eigenvalues,
+    and how many each run has ``(runs,)``; ``placed`` are ``(n,)``, see module.
+    """
+    motions = np.zeros(len(matrices), dtype=np.int64)
+    for rounding in (STANDING, MOVING):
+        basis = _translations(matrices, placed, rounding)
+        matrices = matrices - basis @ (basis.swapaxes(1, 2) @ matrices)
+        motions += np.count_nonzero(basis.any(axis=1), axis=1)
+    return matrices, motions
+
+
+def _translations(matrices: Array, placed: Flags, rounding: float) -> Array:
+    """Return the t with A t = t: orthonormal columns, or zero, ``(runs, n, number of p)``."""
+    p, s = np.flatnonzero(placed), np.flatnonzero(~placed)
+    moves = matrices - np.eye(len(placed))
+    orthogonal, upper = np.linalg.qr(moves[..., s])
+    by_others = orthogonal.swapaxes(1, 2) @ moves[..., p]
+    _, sizes, rows = np.linalg.svd(moves[..., p] - orthogonal @ by_others, full_matrices=False)
+    free = sizes <= rounding * np.maximum(sizes[:, :1], 1.0)
+    found = np.zeros((*matrices.shape[:2], len(p)))
+    found[:, p] = rows.swapaxes(1, 2) * free[:, np.newaxis]
+    found[:, s] = -np.linalg.solve(upper, by_others @ found[:, p])
+    basis, sizes, _ = np.linalg.svd(found, full_matrices=False)
+    return np.asarray(basis * (sizes > 0.5)[:, np.newaxis])  # of length 1 in p alone, or zero

@@ -26,9 +26,8 @@ def hyperperiod_ticks(scenario: Scenario) -> int:
 
 
 def delay_ticks(params: LinkParams, *, tick_s: float, live: bool) -> int:
-    """Return the delay of a link in whole ticks, rounded up: receivers look at their ticks.
-
-    A live packet takes at least something, so it is never there at the tick it was sent.
+    """Return the delay of a link in whole ticks, rounded up: receivers look at their ticks. Live,
+    a packet is never there at the tick it was sent.
     """
     ticks = -(-round(params.delay_s * 1e9) // round(tick_s * 1e9))
     return max(ticks, 1) if live else ticks
@@ -97,10 +96,8 @@ UnderWay = tuple[Sent, ...]
 
 
 def arrived(way: UnderWay, tick: int) -> tuple[UnderWay, list[Packet]]:
-    """Return what is under way still, and the packets that have arrived.
-
-    What their sums add to those of the packet before is the wave, and energy for whatever a
-    playout does with it: the receiver's own sums are zero when they come (:func:`sums_anew`).
+    """Return what is under way still, and the packets that have arrived: with sums from zero on
+    (:func:`sums_anew`), and energy for whatever a playout does with a wave.
     """
     packets: list[Packet] = []
     while way and way[0].arrives <= tick:

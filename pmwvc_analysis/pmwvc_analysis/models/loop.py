@@ -141,9 +141,7 @@ def _with_paces(s: State, lines: list[Line]) -> State:
 
 
 def settled_paces(line: Line) -> tuple[Pace, Pace]:
-    """Return the clocks of a user's playouts where a hyperperiod begins: at the server, and at the
-    device.
-    """
+    """Return a user's settled clocks where a hyperperiod begins: at server and device."""
     frame, step, serve = line.frame.period, line.serve.period, line.serve.phase
     return (
         _settled(frame, step, line.delay_up % frame, serve, line.tick_s),

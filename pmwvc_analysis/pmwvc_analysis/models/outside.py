@@ -33,9 +33,8 @@ FRAME_TICKS = 8  # on the strict channel
 
 
 def checked(*runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
-    """Return the loop of scenarios with code of other packages, once it was tried; NonlinearError
-    if something is not linear, or code from outside the library keeps state elsewhere, PmwvcError
-    if the hyperperiod is too long.
+    """Return the loop of scenarios, code of other packages having been tried; NonlinearError if
+    that is not linear or keeps state elsewhere, PmwvcError if the hyperperiod is too long.
     """
     if found := outside(runs[0]):
         what = f"{runs[0].name}: {', '.join(found)}"
@@ -49,11 +48,8 @@ def checked(*runs: Scenario, live: bool = False, weights: Sequence[int] = ()) ->
 
 
 def _check(runs: Sequence[Scenario], what: str, *, live: bool, weights: Sequence[int]) -> None:
-    """Refuse what is not linear, or not the same again.
-
-    On the strict channel a wave passes only if its energy has come, which limits the amplitude. So
-    a coupling is tried on the plain channel; a strict master with frames as long as steps, where
-    playouts hold the same after every hyperperiod.
+    """Refuse what is not linear, or not the same again: a coupling on the plain channel; a strict
+    master with frames as long as steps, where playouts hold the same after every hyperperiod.
     """
     tried, (strict, amplitude) = runs, amplitude_of(runs[0])
     if strict:

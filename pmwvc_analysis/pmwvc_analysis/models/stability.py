@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.opened import Opened, is_long, opened
 from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.linearize import Linear, linearize
 from pmwvc_analysis.models.links import hyperperiod_ticks
+from pmwvc_analysis.models.opened import Opened, is_long, opened
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
@@ -77,8 +77,8 @@ class Work:
 class Limit(NamedTuple):
     """The limit of stability along one parameter.
 
-    ``first`` is the smallest value at which stability is lost: 0 where the lowest value examined
-    is unstable already, None where nothing up to ``bound``, the largest one, is.
+    ``first`` is where stability is lost: 0: the lowest value is unstable, None: none up to
+    ``bound`` is.
     """
 
     first: float | None
@@ -89,7 +89,7 @@ class Limit(NamedTuple):
 
 def radii(*runs: Scenario, live: bool = False) -> Array:
     """Return the spectral radii ``(runs,)`` over the hyperperiod of scenarios that differ in what
-    is :func:`.variation.stackable`; UnknownError where that is more work than allowed.
+    is :func:`.stackable`; UnknownError where that is more work than allowed.
     """
     models = list(_models(runs, Work(runs[0], len(runs)), live=live, circles=RADIUS))
     ticks = math.lcm(*(model.ticks for model in models))
@@ -100,8 +100,8 @@ def radii(*runs: Scenario, live: bool = False) -> Array:
 def _models(
     runs: Sequence[Scenario], work: Work, *, live: bool, circles: int
 ) -> Iterator[Linear | Opened]:
-    """Yield the models of the smaller problems of scenarios; work is counted before it is done,
-    with so many circles for each that is open at long delays.
+    """Yield the models of the smaller problems of scenarios; work is counted before it is done, so
+    many circles for one that is open at long delays.
     """
     for part in subproblems(*runs):
         of: dict[str, Any] = {"live": live, "weights": part.weights}
@@ -120,9 +120,7 @@ def _models(
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
-    """Return the largest contact stiffness [N/m], all contacts in proportion; unknown where it is
-    more work than allowed.
-    """
+    """Return the largest contact stiffness [N/m], all in proportion; unknown: too much work."""
     work, smaller = Work(scenario), subproblems(scenario)
 
     def at(stiffness: Array) -> Flags:
@@ -154,10 +152,8 @@ def crossings(
     at: Callable[[Array], Flags], grid: Array, *, within: float = 1e-6, parts: int = 17
 ) -> list[tuple[float, bool]]:
     """Return where stability changes on an ascending grid, ``within`` a relative precision, and
-    whether it is regained there; first of all 0 where the lowest value is unstable.
-
-    ``at`` tells of several values which are stable; an interval is divided into so many ``parts``
-    at a time.
+    whether it is regained there; 0 where the lowest value is unstable. ``at`` tells which of
+    several values are stable; an interval is divided into so many ``parts`` at a time.
     """
     batches = range(0, len(grid), LARGEST_BATCH)
     flags = np.concatenate([at(grid[i : i + LARGEST_BATCH]) for i in batches])

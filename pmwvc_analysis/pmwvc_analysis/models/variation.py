@@ -18,9 +18,7 @@ T = TypeVar("T")
 
 
 def stackable(name: str) -> bool:
-    """Tell whether a parameter may differ among scenarios that are stepped side by side;
-    ScenarioError if there is none, with the nearest name.
-    """
+    """Tell whether a parameter may differ side by side; ScenarioError where there is none."""
     group, _, leaf = resolved(name)[1][0].rpartition(".")
     return bool(group) and spec_of(name).kind is float and leaf not in TIMES
 
@@ -33,8 +31,8 @@ def changed(parameters: T, **values: Any) -> T:
 
 
 def with_stiffness(scenario: Scenario, stiffness: float) -> Scenario:
-    """Return the scenario with other contact stiffnesses [N/m]: that of the stiffest contact;
-    where users differ, they keep their proportion.
+    """Return the scenario with another stiffness [N/m] of the stiffest contact, the others in
+    proportion.
     """
     values = [float(user.contact.contact_stiffness) for user in scenario.users]
     users, top = [], max(values)

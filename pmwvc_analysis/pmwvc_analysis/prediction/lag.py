@@ -9,30 +9,26 @@ lossless transformer. With n^2 = b_s/b_m, for slow motion,
     F_s = n F_m,                            x_m = n x_s + F_m tau/(2 b_m),
     1/k_felt = n^2/K + tau/(2 b_m),         mass_felt = b_m tau/2.
 
-With ``one_step_delay`` the avatar moves by the force of the step before: once the force F_s has
-been built up it stands F_s T_VE/b_s further in than its waves give, at the device n F_s T_VE/b_s =
-F_m T_VE/b_m: a lag of -2 T_VE, on either channel. Where that is more than the waves lag, the
-device stands behind its avatar and renders more than the contact's stiffness. Where nothing is
-touched there is no force, and the lag is that of the waves.
+With ``one_step_delay`` the avatar moves by the force of the step before: in contact it stands F_s
+T_VE/b_s further in than its waves give, at the device F_m T_VE/b_m: a lag of -2 T_VE, on either
+channel. Where that is more than the waves lag, the device stands behind its avatar and renders
+more than the contact's stiffness.
 
-A zero-order hold comes back as steps through device and filter, which is sampled at their end and
-not at their mean. While a wave rises evenly, tick j of a frame is j - (M-1)/2 ticks older than the
-mean; what device and filter leave of that at a sample makes the lag longer where something is
-touched, and shorter by as much where nothing is: the wave comes back with the other sign. Nothing
-is left behind ``integrate_and_dump``.
+A zero-order hold comes back as steps through device and filter, which is sampled at their end.
+While a wave rises evenly, tick j of a frame is j - (M-1)/2 ticks older than the mean; what device
+and filter leave of that at a sample makes the lag longer in contact, and shorter by as much where
+nothing is touched: the wave comes back with the other sign.
 
-On the strict channel, which has neither anti-aliasing filter nor rate drop nor hold, a playout
-follows how late packets come. Where delays are constant it is as late as the greatest age a of the
-newest packet at a step of the server, and the delay d down; a step's wave is taken and answered as
-a whole, on average half a step late each way:
+On the strict channel, without filter, rate drop and hold, a playout follows how late packets come:
+by the greatest age a of the newest packet at a step of the server, and the delay d down, where
+delays are constant. A step's wave is taken and answered as a whole, half a step late each way:
 
     tau = a + d + T_VE
 
-Where delays are not constant it settles at the lateness L with r E[(late - L)+] = E[(L - late)+],
-r = EARLY_S/LATE_S (``law.channel.pace``): from the mean (sqrt(r) - 1)/(sqrt(r) + 1) of the way to
-the longest delay under uniform jitter, and later by what packets lost one by one make of the next
-ones. A deadband adds the time for which a frame waits at most. Delays of other shape and bursts
-are not counted.
+Else it settles at the lateness L with r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S
+(``law.channel.pace``): from the mean (sqrt(r) - 1)/(sqrt(r) + 1) of the way to the longest delay
+under uniform jitter, and later by what packets lost one by one make of the next ones. A deadband
+adds the time for which a frame waits at most. Delays of other shape and bursts are not counted.
 
 Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5, 17.7.
 """
@@ -99,9 +95,7 @@ def rendered_mass(user: User, scenario: Scenario, *, live: bool) -> float:
 
 
 def lead_s(scenario: Scenario) -> float:
-    """Return by how much less the waves lag in contact because the avatar is moved by the force of
-    the step before [s]; see module.
-    """
+    """Return by how much less waves lag in contact [s]: the avatar moves by the force before."""
     return 2.0 * scenario.server.period_s if decodes_late(scenario) else 0.0
 
 
@@ -182,9 +176,7 @@ def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:
 
 
 def _latest_s(link: LinkParams, tick_s: float, *, live: bool) -> float:
-    """Return the delay that a playout follows, in whole ticks [s]: exact where it is constant or
-    uniform, the mean one where the longest is not known.
-    """
+    """Return the delay that a playout follows, in whole ticks [s]: mean if no longest is known."""
     if not any(effect.spreads for effect in active(link)):
         return delay_ticks(link, tick_s=tick_s, live=live) * tick_s
     longest, mean = longest_s(link), mean_s(link)

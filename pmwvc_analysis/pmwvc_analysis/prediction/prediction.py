@@ -5,7 +5,7 @@
 Stability, spectral radius and the largest contact stiffness are those of the exact model
 (:mod:`pmwvc_analysis.models`): hands off, all contacts touching, every packet after its constant
 delay. A nonlinear scenario has no such model; then stability is predicted only by a proof for any
-constant delay (:mod:`pmwvc_analysis.delays.any_delay`), and only if the nearest linear scenario
+constant delay (:mod:`pmwvc_analysis.models.any_delay`), and only if the nearest linear scenario
 does not contradict it. Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
 
 Equations: docs/theory.md 4.9.
@@ -15,8 +15,8 @@ import functools
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.delays.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models.linear import Relative, left_out, relative
 from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
@@ -93,9 +93,7 @@ def answer(scenario: Scenario, *, live: bool) -> Answer:
 
 
 def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
-    """Return the rate at which the slowest motion grows [1/s], below zero where it decays; None
-    where there is no exact model.
-    """
+    """Return the growth of the slowest motion [1/s], negative: decay; None without a model."""
     found = exact(scenario, live=live)
     if isinstance(found, str) or found.spectral_radius <= 0.0:
         return None
@@ -137,9 +135,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
 
 
 def passive(scenario: Scenario) -> bool:
-    """Tell whether stability at any constant delay is proved from the gains of both ends, whether
-    or not a server port has to limit its environment for it.
-    """
+    """Tell whether stability at any constant delay is proved, a server port limiting or not."""
     found = any_delay(scenario)
     return found is not None and found.proved
 

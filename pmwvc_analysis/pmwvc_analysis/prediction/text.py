@@ -71,16 +71,11 @@ def _delay_lines(known: Answer) -> list[str]:
         at = f"; the gain around the loop is at most {proof.gain:.6f}" if proof.gain else ""
         return [f"Stable at any constant delay, hands off, {where}{at}."]
     reasons: Sequence[str] = proof.reasons
-    if proof.proved and known.limited is False:
-        reasons = ["the nearest linear scenario is not stable"]
-    elif proof.proved:
+    if proof.proved:
         reasons = ["the server port will limit its environment, or that is not known"]
+        if known.limited is False:
+            reasons = ["the nearest linear scenario is not stable"]
     return [f"Not proved stable at any constant delay: {'; '.join(reasons)}."]
-
-
-def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
-    """Return the loop of one user of a scenario, as the tuning rules take it."""
-    return tuning.loop_of(user, scenario.server)
 
 
 def unknown_delay(user: User) -> str:
@@ -91,16 +86,16 @@ def unknown_delay(user: User) -> str:
 
 def _rule_lines(scenario: Scenario) -> list[str]:
     """Return the margins of each user's parameters to the rule of a controller without waves."""
-    found = []
+    found, record = [], record_of(scenario.controller)
     for user in scenario.users:
-        loop = rule_loop(user, scenario)
-        checked = record_of(scenario.controller).check(user.baseline, loop)
-        for rule, margin in checked.items():
-            if math.isnan(margin):
-                found.append(f"{user.name}: rule '{rule}' unknown: {unknown_delay(user)}.")
-                continue
+        for rule, margin in record.check(
+            user.baseline, tuning.loop_of(user, scenario.server)
+        ).items():
             verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
-            found.append(f"{user.name}: rule '{rule}' {verdict} {abs(margin):.1f} N s/m.")
+            words = f"{verdict} {abs(margin):.1f} N s/m"
+            if math.isnan(margin):
+                words = f"unknown: {unknown_delay(user)}"
+            found.append(f"{user.name}: rule '{rule}' {words}.")
     return found
 
 

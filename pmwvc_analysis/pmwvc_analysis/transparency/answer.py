@@ -76,9 +76,7 @@ def sentences(document: dict[str, Any]) -> list[str]:
 
 
 def write(folder: Path, found: Transparency, measured: Measured | None) -> list[Path]:
-    """Write all curves by name, complex ones as real and imaginary part, as NPZ, MAT and CSV (the
-    measured ones in a CSV of their own).
-    """
+    """Write all curves, complex ones in two parts, as NPZ, MAT and CSV (measured: its own)."""
     curves = {key: getattr(found, key) for key in ("frequency_hz", "admittance", "impedance")}
     curves["ideal_admittance"] = found.ideal_admittance
     for key in ("frequency_hz", "admittance", "coherence") if measured is not None else ():

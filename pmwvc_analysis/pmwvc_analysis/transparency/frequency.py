@@ -4,12 +4,11 @@
 
 A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperperiod of N ticks, the
 input w exp(j theta N n) with w[i, k] = p_i exp(j theta k), p_i a vector where axes are coupled.
-The state follows with (exp(j theta N) - A)^-1 B w. What comes out holds images at theta + 2 pi j/N
-besides; the component at theta itself is the mean of y(k) exp(-j theta k) over the hyperperiod
-(base band).
+The state follows with (exp(j theta N) - A)^-1 B w. Of what comes out, with its images at theta + 2
+pi j/N, the component at theta is the mean of y(k) exp(-j theta k) over the hyperperiod.
 
 A state that only takes over another one (a delay line has one per packet under way) is that one
-turned back by exp(-j theta N). Such states are put in before solving: long delays cost little.
+turned back by exp(-j theta N), put in before solving: long delays cost little.
 
 Equations: docs/theory.md 12.1, 12.2.
 """
@@ -19,11 +18,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pmwvc_analysis.models.linearize import Linear
+from pmwvc_analysis.models.windings import refined
 from pmwvc_core.numeric import Array, Complex, Integers
 
 LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
 AT_ONCE = 4_000_000  # complex numbers: 64 MB
-POINTS = 21  # of an interval where a maximum is looked for: it then shrinks to a tenth
 LOW_HZ = 0.04  # where limits at rest are taken, at most
 
 
@@ -74,8 +73,8 @@ def response(
 
 
 def _taken_over(model: Linear) -> tuple[Integers, Integers, Integers]:
-    """Return the states to solve for in order, per state which one of them it repeats, and by how
-    many hyperperiods late.
+    """Return the states to solve for in order, per state which of them it repeats, and by how many
+    hyperperiods late.
     """
     rows, count = model.transition, len(model.states)
     before = np.argmax(rows != 0.0, axis=1)
@@ -122,17 +121,3 @@ def first_peak_hz(at: Callable[[Array], Complex], tick_s: float) -> float | None
         if len(peaks):
             return refined(size_at, frequency[peaks[0]], frequency[peaks[0] + 2], rounds=4)[1]
     return None
-
-
-def refined(
-    at: Callable[[Array], Array], low: float, high: float, *, rounds: int
-) -> tuple[float, float]:
-    """Return the largest value between two points, and where; ``at`` is of ``(points,)``."""
-    found = -np.inf, low
-    for _ in range(rounds):
-        points = np.linspace(low, high, POINTS)
-        values = at(points)
-        top = int(np.argmax(values))
-        found = max(found, (float(values[top]), float(points[top])))
-        low, high = points[max(top - 1, 0)], points[min(top + 1, POINTS - 1)]
-    return found

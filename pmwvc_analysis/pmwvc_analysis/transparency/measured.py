@@ -48,9 +48,8 @@ class Measured:
 
 
 def measure(user: UserTraces, known: User) -> Measured:
-    """Return the admittance that a session with a chirp, a sine or a recorded force shows;
-    PmwvcError if the force is not given from outside, was not recorded, ticks are missing, or
-    there is too little of it.
+    """Return the admittance that a session with a given force shows; PmwvcError if a hand answers,
+    the force was not recorded, ticks are missing, or there is too little of it.
     """
     _require_given(known)
     force, position, rows = user.f_h[:, 0], user.x_m[:, 0], _acting(user)
@@ -77,8 +76,7 @@ def measure(user: UserTraces, known: User) -> Measured:
 
 def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list[float]:
     """Return what every user pushed per unit of the force of the one looked at; PmwvcError if
-    another hand reacts to the motion, was not recorded, or pushed in a way of its own: then the
-    position is not that one user's doing.
+    another hand answers, was not recorded, or pushed in a way of its own.
     """
     own = {user.name: user for user in users}
     name = scenario.users[index].name

@@ -57,11 +57,8 @@ COUPLED = 8  # of them for a tick with axes that are coupled
 
 @dataclass(frozen=True)
 class Choice:
-    """One impedance [N s/m], filter and hold, for every user; on the strict channel the scenario's
-    filter and hold stay as they are.
-
-    ``as_given`` leaves the scenario as it is; ``impedance`` is then that of the first user's
-    master, of a matrix what a force along the first axis meets.
+    """One impedance [N s/m], filter and hold (strict: the scenario's) for every user; ``as_given``
+    leaves the scenario as it is, ``impedance`` is then that of the first master's first axis.
     """
 
     impedance: float
@@ -70,12 +67,9 @@ class Choice:
     as_given: bool = False
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
-        """Return what gives a scenario this choice, as parameters by name; without an impedance as
-        given that no number gives.
-        """
+        """Return what gives a scenario this choice, by name; no impedance that is no number."""
         found: dict[str, float | str] = {}
-        ends = {user.impedance for user in scenario.users}
-        ends |= {user.server_impedance for user in scenario.users}
+        ends = {b for user in scenario.users for b in (user.impedance, user.server_impedance)}
         names: tuple[str, ...] = STRICT if scenario.strict else (*STRICT, *SAMPLED)
         if self.as_given and (len(ends) > 1 or isinstance(ends.pop(), MatrixImpedance)):
             names = names[len(STRICT) :]
@@ -128,9 +122,7 @@ class Rating:
 
 
 def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
-    """Return what a choice does for a scenario, along the first axis; PmwvcError where the periods
-    of the scenario hardly ever meet.
-    """
+    """Return what a choice does for a scenario, along the first axis; raises as the model."""
     chosen = choice.applied(scenario)
     user = chosen.users[0]
     linear, in_touch, free = radii_of(chosen, live=live)
@@ -176,9 +168,7 @@ def radii_of(scenario: Scenario, *, live: bool) -> tuple[Scenario, float, float]
 
 
 def velocity_step(scenario: Scenario) -> float | None:
-    """Return the largest velocity that one step of an encoder makes [m/s]; None where velocities
-    are exact.
-    """
+    """Return the largest velocity of one encoder step [m/s]; None where velocities are exact."""
     steps = [
         float(user.device.encoder_step_m) / float(user.master.tick_s)
         for user in scenario.users
@@ -201,18 +191,15 @@ def cost_of(k_ratio: Any, m_ratio: Any, noise_n: Any = 0.0) -> Any:
 
 
 def _ratio(felt: float | None, ideal: float | None, more: float) -> float | None:
-    """Return rendered to ideal, each with more: 1 where the ideal is not known, None where only it
-    is.
-    """
+    """Return rendered to ideal, each with more: 1 without an ideal, else None without rendered."""
     if not ideal:
         return 1.0
     return max((felt + more) / (ideal + more), 1e-9) if felt else None
 
 
 def session_of(scenario: Scenario) -> Scenario | None:
-    """Return the session that a choice is judged by; None where that is too much work.
-
-    Axes that no matrix couples are equal: the one along which the hands press stands for them.
+    """Return the session that a choice is judged by, of equal axes the one along which hands
+    press; None where that is too much work.
     """
     if axes_of(scenario) == 1:
         task = dataclasses.replace(scenario.task, sideways_m=0.0)

@@ -3,12 +3,11 @@
 """The search: filters and holds that are fit for the rate drop, and the best impedance of each. On
 the strict channel, which has neither, the impedance alone.
 
-The best impedance of a filter and a hold is found from their lag and the noise of the encoder;
-the few choices that are left are then rated by the exact model.
-The link is a spring 2b/tau and a mass b tau/2. An impedance stays between the least that keeps a
-one-step-delay port passive (K T_VE + 2B <= b) and a quarter of what the force loop itself stands
-at a matched port, b T_c/m = 2; and one step d of an encoder to and fro passes the slew limit,
-2 b d/T_c <= max_slew T_c.
+The best impedance of a filter and a hold is found from their lag tau (a spring 2b/tau, a mass
+b tau/2) and the noise of the encoder; the few choices that are left are rated by the exact model.
+An impedance stays between the least that keeps a one-step-delay port passive (K T_VE + 2B <= b)
+and a quarter of what the force loop itself stands at a matched port, b T_c/m = 2; and one step d
+of an encoder to and fro passes the slew limit, 2 b d/T_c <= max_slew T_c.
 
 The best choice is then simulated with the scenario's own hands. One that is not stable there, or
 limited by safety, gives way to the next best, and at last to a smaller impedance.
@@ -19,7 +18,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,13 +52,10 @@ LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 Key = tuple[str, str]  # filter, hold
 
 
-@dataclass(frozen=True)
-class Proposal:
-    """The proposed choice, and the others by name: as given, stiffer, lighter, other filters and
-    holds.
-
-    ``bounds`` are the least and largest impedance examined [N s/m], ``elements`` those of the
-    scenario that no linear model covers.
+class Proposal(NamedTuple):
+    """The proposed choice, and others by name: as given, stiffer, lighter, other filters and
+    holds; ``bounds`` are the impedances examined [N s/m], ``elements`` what no linear model
+    covers.
     """
 
     best: Rating
@@ -69,8 +65,8 @@ class Proposal:
 
 
 def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
-    """Return the best choice for a scenario and its neighbours; PmwvcError if it is no wave
-    session, or nothing found is stable, in the model or simulated.
+    """Return the best choice for a scenario and its neighbours; PmwvcError without waves, or where
+    nothing found is stable, in the model or simulated.
     """
     record = record_of(scenario.controller)
     if not record.waves:
@@ -155,9 +151,7 @@ def elsewhere(
     *,
     live: bool,
 ) -> dict[Key, Rating]:
-    """Return the best stable choice of each filter and hold among impedances a factor ``WIDE``
-    apart, where none of those found from the lag is stable.
-    """
+    """Return the best stable choice of each filter and hold among impedances ``WIDE`` apart."""
     count = 1 + math.ceil(math.log(bounds[1] / bounds[0]) / math.log(WIDE))
     found: dict[Key, Rating] = {}
     for key, b in itertools.product(keys, np.geomspace(*bounds, count).tolist()):
@@ -187,8 +181,8 @@ def bounds_of(scenario: Scenario) -> tuple[float, float]:
 
 
 def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
-    """Return the filters to choose from, by what they are called in the answer: those that can be
-    built at this tick, with the velocity filter there is, and let hardly any aliasing through.
+    """Return the filters to choose from, by name: those that can be built at this tick, with the
+    velocity filter there is, and let hardly any aliasing through.
     """
     user = scenario.users[0]
     master = user.master

@@ -2,20 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stability at any constant delay: a proof from the gains of both ends of the link, or why not.
 
-G_i(Theta) is the packet-to-packet response of user i's end (:mod:`.ends`: held device, controller,
-filter, rate drop and hold), S(Theta) that of the server's end. Delays turn packets, they add no
-gain. If both ends are stable by themselves and
+G_i(Theta) is the packet-to-packet response of user i's end, S(Theta) that of the server's end
+(:func:`.opened.ends`). Delays turn packets, they add no gain. If both ends are stable by
+themselves and
 
     largest singular value of sqrt|G| S sqrt|G| <= 1    at all frequencies, |G| = diag(|G_i|),
 
 then I - t S G D(Theta) is regular for every delay D and 0 <= t < 1: no eigenvalue ever crosses the
 unit circle (Nyquist), the session is stable with any constant delays ("loop rule", while all
 contacts touch as the linear model has it). If moreover every |G_i| <= 1 and the server returns no
-more energy than it received whatever touches (``implicit``, which conserves energy exactly; a
-ledger without allowance), contacts may come and go ("parts rule").
-
-A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0 by itself, so each condition is
-one on the whole end: what filter and rate drop lose must cover it at every frequency.
+more energy than it received whatever touches (``implicit``; a ledger without allowance), contacts
+may come and go ("parts rule"). A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0
+by itself: what filter and rate drop lose must cover it at every frequency.
 
 An impedance matrix B = V diag(b) V^T couples the axes: then G_i = V diag(G_i(b)) V^T, and the
 same with its absolute value, which commutes with the delays of its user.
@@ -30,11 +28,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.opened import ends
-from pmwvc_analysis.delays.windings import System
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
+from pmwvc_analysis.models.opened import ends
 from pmwvc_analysis.models.variation import changed, with_impedances
-from pmwvc_analysis.transparency.frequency import refined
+from pmwvc_analysis.models.windings import System, refined
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -133,11 +130,8 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
 
 
 def _master_end(scenario: Scenario, user: User, impedance: float, *, live: bool) -> System:
-    """Return the end of a user with an impedance [N s/m], an eigenvalue of its matrix, from the
-    packet v to the packet u sent at the next frame start.
-
-    A frame is as long as a step of the server; there is no linear position feedback: that is no
-    wave.
+    """Return a user's end with an impedance [N s/m], an eigenvalue of its matrix, from packet v to
+    packet u: at a frame as long as a step, without position feedback, which is no wave.
     """
     alone = with_impedances(user, impedance, None)
     wall = changed(scenario.server, coupling="implicit", environment="wall")
@@ -150,10 +144,8 @@ def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
     best = int(np.argmax(values))
     found = float(values[best]), float(angle[best])
     sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
-    inner = np.flatnonzero((values >= sides) & (values > found[0] - NEAR))
-    last = len(angle) - 1
-    for index in inner.tolist():
-        ends = angle[max(index - 1, 0)], angle[min(index + 1, last)]
+    for index in np.flatnonzero((values >= sides) & (values > found[0] - NEAR)).tolist():
+        ends = angle[max(index - 1, 0)], angle[min(index + 1, len(angle) - 1)]
         found = max(found, refined(gain, *ends, rounds=ROUNDS))
     return found
 

@@ -10,6 +10,7 @@ for, so that the work does not grow with q. Only where |L| passes 1 the angle is
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex, Integers
 
 POINTS = 250
+WITHIN = 21  # points of an interval with a maximum: it then shrinks to a tenth
 LOWEST = 1e-8  # [rad]
 PER_TURN = 10  # points for each turn of a difference of delays
 MOST = 200_000  # points
@@ -202,4 +204,18 @@ def _matched(values: Complex) -> Complex:
     for point, distances in enumerate(apart, start=1):
         order = linear_sum_assignment(distances)[1][order]
         found[point] = values[point, order]
+    return found
+
+
+def refined(
+    at: Callable[[Array], Array], low: float, high: float, *, rounds: int
+) -> tuple[float, float]:
+    """Return the largest value between two points, and where; ``at`` is of ``(points,)``."""
+    found = -np.inf, low
+    for _ in range(rounds):
+        points = np.linspace(low, high, WITHIN)
+        values = at(points)
+        top = int(np.argmax(values))
+        found = max(found, (float(values[top]), float(points[top])))
+        low, high = points[max(top - 1, 0)], points[min(top + 1, WITHIN - 1)]
     return found

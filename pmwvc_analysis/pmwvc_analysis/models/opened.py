@@ -25,12 +25,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.windings import Loci, System
 from pmwvc_analysis.models.elements import Path
 from pmwvc_analysis.models.linearize import Linear, model_of
 from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks
 from pmwvc_analysis.models.outside import checked
 from pmwvc_analysis.models.variation import with_links
+from pmwvc_analysis.models.windings import Loci, System
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.params import LinkParams
@@ -56,9 +56,7 @@ class Opened(NamedTuple):
         return [DOUBLE if loci.at_one > 1 else ROUNDING for loci in self.loci]
 
     def radii(self) -> Array:
-        """Return the spectral radius over the hyperperiod of every run, 1 where that is all that
-        can be told beside rounding.
-        """
+        """Return every run's spectral radius over the hyperperiod, 1 where rounding hides more."""
         found = np.array([loci.log_radius() for loci in self.loci])
         return np.exp(np.where((found > 0.0) & (found <= self.limits), 0.0, found))
 
@@ -69,8 +67,8 @@ class Opened(NamedTuple):
 
 
 def is_long(scenario: Scenario, *, live: bool = False) -> bool:
-    """Tell whether more packets are under way than there should be states: more where several
-    signals of a hyperperiod go round, as their loci take longer than eigenvalues.
+    """Tell whether more packets are under way than there should be states, more where several
+    signals of a hyperperiod go round: loci take longer than eigenvalues.
     """
     ticks, found, signals = hyperperiod_ticks(scenario), 0, 1
     for user in scenario.users:
@@ -81,9 +79,7 @@ def is_long(scenario: Scenario, *, live: bool = False) -> bool:
 
 
 def opened(*runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> Opened:
-    """Return the loop of scenarios, opened at every link that is longer than a hyperperiod; see
-    :class:`.loop.Loop`.
-    """
+    """Return the loop of scenarios, opened at links longer than a hyperperiod."""
     scenario, ticks = runs[0], hyperperiod_ticks(runs[0])
     links, whole, ways = [], [], []
     for index, user in enumerate(scenario.users):
@@ -152,9 +148,7 @@ def opened_at(
 
 
 def ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
-    """Return the end of the first user along its first axis, and that of the server from every
-    user's packet, by axis, to the answers of the step.
-    """
+    """Return the end of the first user's first axis, and the server's, from and to all users."""
     once = LinkParams(delay_s=(hyperperiod_ticks(scenario) + live) * scenario.tick_s)
     users = range(len(scenario.users))
     ways = [(way, index) for way in ("up", "down") for index in users]
@@ -169,8 +163,7 @@ def ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
 
 def observable(model: Linear, run: int, out: Any, into: Any) -> tuple[System, int]:
     """Return a run of an open loop from packets that come in to those that go out, without the
-    states that neither an output nor another state reads, and how many of those stay where they
-    are: eigenvalues 1.
+    states that nothing reads, and how many of those stay where they are: eigenvalues 1.
     """
     rows, sent, n = model.rows[run], model.read["sent"][run], len(model.columns)
     inputs, ones = [n + index for index in into], 0
