@@ -92,7 +92,7 @@ def _frequency_hz(linear: Linear, value: complex) -> float | None:
     lambda^(-k/N) has period N, and its largest harmonic j gives (arg lambda + 2 pi j)/(2 pi N
     T_c).
     """
-    ticks, tick_s, states = linear.ticks, linear.loop.tick_s, len(linear.columns)
+    ticks, tick_s, states = linear.ticks, linear.loop.tick_s, len(linear.states)
     values, vectors = np.linalg.eig(linear.transition)
     vector = vectors[:, np.argmin(np.abs(values - value))]
     angle = float(np.angle(value))

@@ -13,15 +13,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pmwvc_analysis.models.elements import (
-    Path,
-    as_columns,
-    elements,
-    leaves,
-    planted,
-    repeated,
-    text_of,
-)
+from pmwvc_analysis.models import elements
+from pmwvc_analysis.models.elements import Path
 from pmwvc_analysis.models.ends import followed
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.links import SIGNALS
@@ -63,7 +56,7 @@ class Hyperperiod(Loop):
         """
         if (asked := (inputs, rounds, one)) != self._went:
             self._go(*asked)
-        ends = leaves(self.s)
+        ends = elements.leaves(self.s)
         after = self._rows([(name, ends[path]) for (name, _), path in self.paths.items()])
         read = {
             name: [
@@ -85,8 +78,9 @@ class Hyperperiod(Loop):
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
         units = {path: self._unit(column) for column, path in enumerate(self.paths.values())}
-        begun = planted(repeated(self._rest, self._columns), units)
-        self.s, self.p = followed(begun, self.lines, self._box), repeated(self._p, self._columns)
+        begun = elements.planted(elements.repeated(self._rest, self._columns), units)
+        self.s = followed(begun, self.lines, self._box)
+        self.p = elements.repeated(self._p, self._columns)
         self._read, forces = [], self.still
         for tick in range(rounds * ticks):
             if inputs:
@@ -100,7 +94,7 @@ class Hyperperiod(Loop):
         values = np.zeros((self._columns, self.runs))
         values[column] = self._one
         values[-2], values[-1] = self._one * self._weights[column] * np.array([[1.0], [LESS]])
-        return elements(values.ravel())
+        return elements.elements(values.ravel())
 
     def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
         """Return signals with their names as rows over all states and inputs, ``(runs, signals,
@@ -123,7 +117,7 @@ class Hyperperiod(Loop):
         """Return by how much signals differ from rest, ``(signals, columns, runs)``, per unit."""
         found = np.empty((len(values), self._columns, self.runs))
         for index, value in enumerate(values):
-            found[index] = as_columns(value, self._columns, self.runs)
+            found[index] = elements.as_columns(value, self._columns, self.runs)
         rest = found[:, self._width : self._width + 1]
         moved = found - rest
         return np.where(np.abs(moved) <= ROUNDING * np.abs(rest), 0.0, moved / self._one)
@@ -138,7 +132,7 @@ class Hyperperiod(Loop):
         while new:
             self.paths = {state: path for state, path in places.items() if state in states}
             self._go()
-            values = leaves(self.s)
+            values = elements.leaves(self.s)
             others = [state for state in places if state not in states]
             answers = self._answers([values[places[state]] for state in others])
             large, small = np.abs(answers[:, -2]), np.abs(answers[:, -1])
@@ -150,22 +144,23 @@ class Hyperperiod(Loop):
         """Return where a state may be: at numbers that do not follow from others."""
         paths = [
             path
-            for path, value in leaves(self._rest).items()
+            for path, value in elements.leaves(self._rest).items()
             if path[-1] not in WATCHING
             and np.all(np.isfinite(value))
             and (path[0] not in WAYS or path[-2] in SIGNALS)
         ]
         marks = {path: 0.5 + number for number, path in enumerate(paths)}
-        left = leaves(followed(planted(self._rest, marks), self.lines, self._box))
+        marked = followed(elements.planted(self._rest, marks), self.lines, self._box)
+        left = elements.leaves(marked)
         return {self._state(path): path for path in paths if left[path] is marks[path]}
 
     def _state(self, path: Path) -> StateName:
         if path[0] == "server":
-            return text_of(path)
+            return elements.text_of(path)
         where, user = str(path[0]), self.lines[int(path[1])].user.name
         if where in WAYS:
             return f"{user}.{where}.{path[-2]}[{self.sent_at(path)}]", int(path[-1])
-        inside, axis = text_of(path[2:])
+        inside, axis = elements.text_of(path[2:])
         return f"{user}.{'device.' if where == 'devices' else ''}{inside}", axis
 
     def sent_at(self, path: Path) -> int:

@@ -18,10 +18,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from pmwvc_analysis.models import links
 from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.ends import State, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
-from pmwvc_analysis.models.links import Line, Sent, arrived, hyperperiod_ticks, line_of, sums_anew
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.packet import Packet
@@ -53,7 +53,7 @@ class Loop:
             require_linear(run)
         self.scenario = scenario = runs[0]
         self.runs, self.tick_s, self.live, self.weights = len(runs), scenario.tick_s, live, weights
-        self.ticks, self.dof = hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
+        self.ticks, self.dof = links.hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
         if self.ticks > LONGEST:
             raise PmwvcError(
                 f"{scenario.name}: frames and server period fit together only after {self.ticks} "
@@ -61,10 +61,9 @@ class Loop:
             )
         ports = itertools.count()
         self.lines = [
-            line_of(user, scenario, tuple(itertools.islice(ports, n)), live=live)
+            links.line_of(user, scenario, tuple(itertools.islice(ports, n)), live=live)
             for user, n in zip(scenario.users, weights or [1] * len(scenario.users), strict=True)
         ]
-        self.serve = self.lines[0].serve
         self.s, self.p = made(runs, self.lines, self.dof)
         # Every link has answered by tick 0, and what playouts had in store before is played: whole
         # hyperperiods before tick 0, and before the clocks of the playouts are set.
@@ -100,22 +99,22 @@ class Loop:
                 p = self.p.loops[i]
                 loops[i], packet, _ = send_(loops[i], now_ns, samples[i], False, p)
                 loops[i] = begin_(loops[i], number, p)
-                up[i] += (Sent(tick, tick + line.delay_up, packet),)
-        if self.serve.due(tick):
+                up[i] += (links.Sent(tick, tick + line.delay_up, packet),)
+        if self.lines[0].serve.due(tick):
             came: list[list[Packet]] = []  # by port: equal users have the same
             for i, line in enumerate(self.lines):
-                up[i], packets = arrived(up[i], tick)
+                up[i], packets = links.arrived(up[i], tick)
                 came += [packets] * len(line.ports)
-            server = server._replace(guests=tuple(map(sums_anew, server.guests)))
+            server = server._replace(guests=tuple(map(links.sums_anew, server.guests)))
             server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
             for i, line in enumerate(self.lines):
                 packet, sends = answers[line.ports[0]]
                 if sends:
-                    down[i] += (Sent(tick, tick + line.delay_down, packet),)
+                    down[i] += (links.Sent(tick, tick + line.delay_down, packet),)
         out = []
         for i, sample in enumerate(samples):
-            down[i], packets = arrived(down[i], tick)
-            loop = sums_anew(loops[i]) if packets else loops[i]
+            down[i], packets = links.arrived(down[i], tick)
+            loop = links.sums_anew(loops[i]) if packets else loops[i]
             loops[i], f_m, f = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
             devices[i], _, _ = device_(devices[i], forces[i], f, self.p.devices[i])
             out.append((sample.x, sample.xd, f_m))
@@ -123,7 +122,7 @@ class Loop:
         return out
 
 
-def _with_paces(s: State, lines: list[Line]) -> State:
+def _with_paces(s: State, lines: list[links.Line]) -> State:
     """Return both ends with playouts whose clocks have settled."""
 
     def settled(end: Any, pace: Pace) -> Any:
@@ -140,25 +139,22 @@ def _with_paces(s: State, lines: list[Line]) -> State:
     return s._replace(loops=tuple(loops), server=s.server._replace(guests=tuple(guests)))
 
 
-def settled_paces(line: Line) -> tuple[Pace, Pace]:
+def settled_paces(line: links.Line) -> tuple[Pace, Pace]:
     """Return a user's settled clocks where a hyperperiod begins: at server and device."""
-    frame, step, serve = line.frame.period, line.serve.period, line.serve.phase
-    return (
-        _settled(frame, step, line.delay_up % frame, serve, line.tick_s),
-        _settled(step, 1, (serve + line.delay_down) % step, 0, line.tick_s),
-    )
+    up = _settled(line.frame, line.delay_up % line.frame.period, line.serve, line.tick_s)
+    down = line.serve, line.delay_down % line.serve.period, links.Times(1, 0)
+    return up, _settled(*down, line.tick_s)
 
 
 @functools.lru_cache(maxsize=4096)
-def _settled(frame: int, step: int, arrival: int, phase: int, tick_s: float) -> Pace:
-    """Return the same by ticks: length of frame and step, phases of arrivals and of steps."""
-    ticks = math.lcm(frame, step)
-    until = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
-    pace = RESTING_PACE
-    for look in range(phase, until, step):
+def _settled(sent: links.Times, delay: int, steps: links.Times, tick_s: float) -> Pace:
+    """Return the clock of a receiver that steps at its times; delay in ticks."""
+    ticks, pace = math.lcm(sent.period, steps.period), RESTING_PACE
+    arrival = (sent.phase + delay) % sent.period
+    for look in range(steps.phase, ticks * math.ceil(SETTLED_S / (ticks * tick_s)), steps.period):
         while arrival <= look:
-            pace = pace_arrive(pace, frame * tick_s)
-            arrival += frame
-        if arrival >= frame:
-            pace, _, _ = pace_step(pace, step * tick_s)
+            pace = pace_arrive(pace, sent.period * tick_s)
+            arrival += sent.period
+        if arrival >= sent.period:
+            pace, _, _ = pace_step(pace, steps.period * tick_s)
     return pace

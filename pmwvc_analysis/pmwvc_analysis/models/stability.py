@@ -50,13 +50,11 @@ class Work:
     """Work done for a question about a scenario; that about several is as many questions."""
 
     def __init__(self, scenario: Scenario, questions: int = 1) -> None:
-        self._scenario, self._done = scenario, 0.0
-        self._allowed = ALLOWED * questions
+        self._scenario, self._left = scenario, ALLOWED * questions
 
     def stepping(self, runs: Sequence[Scenario]) -> None:
         """Count bringing a loop to rest, and stepping it around its hyperperiod."""
-        part, users = runs[0], runs[0].users
-        ticks = hyperperiod_ticks(part)
+        part, users, ticks = runs[0], runs[0].users, hyperperiod_ticks(runs[0])
         longest_s = max(way.delay_s for user in users for way in (user.link_up, user.link_down))
         before = 0.0 if is_long(part) else 2.0 * longest_s / part.tick_s
         entries = ticks * ENTRY * len(runs) * STATES * axes_of(part) * len(users)
@@ -64,8 +62,8 @@ class Work:
 
     def count(self, more: float, what: str = "") -> None:
         """Count work on something; UnknownError where it is more than allowed."""
-        self._done += more
-        if self._done > self._allowed:
+        self._left -= more
+        if self._left < 0.0:
             sizes = [f"a hyperperiod of {hyperperiod_ticks(self._scenario)} ticks", what]
             raise UnknownError(
                 f"{self._scenario.name}: not known: {', '.join(filter(None, sizes))}: too much "
@@ -114,14 +112,14 @@ def _models(
             yield long
         else:
             dense = linearize(*part.runs, **of)
-            states = len(dense.columns) - int(dense.quotient[1].min())
+            states = len(dense.states) - int(dense.quotient[1].min())
             work.count(CUBE * len(runs) * states**3, f"{states} states")
             yield dense
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
     """Return the largest contact stiffness [N/m], all in proportion; unknown: too much work."""
-    work, smaller = Work(scenario), subproblems(scenario)
+    work, fine = Work(scenario), 0.2
 
     def at(stiffness: Array) -> Flags:
         """Tell where the loop is stable: quicker than radii at long delays."""
@@ -129,14 +127,10 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
         models = _models(stiff, work, live=live, circles=1)
         return np.asarray(np.all([model.stable() for model in models], axis=0))
 
-    fine = 0.2
     try:
-        if not any(is_long(part.runs[0], live=live) for part in smaller):
-            states = 1
-            for part in smaller:
-                work.stepping(part.runs)
-                model = linearize(*part.runs, live=live, weights=part.weights)
-                states = max(states, len(model.columns))
+        if not any(is_long(part.runs[0], live=live) for part in subproblems(scenario)):
+            models = _models([scenario], work, live=live, circles=0)
+            states = max(len(model.states) for model in models if isinstance(model, Linear))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
         grid = np.geomspace(LOWEST, bound, points)

@@ -10,17 +10,9 @@ from collections.abc import Sequence
 
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
-from pmwvc_analysis.prediction import environment
+from pmwvc_analysis.prediction import environment, prediction
 from pmwvc_analysis.prediction.encoder import encoder_lines, encoder_noise_w
 from pmwvc_analysis.prediction.lag import lag_is_known
-from pmwvc_analysis.prediction.prediction import (
-    ALIASING_BOUND,
-    Answer,
-    Exact,
-    aliasing_gain,
-    answer,
-    one_step_bound,
-)
 from pmwvc_analysis.prediction.rendering import press_lines, rendering_lines
 from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
@@ -38,7 +30,7 @@ STRICT = (
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
-    known, users = answer(scenario, live=live), scenario.users
+    known, users = prediction.answer(scenario, live=live), scenario.users
     found = _stability_lines(scenario, known) + outside_words(scenario)
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if scenario.changes:
@@ -53,7 +45,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     found += [
         f"{user.name}: K T + 2B > b: late decoding may generate energy."
         for user in users
-        if one_step_bound(user, scenario) is False
+        if prediction.one_step_bound(user, scenario) is False
     ]
     found += environment.lines(scenario)
     found += [line for user in users for line in press_lines(user, scenario, live=live)]
@@ -61,7 +53,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     return found + _device_lines(scenario) + encoder_lines(scenario)
 
 
-def _delay_lines(known: Answer) -> list[str]:
+def _delay_lines(known: prediction.Answer) -> list[str]:
     """Return the proof for any constant delay with its condition, or the reasons against it."""
     proof = known.at_any_delay
     if proof is None:
@@ -121,10 +113,10 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
     """Return a warning for every filter that lets aliasing through, with its users."""
     found: dict[str, list[str]] = {}
     for user in scenario.users:
-        master, gain = user.master, aliasing_gain(user)
+        master, gain = user.master, prediction.aliasing_gain(user)
         tick_s, rate_drop = master.tick_s, master.rate_drop
         texts = aliasing.warnings_of(master.filter, tick_s=tick_s, rate_drop=rate_drop)
-        if not texts and gain > ALIASING_BOUND:
+        if not texts and gain > prediction.ALIASING_BOUND:
             texts = [
                 "the anti-aliasing filter is weak: in the worst case packets carry "
                 f"{gain:.4g} times the energy that went in"
@@ -134,7 +126,7 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
     return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
 
 
-def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
+def _stability_lines(scenario: Scenario, known: prediction.Answer) -> list[str]:
     """Return stability by the exact model: of the scenario, or of the nearest linear one."""
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]
@@ -150,7 +142,7 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     return [f"No exact model, not linear: {elements}.", near]
 
 
-def _stability(model: Exact) -> str:
+def _stability(model: prediction.Exact) -> str:
     first, bound = model.limit.first, model.limit.bound
     if model.limit.unknown:
         reach = "largest stable contact stiffness not known (more work than allowed)"

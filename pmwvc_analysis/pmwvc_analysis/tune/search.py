@@ -26,17 +26,8 @@ from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.models.linear import Element, nonlinear
 from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.prediction import lag, prediction
-from pmwvc_analysis.tune.criteria import (
-    STABLE,
-    Choice,
-    Rating,
-    cost_of,
-    judged,
-    noise_n,
-    radii_of,
-    rated,
-    velocity_step,
-)
+from pmwvc_analysis.tune import criteria
+from pmwvc_analysis.tune.criteria import Choice, Rating
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
@@ -85,7 +76,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     rows: dict[Key, Rating] = {}
     for name, hold in itertools.product(filters, holds):
         choice = best_impedance(scenario, filters[name], hold, bounds, live=live)
-        rows[name, hold] = rated(scenario, choice, live=live)
+        rows[name, hold] = criteria.rated(scenario, choice, live=live)
     if all(row.cost is None for row in rows.values()):
         rows |= elsewhere(scenario, filters, list(rows), bounds, live=live)
     usable = {key: row for key, row in rows.items() if row.cost is not None}
@@ -106,8 +97,8 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
         )
     passive = {key: row for key, row in usable.items() if row.passive} or usable
     for key, row in _tries(scenario, passive, bounds, live=live):
-        best_key, best = key, judged(scenario, row)
-        if best.simulated in (STABLE, None):
+        best_key, best = key, criteria.judged(scenario, row)
+        if best.simulated in (criteria.STABLE, None):
             break
     else:
         raise PmwvcError(
@@ -116,12 +107,12 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             "softer environment or a gentler hand may help"
         )
     given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold, True)
-    others = {"as given": judged(scenario, rated(scenario, given, live=live))}
+    others = {"as given": criteria.judged(scenario, criteria.rated(scenario, given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         impedance = float(np.clip(best.choice.impedance * factor, *bounds))
         if impedance != best.choice.impedance:
             choice = dataclasses.replace(best.choice, impedance=impedance)
-            others[label] = rated(scenario, choice, live=live)
+            others[label] = criteria.rated(scenario, choice, live=live)
     for (name, hold), row in rows.items():
         if (name == best_key[0]) != (hold == best_key[1]):  # one of both differs
             others[f"{name}, {hold}"] = row
@@ -138,7 +129,7 @@ def _tries(
     choice = best.choice
     while choice.impedance > bounds[0]:
         choice = dataclasses.replace(choice, impedance=max(choice.impedance / STEP, bounds[0]))
-        row = rated(scenario, choice, live=live)
+        row = criteria.rated(scenario, choice, live=live)
         if row.stable and row.passive >= best.passive:
             yield order[0], row
 
@@ -156,9 +147,9 @@ def elsewhere(
     found: dict[Key, Rating] = {}
     for key, b in itertools.product(keys, np.geomspace(*bounds, count).tolist()):
         choice = Choice(b, filters[key[0]], key[1])
-        _, in_touch, free = radii_of(choice.applied(scenario), live=live)
+        _, in_touch, free = criteria.radii_of(choice.applied(scenario), live=live)
         if stable(max(in_touch, free)):
-            row = rated(scenario, choice, live=live)
+            row = criteria.rated(scenario, choice, live=live)
             if row.cost is not None and (key not in found or row.cost < (found[key].cost or 0.0)):
                 found[key] = row
     return found
@@ -166,7 +157,7 @@ def elsewhere(
 
 def bounds_of(scenario: Scenario) -> tuple[float, float]:
     """Return the least and the largest impedance to look at [N s/m]."""
-    step, coupled = velocity_step(scenario), scenario.coupling.least_impedance
+    step, coupled = criteria.velocity_step(scenario), scenario.coupling.least_impedance
     least, most = [LEAST], []
     for user in scenario.users:
         tick_s = float(user.master.tick_s)
@@ -221,6 +212,6 @@ def best_impedance(
     whole = float(user.device.mass) + float(user.operator.mass)
     softer = 1.0 / (1.0 + contact * tau_s / (2.0 * b))
     heavier = 1.0 + np.maximum(b * tau_s / 2.0, 0.0) / whole
-    noise = noise_n(scenario, b) if velocity_step(scenario) else 0.0
-    costs = cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
+    noise = criteria.noise_n(scenario, b) if criteria.velocity_step(scenario) else 0.0
+    costs = criteria.cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
     return Choice(float(b[int(np.argmin(costs))]), one, hold)
