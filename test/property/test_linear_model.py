@@ -17,11 +17,11 @@ from oracle import linear_model
 from support import linear_loops
 
 from pmwvc_analysis.models import elements, loop
-from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.linearize import kept_loop, linearize
 from pmwvc_analysis.models.stability import radii
+from pmwvc_analysis.models.variation import subproblems
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.port import master
 from pmwvc_core.law.user_tick import user_tick

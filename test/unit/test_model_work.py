@@ -11,10 +11,10 @@ from support import linear_loops
 import pmwvc
 from pmwvc_analysis.models import linearize, stability
 from pmwvc_analysis.models.answer import answer, sentences
-from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.stability import UnknownError
+from pmwvc_analysis.models.variation import subproblems
 
 SEVEN_AND_ELEVEN = {"master.rate_drop": 7, "server.period_s": 0.011}
 

@@ -12,7 +12,7 @@ from support import plain as scenarios
 from support.pressed_wall import wall
 
 from pmwvc_analysis.models import linearize
-from pmwvc_analysis.models.groups import groups_of, together
+from pmwvc_analysis.models.variation import groups_of, together
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency

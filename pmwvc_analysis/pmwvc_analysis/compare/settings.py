@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.compare.criterion import FAILED_COST, WORDS, cost_of
-from pmwvc_analysis.prediction.text import unknown_delay
-from pmwvc_core.baselines.tuning import loop_of
+from pmwvc_analysis.prediction.text import rule_margins, unknown_delay
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.controllers.record import Rule
 from pmwvc_core.params import BaselineParams
@@ -110,8 +109,7 @@ def _missed(scenario: Scenario) -> str:
     missed: dict[str, float] = {}
     unknown: dict[str, str] = {}
     for user in scenario.users:
-        found = record_of(scenario.controller).check(user.baseline, loop_of(user, scenario.server))
-        for name, margin in found.items():
+        for name, margin in rule_margins(user, scenario).items():
             if math.isnan(margin):
                 unknown[name] = f"; rule {name} unknown, as {unknown_delay(user)}"
             elif margin < 0.0:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import Linear, linearize, stable
 from pmwvc_analysis.models.opened import is_long, opened
+from pmwvc_analysis.models.variation import subproblems
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 

@@ -7,8 +7,6 @@ again above, these islands are reported, too.
 
 A question may cost some 4 s on one core, counted from sizes alone (ticks, states, runs) before it
 is done: so an answer never depends on how busy a machine is. What costs more is "not known".
-
-Equations: docs/theory.md 15.1.
 """
 
 import math
@@ -17,12 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.linearize import Linear, linearize
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.opened import Opened, is_long, opened
-from pmwvc_analysis.models.variation import with_stiffness
+from pmwvc_analysis.models.variation import subproblems, with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.plural import count

@@ -6,7 +6,7 @@ Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
@@ -76,13 +76,17 @@ def unknown_delay(user: User) -> str:
     return f"the longest delay by {', '.join(effects) or 'the links'} is not known"
 
 
+def rule_margins(user: User, scenario: Scenario) -> Mapping[str, float]:
+    """Return by how much a user's parameters meet the rules of a controller [N s/m]."""
+    loop = tuning.loop_of(user, scenario.server)
+    return record_of(scenario.controller).check(user.baseline, loop)
+
+
 def _rule_lines(scenario: Scenario) -> list[str]:
     """Return the margins of each user's parameters to the rule of a controller without waves."""
-    found, record = [], record_of(scenario.controller)
+    found = []
     for user in scenario.users:
-        for rule, margin in record.check(
-            user.baseline, tuning.loop_of(user, scenario.server)
-        ).items():
+        for rule, margin in rule_margins(user, scenario).items():
             verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
             words = f"{verdict} {abs(margin):.1f} N s/m"
             if math.isnan(margin):

@@ -26,9 +26,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.groups import groups_of, together
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import Linear, build, spectral_radius, stable
+from pmwvc_analysis.models.variation import groups_of, together
 from pmwvc_analysis.transparency.frequency import (
     first_peak_hz,
     limit_at_rest,
