@@ -92,7 +92,7 @@ def _taken_over(model: Linear) -> tuple[Integers, Integers, Integers]:
 
 def limit_at_rest(values: Array) -> float:
     """Return the limit at zero of a series in the square of the frequency (Richardson), of its
-    values at f, 2 f, 4 f... as :func:`low_frequencies` returns them.
+    values at f, 2 f, 4 f... as :func:`low_hz` returns them.
     """
     left, factor = np.asarray(values, dtype=float), 4.0
     while len(left) > 1:
@@ -100,7 +100,7 @@ def limit_at_rest(values: Array) -> float:
     return float(left[0])
 
 
-def low_frequencies(peak_hz: float | None) -> Array:
+def low_hz(peak_hz: float | None) -> Array:
     """Return f, 2 f, 4 f, 8 f [Hz]: low enough for a limit at rest (the first peak gives how far
     up the series holds), high enough for the rounding that integrators make grow towards rest.
     """

@@ -13,8 +13,6 @@ is the entry of the admittance matrix on its diagonal.
 **Rendered**, as limits at rest: stiffness f/x [N/m], with waves 1/k = 1/K_contact + tau/(2b), tau
 the lag once around; damping, the slope of Im(f/x) over w, pressing [N s/m]; mass, -Re(f/x)/w^2
 with nothing touched, device included [kg], b tau/2 of it the link's.
-
-Equations: docs/theory.md 12.1, 12.2.
 """
 
 import dataclasses
@@ -29,12 +27,7 @@ from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import Linear, build, spectral_radius, stable
 from pmwvc_analysis.models.variation import groups_of, together
-from pmwvc_analysis.transparency.frequency import (
-    first_peak_hz,
-    limit_at_rest,
-    low_frequencies,
-    response,
-)
+from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
 from pmwvc_analysis.transparency.pressing import press_notes, pressing
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
@@ -158,7 +151,7 @@ def untouched(scenario: Scenario) -> Scenario:
 
 def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
     """Return a note on the motion at rest across the axis, where the axes are coupled."""
-    dof, low, moved = model.loop.dof, low_frequencies(peak_hz), []
+    dof, low, moved = model.loop.dof, low_hz(peak_hz), []
     name = model.loop.lines[user].user.name
     for other in range(dof):
         if other != axis:
@@ -173,7 +166,7 @@ def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float |
 def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendered:
     of: dict[str, Any] = {"user": user, "axis": axis}
     peak = first_peak_hz(partial(response, model, forces=forces, **of), model.loop.tick_s)
-    frequency = low_frequencies(peak)
+    frequency = low_hz(peak)
     omega = 2.0 * np.pi * frequency
     pressed = response(model, frequency, forces=forces, **of)
     dc = damping = mass = None
