@@ -56,7 +56,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_877, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_742,
+        5_135,
         3_500,
         inside(
             "pmwvc_analysis",

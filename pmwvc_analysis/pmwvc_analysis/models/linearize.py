@@ -190,24 +190,37 @@ def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:
     """Return matrices ``(runs, n, n)`` without rigid motions, zeros in place of their eigenvalues,
     and how many each run has ``(runs,)``; ``placed`` are ``(n,)``, see module.
     """
-    motions = np.zeros(len(matrices), dtype=np.int64)
-    for rounding in (STANDING, MOVING):
-        basis = _translations(matrices, placed, rounding)
-        matrices = matrices - basis @ (basis.swapaxes(1, 2) @ matrices)
-        motions += np.count_nonzero(basis.any(axis=1), axis=1)
-    return matrices, motions
-
-
-def _translations(matrices: Array, placed: Flags, rounding: float) -> Array:
-    """Return the t with A t = t: orthonormal columns, or zero, ``(runs, n, number of p)``."""
     p, s = np.flatnonzero(placed), np.flatnonzero(~placed)
     moves = matrices - np.eye(len(placed))
     orthogonal, upper = np.linalg.qr(moves[..., s])
-    by_others = orthogonal.swapaxes(1, 2) @ moves[..., p]
-    _, sizes, rows = np.linalg.svd(moves[..., p] - orthogonal @ by_others, full_matrices=False)
-    free = sizes <= rounding * np.maximum(sizes[:, :1], 1.0)
-    found = np.zeros((*matrices.shape[:2], len(p)))
-    found[:, p] = rows.swapaxes(1, 2) * free[:, np.newaxis]
-    found[:, s] = -np.linalg.solve(upper, by_others @ found[:, p])
-    basis, sizes, _ = np.linalg.svd(found, full_matrices=False)
-    return np.asarray(basis * (sizes > 0.5)[:, np.newaxis])  # of length 1 in p alone, or zero
+    across = orthogonal.swapaxes(1, 2)
+
+    def left(values: Array) -> Array:
+        return values - orthogonal @ (across @ values)
+
+    def whole(places: Array, goes: Array | float) -> Array:
+        """Return the z with these places and (A - I) z as given."""
+        z = np.zeros((*matrices.shape[:2], places.shape[2]))
+        z[:, p] = places
+        z[:, s] = np.linalg.solve(upper, across @ (goes - moves[..., p] @ places))
+        return z
+
+    columns, sizes, rows = np.linalg.svd(left(moves[..., p]), full_matrices=False)
+    motions = np.sum(sizes <= STANDING * np.maximum(sizes[:, :1], 1.0), axis=1)
+    if np.ptp(motions):  # those of as many translations at a time
+        found = np.empty_like(matrices)
+        for translations in np.unique(motions):
+            of = motions == translations
+            found[of], motions[of] = quotient(matrices[of], placed)
+        return found, motions
+    held = len(p) - int(motions[0])
+    still = whole(rows[:, held:].swapaxes(1, 2), 0.0)
+    driven = np.concatenate([columns[..., :held] * sizes[:, np.newaxis, :held], -left(still)], 2)
+    _, sizes, turns = np.linalg.svd(driven, full_matrices=False)
+    free = (sizes <= MOVING * np.maximum(sizes[:, :1], 1.0))[:, ::-1]
+    along = (turns[:, ::-1] * free[..., np.newaxis]).swapaxes(1, 2)  # uniform motions, then zeros
+    uniform = whole(rows[:, :held].swapaxes(1, 2) @ along[:, :held], still @ along[:, held:])
+    basis = np.linalg.qr(np.concatenate([still, uniform], axis=2))[0]
+    motions = motions + free.sum(axis=1)
+    basis = basis * (np.arange(basis.shape[2]) < motions[:, np.newaxis])[:, np.newaxis]
+    return matrices - basis @ (basis.swapaxes(1, 2) @ matrices), motions

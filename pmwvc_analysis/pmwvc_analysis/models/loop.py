@@ -49,8 +49,7 @@ class Loop:
     """
 
     def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
-        for run in runs:
-            require_linear(run)
+        require_linear(runs[0])
         self.scenario = scenario = runs[0]
         self.runs, self.tick_s, self.live, self.weights = len(runs), scenario.tick_s, live, weights
         self.ticks, self.dof = links.hyperperiod_ticks(scenario), axes_of(scenario)  # of the model

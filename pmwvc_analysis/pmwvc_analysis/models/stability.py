@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.linear import axes_of
+from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.linearize import Linear, linearize
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.opened import Opened, is_long, opened
@@ -86,6 +86,8 @@ def radii(*runs: Scenario, live: bool = False) -> Array:
     """Return the spectral radii ``(runs,)`` over the hyperperiod of scenarios that differ in what
     is :func:`.stackable`; UnknownError where that is more work than allowed.
     """
+    for run in runs[1:]:  # the first one is looked at by each loop
+        require_linear(run)
     models = list(_models(runs, Work(runs[0], len(runs)), live=live, circles=RADIUS))
     ticks = math.lcm(*(model.ticks for model in models))
     found = [model.radii() ** (ticks // model.ticks) for model in models]
