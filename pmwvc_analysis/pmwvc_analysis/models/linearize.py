@@ -207,12 +207,12 @@ def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:
 
     columns, sizes, rows = np.linalg.svd(left(moves[..., p]), full_matrices=False)
     motions = np.sum(sizes <= STANDING * np.maximum(sizes[:, :1], 1.0), axis=1)
-    if np.ptp(motions):  # those of as many translations at a time
-        found = np.empty_like(matrices)
+    if np.ptp(motions):  # runs with as many translations at a time
+        found, counts = np.empty_like(matrices), np.empty_like(motions)
         for translations in np.unique(motions):
             of = motions == translations
-            found[of], motions[of] = quotient(matrices[of], placed)
-        return found, motions
+            found[of], counts[of] = quotient(matrices[of], placed)
+        return found, counts
     held = len(p) - int(motions[0])
     still = whole(rows[:, held:].swapaxes(1, 2), 0.0)
     driven = np.concatenate([columns[..., :held] * sizes[:, np.newaxis, :held], -left(still)], 2)
