@@ -51,11 +51,11 @@ ROOMS = {
     ),
     "border to ROS": Room(1_877, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_742,
+        5_135,
         3_500,
         inside(
             "pmwvc_analysis",
-            *("models", "maps", "tune", "transparency", "filters", "prediction", "delays"),
+            *("models", "maps", "tune", "transparency", "filters", "prediction"),
             "arrays.py",
         ),
     ),

@@ -82,9 +82,8 @@ ANALYSIS = {
     "replay": {"recording", "traces"},
     "charts": set(),
     "filters": set(),
-    "delays": {"models"},
     "maps": {"arrays", "models"},
-    "transparency": {"arrays", "delays", "models"},
+    "transparency": {"arrays", "models"},
     "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
     "compare": {
         "arrays", "budget", "models", "prediction", "recording", "traces", "transparency",

@@ -15,7 +15,7 @@ from faults.sessions import SESSIONS
 from support import plain as scenarios
 
 from pmwvc_analysis.compare.rendered import free_space
-from pmwvc_analysis.models.motions.groups import subproblems
+from pmwvc_analysis.models.variation import subproblems
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.events import Disturber
 from pmwvc_bringup.session.processes import Children

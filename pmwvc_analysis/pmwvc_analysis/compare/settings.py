@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.compare.measures import coherency_m, force_error_n
-from pmwvc_analysis.prediction.text import rule_loop, unknown_delay
+from pmwvc_analysis.prediction.text import rule_margins, unknown_delay
 from pmwvc_analysis.traces.reductions import rms
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.controllers.library import record_of
@@ -162,8 +162,7 @@ def _missed(scenario: Scenario) -> str:
     missed: dict[str, float] = {}
     unknown: dict[str, str] = {}
     for user in scenario.users:
-        found = record_of(scenario.controller).check(user.baseline, rule_loop(user, scenario))
-        for name, margin in found.items():
+        for name, margin in rule_margins(user, scenario).items():
             if math.isnan(margin):
                 unknown[name] = f"; rule {name} unknown, as {unknown_delay(user)}"
             elif margin < 0.0:

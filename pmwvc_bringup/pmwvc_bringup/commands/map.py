@@ -57,7 +57,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
 
     from pmwvc_analysis.figures.map_figure import draw
     from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, unfinished, write_data
-    from pmwvc_analysis.models.stability import are_stable
+    from pmwvc_analysis.models.linearize import stable
 
     if arguments.workers is not None and arguments.workers < 1:
         raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
@@ -87,8 +87,8 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius, measured)
         paths += draw(folder, grid, radius, measured)
-    stable = f"{radius.size} points, {are_stable(radius).mean():.1%} of them stable"
-    for line in (stable, boundary_words(grid, radius), *paths):
+    share = f"{radius.size} points, {stable(radius).mean():.1%} of them stable"
+    for line in (share, boundary_words(grid, radius), *paths):
         console.print(str(line), markup=False)
     return cli.Result(document=(folder / "map.json").read_text("utf-8"))
 

@@ -24,7 +24,6 @@ PMWVC = Controller(
     words="Wave variables: stable at any constant delay where the gains of both ends prove it.",
     waves=True,
     linear="pmwvc",
-    drifts=True,
     # what position feedback may spend before it is paid; none as published
     storage_j=lambda master, _: float(master.position.storage_j * master.position.is_paid),
     accounts=accounts.OF_WAVES,
@@ -39,7 +38,6 @@ DIRECT = Controller(
     device_rest=lambda baseline, axes: Held((0.0,) * axes),
     avatar_rest=lambda baseline, axes: NOTHING,
     linear="direct",
-    drifts=True,
     coupling=replace(HELD, moves=None),
 )
 VIRTUAL_COUPLING = Controller(
