@@ -25,9 +25,7 @@ class PmwvcError(Exception):
 
 
 class ParameterError(PmwvcError, ValueError):
-    """A parameter has a value it may not have; the message names it, the value and the allowed
-    range.
-    """
+    """A parameter has a wrong value; the message names it, the value and the range."""
 
 
 class ScenarioError(ParameterError):

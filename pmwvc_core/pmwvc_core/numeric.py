@@ -25,9 +25,7 @@ LARGEST = 1e100  # of a measurement or a force [m], [m/s], [N]; what is beyond i
 
 
 def dot(left: Value, right: Value) -> Value:
-    """Inner product over the degrees of freedom, kept as a last axis of length 1 (a float on
-    floats).
-    """
+    """Inner product over the axes, kept as a last axis of length 1 (a float on floats)."""
     product = left * right
     if type(product) is float:  # a third of the time of isinstance
         return product
@@ -43,9 +41,7 @@ def squared(value: Value) -> Value:
 
 
 def root(value: Value) -> Value:
-    """Square root of a value that is not negative, or the root that something used like a number
-    (a matrix impedance) has of itself.
-    """
+    """Square root of a value that is not negative, or of a matrix impedance."""
     if isinstance(value, (float, int)):
         return math.sqrt(value)
     return np.sqrt(value) if isinstance(value, np.ndarray) else value.root()

@@ -35,7 +35,7 @@ class PluginGroup:
         if name not in points:
             raise self.error(
                 f"{self.parameter} = {name!r}: not installed; there are: "
-                f"{', '.join([*self.own, *points]) or 'none'}. "
+                f"{', '.join(dict.fromkeys([*self.own, *points])) or 'none'}. "
                 f"A plug-in is a package with an entry point in the group {self.group!r}"
             )
         return points[name]
@@ -45,9 +45,7 @@ class PluginGroup:
         return f"{self.parameter} = {name!r} ({self.required(name).value})"
 
     def load(self, name: str) -> Any:
-        """Import what the entry point of a plug-in names; a PmwvcError of the type ``error`` where
-        there is no such plug-in, or it cannot be imported.
-        """
+        """Import what a plug-in's entry point names; ``error`` where that cannot be done."""
         point = self.required(name)
         try:
             return point.load()
@@ -71,9 +69,7 @@ class PluginGroup:
 
 @contextmanager
 def refused(where: str, error_type: type[PmwvcError] = ParameterError) -> Iterator[None]:
-    """Refuse, with the reason and by an ``error_type``, what the code of a plug-in fails to make;
-    what is a PmwvcError already passes.
-    """
+    """Refuse by an ``error_type`` what a plug-in fails to make; a PmwvcError passes."""
     try:
         yield
     except PmwvcError:
@@ -136,11 +132,6 @@ class Records(Generic[R]):
 def imported(records: Records[R], name: str) -> R:
     """Return a record of another package; what raises is asked again the next time."""
     plugins, kind = records.plugins, records.kind
-    if name not in records.installed():
-        raise ParameterError(
-            f"{plugins.parameter} = {name!r}: must be one of {', '.join(records.names())}. "
-            f"A plug-in is a package with an entry point in the group {plugins.group!r}"
-        )
     record, where = plugins.load(name), plugins.where(name)
     if not isinstance(record, kind):
         raise ParameterError(

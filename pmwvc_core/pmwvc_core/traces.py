@@ -147,9 +147,7 @@ class PacketTraces:
 
 @dataclass
 class FateTraces:
-    """The fate of each packet on a link, by number (1, 2, 3...); times on the emulator's monotonic
-    clock.
-    """
+    """The fates of a link's packets; times on the emulator's monotonic clock."""
 
     link: str
     number: Integers

@@ -10,13 +10,14 @@ import signal
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from support.packer import Packer
 from support.processes import NodeProcess, refused, ros
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WAVE_QOS
-from pmwvc_core.transport.packet import FLAG_DIRECT, Packer
+from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 from pmwvc_server.node import main
 

@@ -5,6 +5,7 @@
 from functools import partial
 
 import pytest
+from support.packer import Packer
 from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
@@ -14,7 +15,7 @@ from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.task import offset, task_of
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING, Packer
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING
 from pmwvc_server.loop import ServerLoop
 
 PERIOD_S = 0.008

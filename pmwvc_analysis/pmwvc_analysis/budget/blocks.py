@@ -31,7 +31,7 @@ from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.numeric import Array, dot, squared
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.energies import device_account
+from pmwvc_core.plant.device import device_account
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.transport.packet import LINK, LINK_DOWN, LINK_UP

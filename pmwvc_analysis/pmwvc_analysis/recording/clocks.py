@@ -19,7 +19,7 @@ the least of each stays, as in NTP:
     -min(down) <= theta <= min(up),     theta = (min(up) - min(down))/2 +- (min(up) + min(down))/2
 
 Where theta = 0 fits, both run on one host: there is nothing to align. Otherwise theta follows the
-line of :mod:`pmwvc_core.transport.clock_line`: hosts drift.
+line of :mod:`pmwvc_core.transport.path`: hosts drift.
 
 Equations: docs/theory.md 13.10.
 """
@@ -33,7 +33,7 @@ from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import LinkState, MasterTrace, PacketFate, ServerTrace, Trace, Wave
 from pmwvc_core.traces import FateTraces
-from pmwvc_core.transport.clock_line import Least, latest_line
+from pmwvc_core.transport.path import Least, latest_line
 
 WINDOW_NS = 1_000_000_000
 MOST_WINDOWS = 120  # longer sessions have longer windows

@@ -50,9 +50,7 @@ def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
 
 
 def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) -> WavePacket:
-    """Return a packet of the laws for the link: its sender's life, flags of no law, and the echo
-    of what came (:meth:`pmwvc_core.transport.receiver.Receiver.echo`).
-    """
+    """Return a packet of the laws for the link, with its sender's life, flags and echo."""
     flags |= packet.waits * FLAG_WAITING | packet.anew * FLAG_ANEW | packet.leaves * FLAG_LEAVING
     return WavePacket(
         epoch,

@@ -83,9 +83,7 @@ class ServerEnd(ServerView):
         self.steps, self.paused, self._idle = 0, False, idle_until_joined
 
     def _made(self, period_s: float, before: Any = None) -> Any:
-        """Return the parameters for steps of that length [s]; a coupling of another package goes
-        on counting the faults that it had before.
-        """
+        """Return the parameters for steps of that length [s]; counts of faults go on."""
         server = dataclasses.replace(self.params, period_s=period_s)
         p = server_params(self._users, self._session, server)
         coupling, was = _contained(p), _contained(before)

@@ -69,9 +69,7 @@ class UserEnd(End):
         self._measured_ns = NEVER_NS
 
     def _made(self) -> Any:
-        """Return the force loop as it would begin; name the energies of the port: one ever kept
-        goes on.
-        """
+        """Return the loop as it would begin; name the port's energies, which only grow."""
         master, of = self._user.master, self._session
         kept = accounts_of_user(of.controller, of.channel, master)
         if len(kept) >= len(self._accounts):

@@ -191,9 +191,7 @@ def _columns(path: str, text: str, column: str) -> list[Row]:
 
 
 def _named(path: str, first: list[str], column: str) -> tuple[int, int, float, bool]:
-    """Return by their names the columns of time and delay, the unit of time [s], and whether the
-    second one is a time as well.
-    """
+    """Return the columns of time and delay, the time's unit [s], and if delay is a time."""
     named: dict[str, tuple[int, float]] = {}
     for at, cell in enumerate(first):
         if match := re.fullmatch(r"(.*?)(?:[\s_(\[]+(ns|us|ms|s)[)\]]?)?", cell.lower()):

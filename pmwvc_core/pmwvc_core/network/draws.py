@@ -67,9 +67,7 @@ class Draws:
         return float(rng.random(index + 1)[index])
 
     def correlated(self, name: str, fate: Fate, u: float, rho: float) -> float:
-        """Return an evenly spread number that depends on that of the packet before with a
-        correlation rho of [0, 1); u is the random number of this packet or copy alone.
-        """
+        """Return u, evenly spread, correlated by rho of [0, 1) with that of the packet before."""
         if rho == 0.0:
             self._chains.pop(name, None)
             return u
@@ -98,9 +96,7 @@ class Losses:
         self._state = RECEIVED
 
     def by_two_states(self, p: LinkParams, fate: Fate) -> bool:
-        """Lose packets with one probability in the good state and with another in the bad one. The
-        state changes after the packet; the link begins in the good one.
-        """
+        """Lose with the probability of the good (first) or bad state; it changes afterwards."""
         changes, loses = (self._draws.of("gilbert_elliott", fate, index) for index in (0, 1))
         lost = loses < (p.ge_bad if self._bad else p.ge_good)
         if changes < (p.ge_r if self._bad else p.ge_p):

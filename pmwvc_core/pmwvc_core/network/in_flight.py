@@ -188,10 +188,7 @@ COLUMNS = {  # of a record, by the names of the PacketFate message
 
 
 class FateLog:
-    """Collect the fates of one link, each once it is final, for publishing in blocks.
-
-    A packet that never comes out is final when the link decides so; any other when it has left.
-    """
+    """Collect the fates of one link for publishing in blocks, each once it is final."""
 
     def __init__(self) -> None:
         self._records: list[tuple[int, ...]] = []

@@ -95,9 +95,7 @@ class Slots:
         self._held: dict[int, list[int]] = {}  # packets and bytes by instant
 
     def arrives_ns(self, p: LinkParams, fate: Fate, due_ns: int, begin_ns: int) -> int:
-        """Return the first instant with room, at ``due_ns`` or later; the first interval begins
-        with the link.
-        """
+        """Return the first instant with room, at ``due_ns`` or later."""
         self._reach(p, due_ns, begin_ns)
         index = bisect.bisect_left(self._ends_ns, due_ns)
         while True:

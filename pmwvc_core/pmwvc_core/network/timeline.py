@@ -125,12 +125,7 @@ def _setting(where: str, name: str, text: str) -> Any:
     if name not in known or name in NOT_HERE:
         raise ParameterError(f"{where}: {name!r}: there is no such setting{hint(name, known)}")
     spec = known[name]
-    value: Any = text
-    if spec.kind is bool and text in ("true", "false"):
-        value = text == "true"
-    elif spec.kind in (int, float):
-        value = _number(where, name, text)
-        value = int(value) if spec.kind is int and value.is_integer() else value
+    value = spec.converted(text)
     if problem := spec.problem(value):
         raise ParameterError(f"{where}: {name} = {problem}")
     return value

@@ -27,6 +27,7 @@ _BOUNDS = {
     "<=": ("high", operator.le),
     "<": ("below", operator.lt),
 }
+_WORDS = {"null": None, "true": True, "false": False}
 _KINDS = {float: "a number", int: "a whole number", str: "a string"}
 
 
@@ -68,6 +69,19 @@ class Spec:
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         return (text or _KINDS[self.kind]) + unit + (" or null" if self.optional else "")
 
+    def converted(self, value: Any) -> Any:
+        """Return a value in the declared type where that loses nothing; else as it is."""
+        if self.kind is str:  # nothing behind a name is an empty text, the number of a column one
+            return "" if value is None else str(value) if type(value) is int else value
+        if isinstance(value, str):
+            try:  # YAML 1.1 reads 1e-3 (no dot) as a text
+                value = _WORDS[value] if value in _WORDS else float(value)
+            except ValueError:
+                return value
+        if self.kind is float and type(value) is int:
+            return float(value)
+        return int(value) if self.kind is int and _is_whole(value) else value
+
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value, or None."""
         if value is None:
@@ -103,6 +117,10 @@ class Spec:
         """Return the allowed values of a number, and that it is one."""
         kind, allowed = _KINDS[self.kind], self.range_text()
         return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, float) and value.is_integer()
 
 
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
@@ -208,9 +226,7 @@ class IsNot(Is):
 
 
 class Validated:
-    """Base of every parameter dataclass: checks all fields once, when built, then what holds
-    between them; ParameterError naming the field, its value and the allowed range.
-    """
+    """Base of parameters: checked when built, each, then together; else ParameterError."""
 
     def __post_init__(self) -> None:
         problems = [

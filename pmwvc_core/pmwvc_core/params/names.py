@@ -37,14 +37,12 @@ def flattened(prefix: str, owner: Any) -> dict[str, Any]:
 
 
 def replaced(owner: P, path: str, value: Any) -> P:
-    """Return a dataclass with the parameter at a dotted path changed; 4.0 is a whole number too.
-    ParameterError where its group may not have that value.
-    """
+    """Return a dataclass with the parameter at a dotted path changed; else ParameterError."""
     head, _, rest = path.partition(".")
     if rest:
         value = replaced(getattr(owner, head), rest, value)
-    elif specs(type(owner))[head].kind is int and isinstance(value, float) and value.is_integer():
-        value = int(value)
+    else:
+        value = specs(type(owner))[head].converted(value)
     return dataclasses.replace(owner, **{head: value})  # type: ignore[type-var]
 
 
@@ -92,9 +90,7 @@ def flat_mapping(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]
 
 
 def hint(name: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
-    """Return ``; did you mean ...?`` with the nearest known name, capital letters aside, or the
-    first whose last part is the one given; empty where none is near.
-    """
+    """Return ``; did you mean ...?`` with the nearest known name, or last part; "" without."""
     plain = name.lower()
 
     def likeness(one: str) -> tuple[bool, float]:

@@ -7,6 +7,7 @@ Not here: what a matrix does (:mod:`pmwvc_core.wave.impedance`).
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,7 @@ ASYMMETRY = 1e-9  # of the largest entry: digits lost in writing, made symmetric
 
 
 def matrix_of(text: str, dof: int | None = None) -> NDArray[np.float64]:
-    """Return the symmetric matrix ``(dof, dof)`` of a text, rows separated by semicolons, entries
-    by blanks or commas; ParameterError with a wrong value, or where it is not that large.
-    """
+    """Return the matrix ``(dof, dof)`` of a text like ``30 2; 2 20``; else ParameterError."""
     must = f"{text!r}: must be"
     try:
         rows = [list(map(float, row.replace(",", " ").split())) for row in text.split(";")]
@@ -55,9 +54,7 @@ def matrix_of(text: str, dof: int | None = None) -> NDArray[np.float64]:
 
 
 def matrix_conflicts(text: str, dof: int | None = None) -> list[str]:
-    """Return the mistakes of a parameter ``impedance_matrix``; an empty text has none. The matrix
-    has a row per axis, where their number ``dof`` is known.
-    """
+    """Return the mistakes of a parameter ``impedance_matrix``; an empty text has none."""
     wrong = refusal(matrix_of, text, dof) if text.strip() else ""
     return [f"impedance_matrix = {wrong}"] if wrong else []
 
@@ -83,20 +80,21 @@ class DeadbandParams(Validated):
 
     is_on = IsNot("kind", "none")  # whether packets are left out
 
-    def problem(self, *, strict: bool, timeout_s: float) -> str:
-        """Return why it cannot be used, "" where it can: on the strict channel or another, and
-        where silence begins after ``timeout_s`` [s].
-        """
-        if not self.is_on:
-            return ""
-        if not strict:
-            return (
-                f"kind = {self.kind}: needs channel = strict; a packet of the others "
-                "stands for a fixed time"
-            )
-        if self.longest_s >= timeout_s:
-            return (
-                f"longest_s = {self.longest_s:g}: must be < safety.timeout_s = {timeout_s:g} s, "
-                "or the receiver counts the sender as silent"
-            )
-        return ""
+
+def port_conflicts(port: Any, *, dof: int, strict: bool, timeout_s: float) -> list[str]:
+    """Return the mistakes of a wave port (``MasterParams``, ``ContactParams``) in a session of so
+    many axes, on the strict channel or another, whose receiver waits ``timeout_s`` [s].
+    """
+    deadband = port.deadband
+    found = matrix_conflicts(port.impedance_matrix, dof)
+    if deadband.is_on and not strict:
+        found.append(
+            f"deadband.kind = {deadband.kind}: needs channel = strict; a packet of the others "
+            "stands for a fixed time"
+        )
+    elif deadband.is_on and deadband.longest_s >= timeout_s:
+        found.append(
+            f"deadband.longest_s = {deadband.longest_s:g}: must be < safety.timeout_s = "
+            f"{timeout_s:g} s, or the receiver counts the sender as silent"
+        )
+    return found

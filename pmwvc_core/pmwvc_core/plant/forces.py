@@ -57,9 +57,7 @@ def _given(
 
 
 class RecordedForce(NamedTuple):
-    """A recorded force, one row per tick. It does not react: where the replayed device meets
-    another force than the recorded one did, nothing brings it back.
-    """
+    """A recorded force, one row per tick, whatever the device does."""
 
     ticks: int
 

@@ -91,9 +91,7 @@ class Arm(NamedTuple):
 def arm_step(
     y: float, yd: float, before: float, target: float, force: float, p: Arm
 ) -> tuple[float, float, float]:
-    """Return the way of the arm in a tick [m], its velocity afterwards [m/s], and the pull of the
-    target that moved meanwhile [N], by the implicit midpoint rule.
-    """
+    """Return way [m] and end velocity [m/s] of the arm in a tick, and the target's pull [N]."""
     step = target - before
     lead = before + 0.5 * step - y
     drive = p.stiffness * lead + p.rate * step + force

@@ -106,9 +106,7 @@ def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
 def remote_force(
     s: RemoteHand, x: Vector, xd: Vector, acts: bool, p: RemoteParams
 ) -> tuple[RemoteHand, Vector]:
-    """Move the arm; return the force on the handle [N]. While the user is not coupled targets grow
-    old, and there is none.
-    """
+    """Move the arm; return the force on the handle [N], none while not coupled."""
     age = s.age + 1
     s = s._replace(usable=s.usable and age <= p.silent_ticks, age=age)
     if not acts:
@@ -168,10 +166,7 @@ class TableHand(NamedTuple):
 
 
 class TableParams(NamedTuple):
-    """A table of targets in the order of time.
-
-    Ticks count from the moment of coupling; where it is early, from the start of the force loop.
-    """
+    """Targets in the order of time, from coupling on; if early, from the loop's start."""
 
     hand: RemoteParams
     ticks: Integers  # at which the rows come

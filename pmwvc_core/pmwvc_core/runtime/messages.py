@@ -65,9 +65,7 @@ def types_from(classes: Mapping[str, Any]) -> MessageTypes:
 
 
 def record_of(topic: str) -> str:
-    """Return the topic on which waves are published once more, for the recorder: packets go to the
-    other end with best effort, once; sent again they would fill its queue.
-    """
+    """Return the topic of waves for the recorder, reliable and apart from the loops'."""
     return f"{topic}/sent"
 
 
@@ -125,9 +123,7 @@ def link_state(
     types: MessageTypes, *, stamp_ns: int, counts: Mapping[str, int], delays: Mapping[str, float],
     params: LinkParams, **fields: Any,
 ) -> Any:  # fmt: skip
-    """Return counts (LinkCounters), delays since the last message (``delay_mean, delay_min,
-    delay_max, delay_error_max`` [s]) and settings of a link as a LinkState message.
-    """
+    """Return counts, delays since the last message [s] and settings of a link."""
     settings = {name: getattr(params, name) for name in _SETTINGS}
     stamp = time_message(types, stamp_ns)
     return types.LinkState(stamp=stamp, **counts, **delays, **settings, **fields)

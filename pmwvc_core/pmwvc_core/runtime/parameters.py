@@ -67,9 +67,7 @@ def declare_top(node: Node) -> dict[str, Any]:
 
 
 def declare_names(node: Node, name: str, default: Sequence[str], description: str) -> list[str]:
-    """Declare a list of names that become part of topics, fixed at the start of the node;
-    ParameterError where it is none.
-    """
+    """Declare a list of names for topics, fixed at the start; ParameterError if it is none."""
     value = _given(node, name, list(default))
     if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
         raise ParameterError(f"{name} = {value!r}: must be a list of strings, like ['a','b']")

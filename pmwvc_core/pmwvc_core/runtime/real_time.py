@@ -63,16 +63,12 @@ def request_real_time(priority: int) -> RealTimeReport:
 
 
 def request_reception(priority: int) -> RealTimeReport:
-    """Ask for a middleware that takes packets in whatever else the machine does, for programs
-    without a loop of their own: they may be late, but nothing overflows meanwhile.
-    """
+    """Ask for reception whatever else the machine does; a loop of its own may be late."""
     return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
 
 
 def request_priority(priority: int) -> RealTimeReport:
-    """Ask for SCHED_FIFO for the calling thread only: it sleeps most of the time, and is not to be
-    put aside by ordinary programs when it wakes.
-    """
+    """Ask for SCHED_FIFO for the calling thread, which sleeps most of the time."""
     return _asked((f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)))
 
 

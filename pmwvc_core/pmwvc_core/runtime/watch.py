@@ -171,9 +171,7 @@ class Watch:
             )
 
     def look(self) -> tuple[dict[str, object], int]:
-        """Return values for people by name, and how many deadlines were missed since the last
-        look.
-        """
+        """Return values for people by name, and the deadlines missed since the last look."""
         loop, now_s = self._loop, time.monotonic()
         health, loop.health = loop.health, Health()
         elapsed_s, self._looked_s = now_s - self._looked_s, now_s

@@ -20,7 +20,6 @@ ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]
 MOST_AXES, MOST_EXTRA = 6, 12
 _LENGTH, _DOF_AT = struct.Struct("<I"), 44
-_SPARE = 24  # bytes that the middleware adds to a message with empty sequences
 _FIXED = size_bytes(0)
 _PER_AXIS = size_bytes(1) - _FIXED
 
@@ -44,54 +43,23 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
 
 
 def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
-    """Return a message as a packet; one that cannot be one as a packet that is refused.
-    ``came_ns`` is this end's clock at its reception.
-    """
+    """Return a message as a packet, refused where it is none, with its reception time."""
     (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= _FIXED else (0,)
     extra, rest = divmod(len(data) - _FIXED - dof * _PER_AXIS, 8)
     if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
-        return refused(_other_lengths(data))
-    found = _layout(dof, extra).unpack(data)
-    integral, energy, position = 10 + dof, 10 + 2 * dof, 12 + 2 * dof
-    beside = position + dof + 1
-    same = found[8] == found[integral - 1] == found[position - 1] == dof
-    if not same or found[beside - 1] != extra:
-        return refused(_other_lengths(data))
+        return refused(Verdict.MALFORMED)
+    _, _, _, sent_ns, epoch, seq, echo_seq, period, *body = _layout(dof, extra).unpack(data)
+    second, third, last = dof + 1, 2 * dof + 3, 3 * dof + 4  # where lengths stand
+    if [body[0], body[second], body[third], body[last]] != [dof, dof, dof, extra]:
+        return refused(Verdict.MALFORMED)
+    wave, integral, position = (_value(body[at + 1 : at + 1 + dof]) for at in (0, second, third))
+    echo_sent_ns, echo_hold_ns, flags, _, session, _ = body[-6:]
     return WavePacket(
-        epoch=found[4],
-        seq=found[5],
-        sent_ns=found[3],
-        period=found[7],
-        wave=_value(found[9 : 9 + dof]),
-        integral=_value(found[integral : integral + dof]),
-        energy=found[energy],
-        position=_value(found[position : position + dof]),
-        extra=found[beside : beside + extra],
-        echo_seq=found[6],
-        echo_sent_ns=found[-6],
-        echo_hold_ns=found[-5],
-        flags=found[-4] & ~FLAG_SHORT,
-        session=found[-2],
-        short=bool(found[-4] & FLAG_SHORT),
-        came_ns=came_ns,
-    )
+        epoch, seq, sent_ns, period, wave, integral, body[third - 1], position,
+        echo_seq, echo_sent_ns, echo_hold_ns, flags & ~FLAG_SHORT,
+        tuple(body[last + 1 : last + 1 + extra]), session, bool(flags & FLAG_SHORT), came_ns,
+    )  # fmt: skip
 
 
-def _other_lengths(data: bytes) -> Verdict:
-    """Return the verdict on a message that is no packet: a Wave with other lengths, or none."""
-    body = data[len(ENCAPSULATION) :]
-    at = 40  # behind period
-    try:
-        for behind in (0, 8, 0, 0):  # behind wave, integral (energy), position, extra
-            (length,) = struct.unpack_from("<I", body, at)
-            at += 4 + (-(at + 4) % 8 + 8 * length if length else 0)
-            at += -at % 8 + behind if behind else 0
-    except struct.error:
-        return Verdict.MALFORMED
-    at += -at % 8 + 40  # two times, flags, check, session, tag
-    whole = at <= len(body) <= at + _SPARE
-    return Verdict.WRONG_LENGTH if whole else Verdict.MALFORMED
-
-
-def _value(values: tuple[float, ...]) -> Value:
+def _value(values: list[float]) -> Value:
     return values[0] if len(values) == 1 else np.array(values)

@@ -62,7 +62,7 @@ def read_changes(text: str) -> list[Change]:
             time_s = -1.0
         if not settings or None in settings or not 0.0 <= time_s < float("inf"):
             raise ScenarioError("changes", [f"{each.strip()!r}: {_FORM}"])
-        values = {match[1]: _value(match[1], match[2]) for match in settings if match}
+        values = {m[1]: spec_of(m[1]).converted(m[2]) for m in settings if m}
         found.append(Change(time_s, values))
     return sorted(found, key=lambda change: change.time_s)
 
@@ -73,9 +73,7 @@ def changes_text(changes: list[Change]) -> str:
 
 
 def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
-    """Return the changes of a scenario, each with the scenario that holds from then on;
-    ScenarioError where a parameter may not change, or not to that value.
-    """
+    """Return each change with the scenario from then on; ScenarioError where not allowed."""
     found, present = [], replace(scenario, changes="")
     for change in read_changes(scenario.changes):
         present = changed(present, change)
@@ -131,16 +129,3 @@ def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupli
             f"{server.integrator}: avatars move by the velocity of the step before"
         )
     return ""
-
-
-def _value(name: str, text: str) -> Any:
-    """Return the value of a setting in the type of its parameter; its range is checked later."""
-    kind = spec_of(name).kind
-    if text == "null":
-        return None
-    if kind is bool and text in ("true", "false"):
-        return text == "true"
-    try:
-        return text if kind is str else kind(text)
-    except ValueError:
-        return text  # refused with its text

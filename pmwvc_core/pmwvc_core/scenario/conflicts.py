@@ -3,12 +3,12 @@
 """Conflicts between parameter groups of a scenario that are each valid."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
-from pmwvc_core.params.ports import matrix_conflicts
+from pmwvc_core.params.ports import port_conflicts
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
@@ -63,9 +63,8 @@ def conflicts(scenario: "Scenario") -> list[str]:
             )
         timeouts_s = {"master": silence_s, "server": user.safety.timeout_s}  # of the receivers
         for group, port in (("master", user.master), ("server", user.contact)):
-            text = port.deadband.problem(strict=strict, timeout_s=timeouts_s[group])
-            found += [f"{user.name}.{group}.deadband.{text}"] if text else []
-            wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
+            receiver: dict[str, Any] = {"strict": strict, "timeout_s": timeouts_s[group]}
+            wrong = port_conflicts(port, dof=scenario.dof, **receiver)
             found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
         if user.operator.is_recorded and not user.operator.file:
             found.append(

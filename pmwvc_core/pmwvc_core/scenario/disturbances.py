@@ -30,9 +30,7 @@ class Disturbance(NamedTuple):
 
 
 def disturbances_of(text: str) -> tuple[Disturbance, ...]:
-    """Read the disturbances of a scenario; ParameterError with the entry, its value and what it
-    must be.
-    """
+    """Read the disturbances of a scenario; ParameterError names entry, value and range."""
     found: list[Disturbance] = []
     for number, part in enumerate(filter(str.strip, text.split(";")), start=1):
         where = f"disturbances: entry {number} {part.strip()!r}"

@@ -35,9 +35,7 @@ def complete(name: str) -> list[str]:
 
 
 def unknown(name: str) -> str:
-    """Return the refusal of a name that there is not, with the nearest one, or the one whose
-    description has that symbol.
-    """
+    """Return the refusal of an unknown name, with the nearest, or one of that symbol."""
     number, rest = split_user(name)
     of_user = [path for path, each in PARAMETERS.items() if each.of_user]
     known = of_user if number else sorted(PARAMETERS, key=lambda path: path not in of_user)
@@ -56,9 +54,7 @@ def unknown(name: str) -> str:
 
 
 def resolved(name: str) -> tuple[int, list[str]]:
-    """Return the user (0: all) and the complete names that a name means; ScenarioError, with the
-    nearest name, where there is no such parameter.
-    """
+    """Return the user (0: all) and the complete names that a name means; else ScenarioError."""
     number, rest = split_user(name)
     found = complete(rest)
     if not found or (number and not PARAMETERS[found[0]].of_user):

@@ -59,26 +59,6 @@ def parse_scenario(
     return scenario
 
 
-def _converted(spec: Spec, value: object) -> object:
-    """Return the value in the declared type where that loses nothing; else as it is, to be refused
-    with its text.
-    """
-    if spec.kind is float and isinstance(value, str):  # YAML 1.1 reads 1e-3 (no dot) as a text
-        try:
-            return float(value)
-        except ValueError:
-            return value
-    if spec.kind is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if spec.kind is int and isinstance(value, float) and value.is_integer():
-        return int(value)
-    if spec.kind is str and value is None:  # a name with nothing behind it: an empty text
-        return ""
-    if spec.kind is str and type(value) is int:  # the number of a column is a text to us
-        return str(value)
-    return value
-
-
 class _Reader:
     """Collects values by name, then builds; keeps the list of what is wrong."""
 
@@ -88,9 +68,7 @@ class _Reader:
         self.users: dict[int, dict[str, Any]] = {0: {}}  # by number, 0: for every user
 
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
-        """Sort values into those shared, of every and of single users; a common override replaces
-        what single users had.
-        """
+        """Sort values into shared and users'; a common override replaces single users'."""
         for name, value in self._without_presets(values).items():
             number, rest = split_user(name)
             leaves = complete(rest)
@@ -131,7 +109,7 @@ class _Reader:
         with the default to find what else is wrong.
         """
         spec = PARAMETERS[path].spec
-        value = _converted(spec, value)
+        value = spec.converted(value)
         if problem := spec.problem(value):
             text = f"{given} = {problem}"
             self.problems += [text] if text not in self.problems else []

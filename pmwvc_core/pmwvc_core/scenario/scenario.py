@@ -97,9 +97,7 @@ class User:
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """A complete session: users, server, task, controller, duration and seed; ScenarioError where
-    groups that are each right contradict one another.
-    """
+    """A complete session; ScenarioError where groups contradict one another."""
 
     name: str = parameter(
         NO_DEFAULT, "-", "name of the scenario; also part of the session folder's name", kind=str

@@ -52,9 +52,7 @@ class Ticks:
             self.next += 1
 
     def take(self, before_ns: int, ends: int) -> tuple[range, bool]:
-        """Take the ticks before an instant [ns] of a frame that ends with tick ``ends``; return
-        them, and whether they are the last of it.
-        """
+        """Take a frame's ticks before an instant [ns]; return also whether they are its last."""
         begin, ends = self.next, min(ends, len(self.at_ns))
         after = bisect_left(self.at_ns, before_ns, begin, ends)
         if self._missed:
@@ -67,9 +65,7 @@ class Ticks:
 
 
 class Steps(NamedTuple):
-    """The server's steps: tick of the session of each, when it ran, and how long it lasted [s]
-    ``(steps,)``.
-    """
+    """The server's steps ``(steps,)``: tick, when it ran [ns], and length [s] of each."""
 
     tick: Integers
     ran_ns: Integers

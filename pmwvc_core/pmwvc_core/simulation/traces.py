@@ -67,9 +67,7 @@ class UserNotes:
     def traces(
         self, name: str, *, ticks: int, first: int, tick_s: float, events: int
     ) -> UserTraces:
-        """Return the traces of the ticks that ran, numbered from the first, in a session of so
-        many.
-        """
+        """Return the traces of the ticks that ran, numbered from the first."""
         ran = np.array(self.ticks, dtype=np.int64)
         late_ns = np.array(self.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
         signals = np.array(self._signals).reshape(-1, len(SIGNALS), self._dof)
@@ -217,9 +215,7 @@ def _user(run: Run, number: int) -> UserTraces:
 
 @lru_cache(maxsize=8)
 def _links(plan: Plan) -> list[Any]:
-    """Return what a plan alone says of the links, up and down of each user; arrays are shared by
-    all sessions with the plan.
-    """
+    """Return what a plan says of the links, up and down of each user; arrays are shared."""
     both = zip(plan.up, plan.down, strict=True)
     return [link.traces(plan.looks_ns[way]) for pair in both for way, link in enumerate(pair)]
 

@@ -109,10 +109,7 @@ class Admission:
 
 
 def intact(data: bytes) -> bool:
-    """Tell whether the checksum of a serialized packet fits its bytes, or it has none.
-
-    A message of another length is none of ours, or of a time before checksums.
-    """
+    """Tell whether a packet's checksum fits, or it has none, or it is none of ours."""
     if (len(data) - size_bytes(0)) % 8:
         return True
     body, check, end = data[: _CHECK.start], data[_CHECK], data[_CHECK.stop :]

@@ -19,12 +19,10 @@ Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
 import math
-import sys
-from operator import attrgetter
 
 import numpy as np
 
-from pmwvc_core.numeric import Value, anywhere, squared
+from pmwvc_core.numeric import Value, anywhere, finite, squared
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict, WavePacket, ahead
 from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 
@@ -34,10 +32,6 @@ KNOWN = (1 << WINDOW) - 1
 REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
 NEW_EPOCH, STRANGER = Verdict.NEW_EPOCH, Verdict.STRANGER
-LARGEST = sys.float_info.max
-ECHO = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
-WHOLE = attrgetter("epoch", "seq", "sent_ns", "flags", "came_ns", *ECHO)
-VALUES = attrgetter("wave", "integral", "energy", "position")
 _TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
 REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
 ROUND_TRIP = "round trip [ms]"  # of diagnostics
@@ -117,23 +111,12 @@ class Receiver:
         """Tell whether another sender may be followed."""
         return self.silent(now_ns) or self._left
 
-    def _unfit(self, packet: object) -> Verdict | None:
+    def _unfit(self, packet: WavePacket) -> Verdict | None:
         """Return what is wrong with a packet by itself; None where nothing is."""
-        if not (
-            isinstance(packet, WavePacket)
-            and all(isinstance(number, int) for number in WHOLE(packet))
-            and 1 <= packet.seq < 1 << 32  # uint32 in the message
-            and isinstance(packet.period, (float, int))
-            and all(map(_is_value, VALUES(packet)))
-            and isinstance(packet.extra, tuple)
-            and all(isinstance(value, float) for value in packet.extra)
-            and (packet.refusal is None or isinstance(packet.refusal, Verdict))
-        ):
-            return Verdict.MALFORMED
-        if packet.refusal is not None:
-            return packet.refusal
+        if packet.refusal is not None or not 1 <= packet.seq < 1 << 32:  # uint32 in the message
+            return packet.refusal or Verdict.MALFORMED
         signals, dof = (packet.wave, packet.integral, packet.position), self.dof
-        if not all(map(_finite, (*signals, packet.energy, packet.period, *packet.extra))):
+        if not all(map(finite, (*signals, packet.energy, packet.period, *packet.extra))):
             return Verdict.NOT_FINITE
         for value in signals:  # the zero of a start has any number of axes
             if value.shape != (dof,) if isinstance(value, np.ndarray) else dof > 1 and value:
@@ -186,18 +169,6 @@ class Receiver:
                 self.round_trip_s = round_trip_ns * 1e-9
 
 
-def _is_value(value: object) -> bool:
-    floats = isinstance(value, np.ndarray) and value.dtype == np.float64
-    return floats or isinstance(value, (float, int))
-
-
-def _finite(value: Value) -> bool:
-    """As :func:`pmwvc_core.numeric.finite`, also for whole numbers beyond any float."""
-    if isinstance(value, np.ndarray):
-        return bool(np.isfinite(value).all())
-    return -LARGEST <= value <= LARGEST
-
-
 def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
     """Return the counts of a receiver by the names of the Reception message."""
     by_verdict = inbox.counts
@@ -214,9 +185,7 @@ def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
 
 
 def passage(path: PathEstimate | None) -> dict[str, float]:
-    """Return what an estimate says of the packets that come in, by the names of the Reception
-    message; NaN where nothing is known.
-    """
+    """Return an estimate by the names of the Reception message; NaN where not known."""
     if path is None:
         return dict.fromkeys(PASSAGE, math.nan)
     into = path.into

@@ -21,7 +21,7 @@ from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.transport.packet import Packer, Verdict
+from pmwvc_core.transport.packet import Verdict, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
 TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
@@ -123,13 +123,16 @@ class _End:
             dof=network.dof,
             direction=direction,
         )
-        self._packer = Packer((user + 1, SERVER_EPOCH + user)[direction], period=period_s)
+        self._epoch, self._period_s = (user + 1, SERVER_EPOCH + user)[direction], period_s
+        self._sent = 0
         self._nothing = 0.0 if network.dof == 1 else np.zeros(network.dof)
         self.rows: list[tuple[int, int, int, int, int]] = []
 
     def send(self, tick: int, peer: Receiver) -> None:
-        now_ns, zero = tick * self._tick_ns, self._nothing
-        self.link.send(self._packer.pack(zero, zero, now_ns, 0, peer.echo(now_ns)), now_ns)
+        now_ns, zero, self._sent = tick * self._tick_ns, self._nothing, self._sent + 1
+        head = self._epoch, self._sent, now_ns, self._period_s
+        packet = WavePacket(*head, zero, zero, 0.0, zero, *peer.echo(now_ns))
+        self.link.send(packet, now_ns)
 
     def look(self, tick: int) -> None:
         """Take in what has come by a tick."""
