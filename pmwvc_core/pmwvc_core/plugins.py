@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Plug-ins by name: factories and records that other packages offer as entry points of a group.
-
-A laboratory adds one by installing a package of its own. A *factory* makes an object (a device, an
-environment); a *record* describes something with its properties (a controller, a coupling, a link
-effect), of which there is a library besides.
+"""Plug-ins by name, which other packages offer as entry points of a group: a *factory* makes an
+object (a device, an environment), a *record* describes a controller, a coupling, a link effect.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -54,8 +51,7 @@ class PluginGroup:
 
     def make(self, name: str, setup: Any) -> Any:
         """Return what the factory of a plug-in makes of ``setup``; a PmwvcError of the type
-        ``error`` where there is no such plug-in (naming those there are), where it cannot be
-        imported or made (with the reason), or lacks what it must have.
+        ``error`` where it cannot be imported or made, or lacks what it must have.
         """
         factory, where = self.load(name), self.where(name)
         with refused(where, self.error):
@@ -98,9 +94,7 @@ R = TypeVar("R", bound=Record)
 
 
 class Records(Generic[R]):
-    """The records of one kind by name: those of the library, then those of other packages.
-    Arguments by name: those of :class:`PluginGroup`.
-    """
+    """The records of one kind by name: those of the library, then those of other packages."""
 
     def __init__(
         self, kind: type[R], library: Iterable[R], *, group: str, parameter: str, what: str
@@ -119,9 +113,8 @@ class Records(Generic[R]):
         return (*self.library, *self.installed())
 
     def of(self, name: str) -> R:
-        """Return a record by name; ParameterError where there is none of this name (naming those
-        there are), a plug-in cannot be imported (with the reason), or its entry point names no
-        such record.
+        """Return a record by name; ParameterError where there is none, it cannot be imported, or
+        the entry point names no such record.
         """
         if name not in self.library:
             self.met[name] = imported(self, name)

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The signals of a session as arrays: the same for a live run, a simulated run and a recording.
-
-Time is the axis before the degrees of freedom; a batch of simulated runs adds leading axes:
-``(..., tick, dof)``. All times are seconds since the start of the session, on the time line of the
-recording.
+"""The signals of a session as arrays ``(..., tick, dof)``, the same for a live run, a simulated
+run and a recording. Times are seconds since the start of the session.
 """
 
 from dataclasses import dataclass, field
@@ -26,11 +23,8 @@ def _unknown() -> Integers:
 
 @dataclass
 class UserTraces:
-    """One master: a row per executed tick of the force loop, energies at the end of each block of
-    M ticks.
-
-    ``f_h`` is NaN where the hand's force is not known. ``state``: 0 starting, 1 coupled, 2
-    damping, 3 fault. ``accounts`` are the energies that only this controller keeps.
+    """One master: a row per executed tick, energies at the end of each block of M ticks. ``f_h``
+    is NaN where it is not known; ``state``: 0 starting, 1 coupled, 2 damping, 3 fault.
     """
 
     name: str
@@ -195,13 +189,10 @@ class ReceptionTraces:
 
 @dataclass
 class SessionTraces:
-    """Everything recorded of one session.
-
-    ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a
-    node that died, a gap: ``{"time_s": float | None, "what": str, "who": str}``. ``counts`` holds
-    per topic ``{"messages": int, "missing": int}``, and ``not_relayed`` where packets never came
-    to the emulated link. ``settings`` are parameters that changed in a live session: time [s], and
-    values by their names in a scenario. ``taken`` is by link; empty where it is not recorded.
+    """Everything recorded of one session, ``live``, ``simulated`` or ``replayed``. ``events`` are
+    findings: ``{"time_s": float | None, "what": str, "who": str}``; ``counts`` holds per topic
+    ``messages``, ``missing``, and ``not_relayed`` where packets never came to the emulated link;
+    ``settings`` are parameters that changed live: time [s], and values by scenario names.
     """
 
     source: str

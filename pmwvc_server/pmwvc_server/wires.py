@@ -11,7 +11,6 @@ import time
 from rclpy.node import Node
 
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.frame.rows import PortRow
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.transport.admission import Admission
@@ -52,8 +51,6 @@ class RosWires:
             for packet in arrived
             if not packet.refusal
         ]
-        signals = step.row._asdict()
-        signals |= zip(PortRow._fields, zip(*signals.pop("ports"), strict=True), strict=True)
         self._trace.publish(
             messages.server_trace(
                 self._types,
@@ -69,6 +66,6 @@ class RosWires:
                 looked=step.looked_ns - tick.due_ns,
                 taken=taken,
                 changes=loop.protocol.changes,
-                **signals,
+                **step.row._asdict(),
             )
         )

@@ -126,7 +126,7 @@ def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
     rig.step(0, 1, times=10)
     rig.step(0, times=4)
     assert rig.presence == ["COUPLED", "DAMPING"]
-    assert rig.wires.rows[-1].ports[1].u_s == 0.0
+    assert rig.wires.rows[-1].u_s[1] == 0.0
     rig.step(0, times=130)
     assert rig.presence == ["COUPLED", "ABSENT"]
     rig.step(0, 1)

@@ -21,11 +21,7 @@ ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
 
 class Inbox(Receiver):
     """The receiver at a port of some impedance [N s/m], of a session's controller and channel.
-
-    Attributes
-    ----------
-    other_controller
-        Packets of another kind of controller, which are ignored.
+    ``other_controller`` counts packets of another kind of controller, which are ignored.
     """
 
     def __init__(

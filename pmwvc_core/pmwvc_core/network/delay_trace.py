@@ -17,9 +17,10 @@ import itertools
 import json
 import re
 import statistics
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import LinkParams
@@ -35,45 +36,19 @@ LOST_TEXTS = ("", "lost", "-", "none", "null")
 Row = tuple[float, float | None]  # time [s], delay in the unit of the file, None: lost
 
 
-@dataclass(frozen=True)
-class DelayTrace:
+class DelayTrace(NamedTuple):
     """Delays over time; between two rows the earlier one holds, after the last it starts again."""
 
     time_ns: tuple[int, ...]  # of each row, from 0
     delay_ns: tuple[int, ...]  # LOST where a packet was lost
     length_ns: int  # time after which it starts again
-
-    @functools.cached_property
-    def delays_s(self) -> tuple[float, ...]:
-        """Return the delays [s] in their order of size, without the losses."""
-        return tuple(sorted(delay * 1e-9 for delay in self.delay_ns if delay != LOST))
-
-    @property
-    def longest_s(self) -> float:
-        """Return the longest delay [s]."""
-        return self.delays_s[-1]
-
-    @functools.cached_property
-    def mean_s(self) -> float:
-        """Return the mean of the delay over time [s], where nothing was lost."""
-        held = [(length, delay) for length, delay in self._held if delay != LOST]
-        return sum(n * delay for n, delay in held) / sum(n for n, _ in held) * 1e-9
-
-    @functools.cached_property
-    def lost_ratio(self) -> float:
-        """Return the part of the time during which packets were lost."""
-        return sum(length for length, delay in self._held if delay == LOST) / self.length_ns
-
-    @functools.cached_property
-    def _held(self) -> list[tuple[int, int]]:
-        """Duration and delay of every row [ns]."""
-        edges = itertools.pairwise((*self.time_ns, self.length_ns))
-        return [(b - a, delay) for (a, b), delay in zip(edges, self.delay_ns, strict=True)]
+    delays_s: tuple[float, ...]  # in their order of size, without the losses
+    mean_s: float  # over time, where nothing was lost
+    lost_ratio: float  # part of the time
 
     def at(self, elapsed_ns: int) -> int:
         """Return the delay [ns] at a time since the beginning [ns]; LOST where a packet was."""
-        row = bisect.bisect_right(self.time_ns, elapsed_ns % self.length_ns) - 1
-        return self.delay_ns[row]
+        return self.delay_ns[bisect.bisect_right(self.time_ns, elapsed_ns % self.length_ns) - 1]
 
 
 def recording_of(params: LinkParams) -> DelayTrace:
@@ -83,15 +58,11 @@ def recording_of(params: LinkParams) -> DelayTrace:
 
 @functools.lru_cache(maxsize=32)
 def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
-    """Read a delay recording once.
+    """Read a delay recording once; else RecordingError with the reason and the columns found.
 
-    Pauses (intervals above 0.2 s, unless they are usual) are taken out: the segments are joined at
-    the median interval, and so are the end and the beginning. RecordingError where the file cannot
-    be used, with the reason and the columns found.
-
-    ``scale`` is in seconds per unit of the delay column, or half of it where the delay is a round
-    trip and each direction gets half; of IRTT, whose units are known, a factor. ``column`` is the
-    name of the column of delays; empty: the usual ones.
+    Pauses (above 0.2 s, unless usual) are taken out: segments are joined at the median interval,
+    as are end and beginning. ``scale`` is in seconds per unit of the delay ``column`` (half of it
+    for round trips; of IRTT a factor); empty: the usual names.
     """
     if not path:
         raise RecordingError("no file is named; jitter = trace needs one with times and delays")
@@ -131,11 +102,15 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
     times = [0]
     for step in steps:
         times.append(times[-1] + round((usual if step > LONGEST_GAP_S else step) * 1e9))
-    return DelayTrace(
-        tuple(times),
-        tuple(LOST if delay is None else round(delay * 1e9) for delay in delays_s),
-        times[-1] + round(usual * 1e9),
-    )
+    delays = [LOST if delay is None else round(delay * 1e9) for delay in delays_s]
+    known = sorted(delay for delay in delays if delay != LOST)
+    times.append(times[-1] + round(usual * 1e9))
+    lasts = np.diff(times)
+    lost = np.array(delays) == LOST
+    mean_s = float(np.average(delays, weights=lasts * ~lost)) * 1e-9
+    lost_ratio = float(lasts[lost].sum() / times[-1])
+    columns = tuple(times[:-1]), tuple(delays), times[-1], tuple(each * 1e-9 for each in known)
+    return DelayTrace(*columns, mean_s, lost_ratio)
 
 
 def _irtt(path: str, text: str, column: str) -> list[Row]:

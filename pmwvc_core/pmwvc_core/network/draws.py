@@ -84,10 +84,8 @@ def _key(name: str) -> int:
 
 
 class Losses:
-    """The models of loss of one link: by two states of Gilbert-Elliott, by four states, and around
-    hand-overs, as between satellites, at which the delay steps as well. One that is switched on
-    again goes on where it was. What happens at the k-th hand-over is drawn by k, whatever the
-    packets do.
+    """The models of loss of one link: Gilbert-Elliott, four states, and around hand-overs, at
+    which the delay steps as well. What happens at the k-th hand-over is drawn by k.
     """
 
     def __init__(self, draws: Draws) -> None:

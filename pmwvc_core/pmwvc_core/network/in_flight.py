@@ -128,10 +128,8 @@ class InFlight:
 
 
 class RecordedFate(NamedTuple):
-    """The recorded fate of a packet or of its copy.
-
-    ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
-    ``at_ns`` is the instant at which it came out, where that is to be kept.
+    """The recorded fate of a packet or of its copy: time from sending to coming out (None: never),
+    and the instant of coming out where that is to be kept.
     """
 
     delay_ns: int | None
@@ -146,12 +144,9 @@ LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
 class RecordedLink(InFlight):
     """A link that does to its packets what was recorded of another: for replays.
 
-    Packet number n is lost, delayed or copied as number n of the recording was. Where a replay
-    sends more or fewer packets in the same time (another rate drop), its packet number n meets the
-    fate of the one that was recorded at that time. What the recording does not reach is lost.
-
     ``record`` holds for every packet number (1, 2, 3...) its fate, followed by those of its
-    copies; ``per_packet`` are recorded packets per packet sent here, 1 unless the rate is another.
+    copies; ``per_packet`` are recorded packets per packet sent here: at another rate a packet
+    meets the fate that was recorded at that time. What the recording does not reach is lost.
     """
 
     def __init__(
@@ -201,16 +196,16 @@ class FateLog:
     def add(
         self, fate: Fate, *, time_out_ns: int = 0, epoch: int = 0, seq: int | None = None
     ) -> None:
-        """Note a final fate, with the time at which the packet really left (0: never), and epoch
-        and seq of the sender; where these are not known 0 and the link's own count.
+        """Note a final fate, with the time of leaving (0: never), and epoch and seq of the sender;
+        where these are not known 0 and the link's own count.
         """
         number, times_ns = fate.number if seq is None else seq, (fate.time_in_ns, fate.time_due_ns)
         row = (epoch, number, fate.size, *times_ns, time_out_ns, fate.kind, fate.cause)
         self._records.append(row)
 
     def take(self, most: int | None = None) -> dict[str, Any]:
-        """Return the oldest records, at most ``most``, as columns by name, and forget them;
-        ``first`` is the number of the first one: 1, 2, 3...
+        """Return the oldest records, at most ``most``, as columns, and the number of the
+        ``first``.
         """
         records = self._records[:most]
         self._records = self._records[len(records) :]

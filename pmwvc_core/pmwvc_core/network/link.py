@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A link: one direction of a network, with the effects that its settings switch on.
-
-A packet is lost on entry, or copied; it and its copies leave, wait for their delay and come out.
-Payloads are never looked into. Time is an argument; all times are integer nanoseconds of one
-clock. What plug-ins do comes after the library in each step, but before the order of packets.
+"""A link: one direction of a network, with the effects that its settings switch on. A packet is
+lost on entry, or copied; it and its copies leave, wait for their delay and come out. Payloads are
+never looked into. Time is an argument [ns]. Plug-ins come after the library in each step, but
+before the order of packets.
 """
 
 from collections.abc import Sequence
@@ -34,11 +33,9 @@ def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
 
 
 class Link(InFlight):
-    """One direction of a network link.
-
-    The seed is that of :func:`stream_of`; the direction, for networks by name on a timeline, is 0
-    from user to server and 1 back. Whatever a part remembers of packets stays when it is switched
-    off and on again.
+    """One direction of a network link, with the seed of :func:`stream_of`; ``direction`` (0 up, 1
+    down) is for networks by name on a timeline. What a part remembers stays when it is switched
+    off.
     """
 
     def __init__(
@@ -57,7 +54,7 @@ class Link(InFlight):
 
     def configure(self, params: LinkParams) -> None:
         """Change the settings from now on; packets in flight keep their times. PmwvcError where
-        they cannot be used, as a delay trace whose file cannot be read; then the settings stay.
+        they cannot be used; then the settings stay.
         """
         check(params)
         timeline = timeline_of(params.schedule)

@@ -1,11 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Networks by name: link settings for both directions, as data, each with its source.
-
-A preset is plausible, not universal: one-way delay, the distribution of its jitter, bursts of loss
-(Gilbert-Elliott, everything is lost in the bad state), and what else is known of the network.
-Where the source is a measurement it is named; "estimate" marks what is not. Jitter differs from
-packet to packet independently: packets overtake each other where it exceeds their interval.
+"""Networks by name: link settings for both directions, as data, each with its source; "estimate"
+marks what is not measured. Bursts of loss are Gilbert-Elliott, everything lost in the bad state.
 """
 
 from dataclasses import dataclass

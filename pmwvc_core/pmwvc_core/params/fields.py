@@ -33,13 +33,10 @@ _KINDS = {float: "a number", int: "a whole number", str: "a string"}
 
 @dataclass(frozen=True)
 class Spec:
-    """The declaration of one parameter.
-
-    ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional``
-    allows ``None``. ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones.
-    ``choices`` lists allowed names, ``plugins`` returns those that other packages add.
-    ``read_only`` parameters are fixed when a node starts. Above ``usual`` a value in seconds is
-    allowed, but meant in milliseconds more often.
+    """The declaration of one parameter: ``kind`` of a value (``float``, ``int``, ``bool``,
+    ``str``), ``optional``: or ``None``; exclusive bounds ``above``/``below``, inclusive
+    ``low``/``high``; names allowed, by ``choices`` and ``plugins``; ``read_only``: fixed when a
+    node starts. Above ``usual`` a value in seconds is meant in milliseconds more often.
     """
 
     kind: type
@@ -131,34 +128,21 @@ _BOUND = re.compile(
 
 
 def parameter(
-    default: float | int | bool | str | None,
-    allowed: str | tuple[str, ...],
-    description: str,
-    *,
-    kind: type | None = None,
-    group: str = "",
-    read_only: bool = False,
-    usual: float | None = None,
-) -> Any:
+    default: float | int | bool | str | None, allowed: str | tuple[str, ...], description: str, *,
+    kind: type | None = None, group: str = "", read_only: bool = False, usual: float | None = None,
+) -> Any:  # fmt: skip
     """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
-
-    ``allowed`` is range and unit, as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
-    ``-`` without either), or the names allowed; plug-ins of a ``group`` of entry points are
-    allowed besides. ``kind`` is needed only where the default is ``NO_DEFAULT``.
+    ``allowed`` is range and unit as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
+    ``-``), or the names allowed, besides plug-ins of a ``group``; ``kind`` goes with
+    ``NO_DEFAULT``.
     """
     kind = kind or (float if default is None else type(default))
+    named = {"unit": "-", "choices": allowed}
     spec = Spec(
-        kind,
-        optional=default is None,
-        read_only=read_only,
-        description=description,
-        plugins=partial(installed, group) if group else tuple,
-        usual=usual,
-        default=default,
-        **(
-            _read(allowed, kind) if isinstance(allowed, str) else {"unit": "-", "choices": allowed}
-        ),
-    )
+        kind, optional=default is None, read_only=read_only, description=description, usual=usual,
+        plugins=partial(installed, group) if group else tuple, default=default,
+        **(_read(allowed, kind) if isinstance(allowed, str) else named),
+    )  # fmt: skip
     return dataclasses.field(default=default, metadata={"spec": spec})
 
 

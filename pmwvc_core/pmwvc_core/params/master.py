@@ -18,14 +18,11 @@ FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
 
 @dataclass(frozen=True)
 class FilterParams(Validated):
-    """Anti-aliasing filter of the outgoing wave.
-
-    ``integrate_and_dump`` sends the mean of the wave over a frame: it has no cut-off, it is
-    passive for every signal, and its lag is the shortest of the filters. A first-order filter has
-    exactly one cut-off, in one of three conventions: ``pole_rad_s`` (the pole; what App. B calls
-    f_c), ``cutoff_hz`` (-3 dB) or ``stop_hz`` (-20 dB). Give another one and the default pole
-    gives way. A Butterworth filter is designed from ``pass_hz``/``pass_db`` and
-    ``stop_hz``/``stop_db`` (attenuations, App. A).
+    """Anti-aliasing filter of the outgoing wave. ``integrate_and_dump`` sends the mean over a
+    frame: no cut-off, passive, of the shortest lag. A first-order filter has exactly one cut-off:
+    ``pole_rad_s`` (what App. B calls f_c), ``cutoff_hz`` (-3 dB) or ``stop_hz`` (-20 dB). A
+    Butterworth filter is designed from ``pass_hz``/``pass_db`` and ``stop_hz``/``stop_db`` (App.
+    A).
     """
 
     kind: str = parameter(

@@ -83,7 +83,7 @@ class DeadbandParams(Validated):
 
 def port_conflicts(port: Any, *, dof: int, strict: bool, timeout_s: float) -> list[str]:
     """Return the mistakes of a wave port (``MasterParams``, ``ContactParams``) in a session of so
-    many axes, on the strict channel or another, whose receiver waits ``timeout_s`` [s].
+    many axes, on the strict channel or not, whose receiver waits ``timeout_s`` [s].
     """
     deadband = port.deadband
     found = matrix_conflicts(port.impedance_matrix, dof)

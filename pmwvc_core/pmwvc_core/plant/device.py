@@ -102,11 +102,9 @@ def _rounded(x: float, step_m: float) -> float:
 
 
 def _rubbed(x: Vector, xd: Vector, force: Vector, p: SimulatedParams) -> tuple[Vector, Vector]:
-    """Advance one tick with Coulomb friction against the direction of motion.
-
-    That direction is kept over the tick, or until the motion along it has come to rest: along
-    it the velocity is monotone and passes zero at most once. From there the other forces
-    either hold still or win for good, in their own direction.
+    """Advance one tick with Coulomb friction against the direction of motion, kept until the
+    motion along it comes to rest (once at most); from there the other forces hold still or win for
+    good.
     """
     speed, course, wins = length(xd), _direction(xd), length(force) - p.friction
     push = scaled(_direction(force), max(wins, 0.0))  # what wins from rest
@@ -135,10 +133,9 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1..1; as good as exac
 
 
 def damper_heat(mass: float, damping: float, time_s: Value, xd: Array, force: Array) -> Array:
-    """Return b times the integral of |xd|^2 over times, of each row or of all, that begin with
-    ``xd`` [m/s] and have a constant force [N], ``(ticks, dof)`` [J].
-
-    It is taken from the velocity itself, not from the balance of the other energies.
+    """Return b times the integral of |xd|^2 over times that begin with ``xd`` [m/s] and have a
+    constant force [N], ``(ticks, dof)`` [J]: from the velocity, not from the balance of the other
+    energies.
     """
     square = np.zeros(())
     for node, weight in zip(NODES, WEIGHTS, strict=True):
@@ -150,13 +147,9 @@ def damper_heat(mass: float, damping: float, time_s: Value, xd: Array, force: Ar
 
 
 def device_account(
-    params: DeviceParams,
-    tick_s: float,
-    before: tuple[Array, Array],
-    after: tuple[Array, Array],
-    f_h: Array | None,
-    f_m: Array,
-) -> Account:
+    params: DeviceParams, tick_s: float, before: tuple[Array, Array], after: tuple[Array, Array],
+    f_h: Array | None, f_m: Array,
+) -> Account:  # fmt: skip
     """Return the energy of a device over ticks of which its true motion is known [J].
 
     ::
@@ -166,9 +159,8 @@ def device_account(
         stored      m (|xd+|^2 - |xd|^2)/2
         dissipated  b_hd times the integral of |xd|^2, and friction |x+ - x|; at a stop the rest
 
-    ``before`` and ``after`` are position [m] and velocity [m/s] at the start and at the end of
-    each tick, ``f_h`` and ``f_m`` the forces of hand and controller [N], all ``(ticks, dof)``. A
-    hand whose force is not known (None) is taken to have given what the device shows.
+    ``before`` and ``after`` are position [m] and velocity [m/s] of each tick, forces [N], all
+    ``(ticks, dof)``. A hand of unknown force (None) has given what the device shows.
     """
     (x, xd), (x_after, xd_after) = before, after
     moved = x_after - x

@@ -113,12 +113,9 @@ class Hand(NamedTuple):
 
 
 class HandParams(NamedTuple):
-    """Arm, grip and task of a hand.
-
-    Its target is the task's plus its own side of the object; it starts where the device is and
-    closes the gap as the task demands. While it closes, a force grows that presses the arm
-    inwards: a handle fixed at the target is then held with ``squeeze`` (if the grip is at least as
-    stiff as the arm).
+    """Arm, grip and task of a hand. It starts where the device is and closes the gap as the task
+    demands; then its target is the task's plus its side of the object. A handle fixed at the
+    target is held with ``squeeze`` (if the grip is at least as stiff as the arm).
     """
 
     task: Task
@@ -175,10 +172,7 @@ def _held(s: Hand, x: Vector, xd: Vector, acts: bool, p: HandParams) -> tuple[Ha
 
 
 class RecordedHand(NamedTuple):
-    """An arm that moves as recorded; grip spring and damper pull the handle along.
-
-    The arm itself yields to nothing, so any energy it gives is the work of the recorded motion.
-    """
+    """An arm that moves as recorded and yields to nothing; its grip pulls the handle."""
 
     ticks: int
 

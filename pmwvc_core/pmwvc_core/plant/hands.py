@@ -45,8 +45,8 @@ Made = tuple[Any, Any]  # state and parameters
 
 
 def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return state and parameters of the hand ``params.kind`` names; ParameterError where it would
-    not be stable at this tick, RecordingError where a recording cannot be used.
+    """Return state and parameters of the hand ``params.kind`` names; ParameterError where it is
+    not stable at this tick, RecordingError where a recording cannot be used.
     """
     if params.is_hand:
         return task_hand(params, task, at)
@@ -66,9 +66,8 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
 
 
 def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return a hand that does the task, or has the targets of the file ``params.file``: a row per
-    target, the time [s] from the moment the user is coupled, and the position [m] on one axis or
-    on each. A row with ``nan`` lets go.
+    """Return a hand that does the task, or has the targets of a file: a row has the time [s] from
+    coupling on, and the position [m] on one axis or on each; ``nan`` lets go.
     """
     hand, p = resting_remote(at.start), remote_params(params, at.tick_s)
     if not params.file:

@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Building messages: one conversion for live nodes and for recordings written without ROS.
-
-Every builder takes the message classes as its first argument: :func:`live_types` for rclpy,
-:func:`types_from` for a typestore of rosbags. Both are built by keywords and differ only in what a
-sequence and a byte are. Fields, units and meaning are those of the ``.msg`` files; fields given by
-keyword have their names. Nothing here judges what a message holds; a receiver does.
+"""Building messages: one conversion for live nodes and for recordings written without ROS. Every
+builder takes the message classes first: :func:`live_types` for rclpy, :func:`types_from` for a
+typestore of rosbags. Fields given by keyword have the names of the ``.msg`` files.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -93,8 +90,8 @@ def scalar(value: Value) -> float:
 
 
 def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> Any:
-    """Return a packet as a Wave message, as recordings hold it; loops send bytes
-    (:mod:`pmwvc_core.runtime.wire`). A float stands for that value on each of ``dof`` axes.
+    """Return a packet as a Wave message, as recordings hold it; a float stands for each of ``dof``
+    axes. Loops send bytes (:mod:`pmwvc_core.runtime.wire`).
     """
     plain = ("sent_ns", "epoch", "seq", "period", "session")
     echo = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
@@ -144,12 +141,9 @@ def master_trace(
     types: MessageTypes, series: Mapping[str, Any], *, taken: Sequence[tuple[int, int, int]],
     stamp_ns: int, energy: Mapping[str, Value], accounts: Mapping[str, Value], **fields: Any,
 ) -> Any:  # fmt: skip
-    """Return one block of ticks as a MasterTrace message.
-
-    ``series`` are the fields of each tick by name, row-major; ``taken`` has tick, number and
-    sender's epoch of each packet taken in; ``energy`` holds ENERGIES at the end of the block [J],
-    ``accounts`` the energies that only this controller keeps [J]. ``fields`` are all others, as in
-    ``MasterTrace.msg``.
+    """Return one block of ticks as a MasterTrace message: ``series`` by name, row-major; ``taken``
+    has tick, number and sender's epoch of each packet taken in; ``energy`` ENERGIES at its end
+    [J], ``accounts`` those of the controller [J]. ``fields`` are all others.
     """
     return types.MasterTrace(
         stamp=time_message(types, stamp_ns),
@@ -166,10 +160,9 @@ def server_trace(
     types: MessageTypes, *, stamp_ns: int, dof: int, state: Sequence[int], contact: Sequence[bool],
     taken: Sequence[tuple[int, int, int]], accounts: Mapping[str, Value], **fields: Any,
 ) -> Any:  # fmt: skip
-    """Return one step of the server as a ServerTrace; one entry a user in every sequence.
-
+    """Return one step of the server as a ServerTrace, one entry a user in every sequence;
     ``taken`` has user, number and sender's epoch of each packet taken in; ``fields`` are all
-    others, as in ``ServerTrace.msg``; without lateness and compute [s] they are zero.
+    others.
     """
 
     def each(values: Sequence[Value]) -> Any:

@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Parameter dataclasses as flat values by dotted name, the way ROS holds them, and back; and which
-node is given which of a scenario's. Needs no ROS.
-
-Names are those of :mod:`pmwvc_core.params.names`. ROS has no "not given" for a number: an optional
-one is a double whose 0.0 stands for ``None`` (its range never holds zero). Whole numbers are
-accepted for doubles.
+node is given which of a scenario's. ROS has no "not given" for a number: an optional one is a
+double whose 0.0 stands for ``None`` (its range never holds zero). Needs no ROS.
 """
 
 import dataclasses
@@ -95,9 +92,8 @@ def built(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
 
 
 def to_ros_yaml(parameters: Mapping[str, Any], *, node: str = "/**") -> dict[str, Any]:
-    """Return the content of a ROS parameter file for a node, by its full name, from parameter
-    dataclasses (written as all their parameters) and plain values by dotted name. ``None`` and
-    empty lists, which such a file cannot hold, are left out.
+    """Return the content of a ROS parameter file for a node, from parameter dataclasses and plain
+    values by dotted name, without ``None`` and empty lists, which such a file cannot hold.
     """
     found: dict[str, Any] = {}
     for name, value in parameters.items():

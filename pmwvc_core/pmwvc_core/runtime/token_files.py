@@ -34,8 +34,8 @@ def write_token(path: Path, token: Token) -> None:
 
 
 def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
-    """Write the key of a new session and a token for each user into a folder; return the files.
-    ParameterError where a user has no name of its own, or a file is there or cannot be made.
+    """Write the key of a new session and a token for each user into a folder; return the files;
+    ParameterError where a name is wrong, or a file is there or cannot be made.
     """
     wrong = [name for name in users if not name.isidentifier() or name == SERVER]
     if wrong or len(set(users)) != len(users):
@@ -77,9 +77,8 @@ def read_token(path: str | Path) -> Token:
 
 
 def token_of_node(path: str, *, user: str) -> Token | None:
-    """Return the token in the file that a node was given, None for an open session. It has to be
-    that of ``user``; of "" the key of the whole session. ParameterError where the file holds no
-    token, or another one's.
+    """Return the token in a node's file, None for an open session (no file); ParameterError where
+    it is not that of ``user`` (of "": the key of the whole session).
     """
     if not path:
         return None

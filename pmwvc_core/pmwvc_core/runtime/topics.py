@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of a loop: subscriptions that it empties itself, and the packets of one user, one way in
-and one way out.
-
-Taking a message so costs a few microseconds, an executor's turn 150. An executor that serves the
-same node passes over these subscriptions, so it never takes a message away from the loop.
+"""Topics of a loop: subscriptions that it empties itself (some microseconds; an executor's turn
+150, and it passes over them), and the packets of one user, one way in and one way out.
 """
 
 import time
@@ -39,10 +36,8 @@ def message_class(type_name: str) -> Any:
 
 
 def offered(qos: QoSProfile, period_s: float) -> QoSProfile:
-    """Return a publisher's profile with a deadline of three periods.
-
-    A subscriber that asks for none is matched all the same; one that asks for as much or more is
-    notified by the middleware when the topic falls silent. It costs 10 us a message.
+    """Return a publisher's profile with a deadline of three periods, of which the middleware
+    notifies subscribers that ask for as much or more. It costs 10 us a message.
     """
     deadline = Duration(nanoseconds=round(DEADLINE_PERIODS * period_s * 1e9))
     return QoSProfile(depth=qos.depth, reliability=qos.reliability, deadline=deadline)
@@ -81,11 +76,9 @@ class Polled:
 
 
 class WaveTopics:
-    """One end of a user's link, with packets of ``dof`` axes, one sent every ``period_s`` [s];
-    ``admission`` seals what is sent and judges what comes in.
-
-    A server sends nothing to a user whose packets it refuses. So that the user learns of a wrong
-    token, a quiet end answers with an empty packet, which every receiver refuses.
+    """One end of a user's link, with packets of ``dof`` axes every ``period_s`` [s]; ``admission``
+    seals and judges. A quiet end answers packets of a wrong token with an empty one, which every
+    receiver refuses: so the user learns of it.
     """
 
     def __init__(

@@ -36,11 +36,9 @@ OF_TOKENS = {
 
 
 class Peers:
-    """Watches the wave topics of one node, by their full names: those of its receivers
-    (``inboxes``), and its ``own``, which no other node should publish.
-
-    ``publishers`` returns the full names of the nodes that publish a topic, ``clock`` monotonic
-    time [s].
+    """Watches wave topics by their full names: those of receivers (``inboxes``), and ``own`` ones,
+    which no other node should publish. ``publishers`` returns the nodes of a topic, ``clock`` time
+    [s].
     """
 
     def __init__(
@@ -126,9 +124,7 @@ def publishers_of(node: Node) -> Callable[[str], Sequence[str]]:
 
 class Watch:
     """Looks at a loop that counts its ``health`` and deadlines ``missed``, and publishes on topic
-    ``reception`` what it has received.
-
-    ``links`` are topic in, topic out and receiver of each link by name; ``epoch`` is the node's.
+    ``reception`` what came by its ``links``: topic in, topic out and receiver by name.
     """
 
     def __init__(

@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Packets as the bytes of a serialized Wave message (CDR, little endian), and back.
-
-A loop sends and takes bytes: a checksum over them shows every corrupted bit, a message whose
-lengths are wrong raises nothing, and both cost less than message objects. Offsets follow from the
-field order in ``Wave.msg``.
+"""Packets as the bytes of a serialized Wave message (CDR, little endian), and back: a checksum
+over them shows every corrupted bit, wrong lengths raise nothing. Offsets are those of
+``Wave.msg``.
 """
 
 import struct

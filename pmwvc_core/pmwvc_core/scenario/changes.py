@@ -8,12 +8,8 @@
 
 A time [s] from the start of the session, then what is set together. A server takes a change over
 with its next step, a master with its next frame, a link with its next packet. What may change is
-what may change in a running node (a safety limit may be widened, too: nobody is on the device).
-
-Rates: on the strict channel a packet carries the time that it stands for. On the plain channel it
-stands for a fixed time, which filter, hold and the receiver's energy rest on. A coupling that
-moves avatars by the velocity of the step before would lose or make displacement where that step
-had another length than this one.
+what may change in a running node. Rates change on the strict channel only, whose packets carry the
+time that they stand for, and not where avatars move by the velocity of the step before.
 """
 
 import re
@@ -82,8 +78,8 @@ def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
 
 
 def changed(scenario: Scenario, change: Change) -> Scenario:
-    """Return a scenario with what a change sets; what it does not set is the same object.
-    ScenarioError where a parameter may not change, or not to that value.
+    """Return a scenario with what a change sets, the rest being the same objects; ScenarioError
+    where a parameter may not change, or not to that value.
     """
     result = scenario
     strict, server, coupling = scenario.strict, scenario.server, scenario.coupling
@@ -105,9 +101,7 @@ def changed(scenario: Scenario, change: Change) -> Scenario:
 
 
 def _pinned(old: User, new: User) -> User:
-    """Return a user whose port at the server keeps its impedance when only the master's changes:
-    the server learns of it once, at the start.
-    """
+    """Return a user whose server port keeps its impedance when only the master's changes."""
     own = new.contact
     unchanged = new.master.impedance == old.master.impedance
     if unchanged or own.impedance is not None or own.impedance_matrix.strip():
@@ -118,8 +112,8 @@ def _pinned(old: User, new: User) -> User:
 
 
 def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupling) -> str:
-    """Return why a rate (``RATE_DROP`` or ``PERIOD``) cannot change while a session runs on this
-    channel, with this server and its coupling; "" where it can, as any other parameter.
+    """Return why a rate (``RATE_DROP``, ``PERIOD``) cannot change on this channel, with this
+    server and its coupling; "" where it can, as any other parameter.
     """
     if name in (RATE_DROP, PERIOD) and not strict:
         return NEEDS_STRICT

@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The dotted names of a scenario's parameters: declared, resolved, read and changed in one place.
-
-``server.contact_stiffness`` means every user; ``user2.device.mass`` means that user only;
-``link.delay_s`` and ``link.*.delay_s`` mean both directions. Names within one dataclass:
-:mod:`pmwvc_core.params.names`.
+"""The dotted names of a scenario's parameters: ``server.contact_stiffness`` means every user,
+``user2.device.mass`` that one, ``link.delay_s`` and ``link.*.delay_s`` both directions. Names
+within one dataclass: :mod:`pmwvc_core.params.names`.
 """
 
 import dataclasses
@@ -68,9 +66,8 @@ def spec_of(name: str) -> Spec:
 
 
 def value_of(scenario: Scenario, name: str) -> float | None:
-    """Return a number of a scenario, that of the first user where several are meant; None where
-    the parameter is no number or not given. ScenarioError where there is no such parameter or
-    user.
+    """Return a number, that of the first user where several are meant; None where it is none or
+    not given. ScenarioError where there is no such parameter or user.
     """
     number, (leaf, *_) = resolved(name)
     index = max(number - 1, 0)
@@ -96,9 +93,8 @@ def doubts(scenario: Scenario) -> list[str]:
 
 
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:
-    """Return the scenario with a parameter changed to a plain value, or, of a stackable name, to a
-    column ``(runs, 1)``; ScenarioError where there is no such parameter, or it may not have that
-    value.
+    """Return the scenario with a parameter changed to a value, or, of a stackable name, to a
+    column ``(runs, 1)``; ScenarioError where that may not be.
     """
     number, leaves = resolved(name)
     for leaf in leaves:

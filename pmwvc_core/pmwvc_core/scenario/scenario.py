@@ -1,11 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scenario: everything that defines a session, as nested frozen dataclasses.
-
-Reading one from a mapping (a YAML file, ``--set`` options): :mod:`pmwvc_core.scenario.reader`.
-Its parameters by dotted name: :mod:`pmwvc_core.scenario.names`.
-
-Equations: docs/theory.md 1.8.
+"""A scenario: everything that defines a session, as nested frozen dataclasses. Equations:
+docs/theory.md 1.8.
 """
 
 import contextlib
@@ -48,11 +44,9 @@ from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
 
 def _gathered(name: str, plugins: Iterable[str], load: Callable[[str], Any]) -> type:
-    """Return the parameters that installed plug-ins declare: one group each, by its name.
-
-    A controller names a dataclass as ``params`` of its record: every user has its own values,
-    ``lab.gain`` and ``user2.lab.gain``. An environment's factory names one as its attribute
-    ``params``: the values are the session's.
+    """Return the parameters that installed plug-ins declare: one group each, by its name. A
+    controller's record names a dataclass ``params`` (values per user: ``user2.lab.gain``); so does
+    an environment's factory, whose values are the session's.
     """
     fields = []
     for one in plugins:
@@ -181,10 +175,8 @@ class Scenario:
         return round(self.server.period_s / self.tick_s)
 
     def flat(self) -> dict[str, Any]:
-        """Return every parameter by its dotted name.
-
-        A per-user parameter that is the same for all stands once, without the user's name;
-        otherwise, and always the side, one entry a user.
+        """Return every parameter by its dotted name: once where it is the same for all users, else
+        (and always the side) one entry a user.
         """
         values: dict[str, Any] = {}
         for name in sorted(PARAMETERS, key=lambda name: name == "side"):  # which comes last

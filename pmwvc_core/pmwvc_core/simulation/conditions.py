@@ -78,15 +78,13 @@ class Steps(NamedTuple):
 
 @dataclass(frozen=True)
 class Conditions:
-    """Everything but ``schedule`` and ``steps`` is by name of user or link; whatever is not named
-    stays simulated.
+    """Conditions by name of user or link; whatever is not named stays simulated.
 
-    ``schedule`` has the phases of a frame: with an answer later than the frame start a master
-    takes packets in at every tick, and its hand begins the tick after an answer, as live. A user's
-    loop counts 0 at the tick ``first`` of the session: its frames begin at the multiples of the
-    rate drop from there. ``ran_ns`` is when each of its ticks ran, negative where it did not
-    ``(ticks,)``. ``steps`` is when the server stepped. ``links`` makes the link of one direction,
-    ``user1/up``. ``hands`` are state and parameters of the law of a user's hand.
+    ``schedule`` has the phases of a frame: with an answer later than its start masters take
+    packets in at every tick, as live. A user's loop counts 0 at the tick ``first`` of the session;
+    ``ran_ns`` is when each of its ticks ran, negative where it did not ``(ticks,)``. ``links``
+    makes the link of one direction, ``user1/up``; ``hands`` are state and parameters of the law of
+    a user's hand.
     """
 
     schedule: FrameSchedule = AT_ONCE

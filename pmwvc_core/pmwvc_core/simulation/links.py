@@ -21,21 +21,14 @@ from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 
 class SimulatedLink:
-    """Everything between a sender and its receiver ``inbox``, with the record of what passed.
-
-    ``link`` are settings, for a link with the random stream ``seed``, or the link itself, as
-    recorded; ``direction`` is 0 from user to server, 1 back.
+    """Everything between a sender and its receiver ``inbox``, with the record of what passed;
+    ``link`` are settings, with the random ``seed``, or the link itself, as recorded; 0 up, 1 down.
     """
 
     def __init__(
-        self,
-        link: LinkParams | RecordedLink,
-        *,
-        seed: Sequence[int],
-        inbox: Receiver,
-        dof: int,
+        self, link: LinkParams | RecordedLink, *, seed: Sequence[int], inbox: Receiver, dof: int,
         direction: int,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.link = (
             link if isinstance(link, RecordedLink) else Link(link, seed=seed, direction=direction)
         )
@@ -79,10 +72,7 @@ class SimulatedLink:
         self, looks_ns: Sequence[int], other_controller: int = 0
     ) -> tuple[FateTraces, ReceptionTraces, TakenTraces, list[PacketTraces]]:
         """Return what the link did, what its receiver counted and was given, and the packets on
-        both sides; none has a name.
-
-        In virtual time a packet leaves when it is due; its receiver looks at its own instants
-        [ns], and ignores packets of another kind of controller.
+        both sides; none has a name. The receiver looks at its own instants [ns].
         """
         fates, arrived, nameless = self.fates, self.arrived[: self.taken], ""
         number, size_bytes, time_in_ns, due_ns, kind, cause = _columns(
@@ -103,14 +93,9 @@ class SimulatedLink:
 
 
 def add_link(
-    traces: SessionTraces,
-    user: str,
-    way: str,
-    fates: FateTraces,
-    reception: ReceptionTraces,
-    taken: TakenTraces,
-    packets: Sequence[PacketTraces],
-) -> None:
+    traces: SessionTraces, user: str, way: str, fates: FateTraces, reception: ReceptionTraces,
+    taken: TakenTraces, packets: Sequence[PacketTraces],
+) -> None:  # fmt: skip
     """Add the traces of a user's link, up or down, to those of a session, by their names."""
     name, sides = f"{user}/{way}", (f"/{user}", f"/server/{user}")
     traces.fates[name] = replace(fates, link=name)

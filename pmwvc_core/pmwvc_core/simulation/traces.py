@@ -33,8 +33,8 @@ from pmwvc_core.traces import (
 
 
 class Step(NamedTuple):
-    """A step of the server: its tick, when it ran [ns], how long it lasted [s], how many steps
-    have taken changes over, and the server after it (:func:`.bulk.run.empty_steps`).
+    """A step of the server: tick, when it ran [ns], length [s], how many steps have taken changes
+    over, and the server after it (:func:`.bulk.run.empty_steps`).
     """
 
     tick: int

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The packet: one sample of a wave with the running sums of all samples before it.
-
-The sums make every packet contain all earlier ones, so a receiver can see (and the
-strict channel repairs) loss, duplication and reordering. How a packet becomes a message is not
-known here.
+"""The packet: one sample of a wave with the running sums of all samples before it, so that a
+receiver sees (and the strict channel repairs) loss, duplication and reordering.
 """
 
 import enum

@@ -4,24 +4,19 @@
 and drift of the clocks.
 
 A passage is the arrival by the receiver's clock less the departure by the sender's. Every packet
-brings two: its own, and by its echo that of the newest packet that the other end has got. With
-theta = the other end's clock less this one's and delays d_out, d_in >= 0::
+brings two: its own, and by its echo one of the other way. With theta = the other end's clock less
+this one's and delays d_out, d_in >= 0::
 
     out = d_out + theta        in = d_in - theta
 
-The least round trip, and how far a packet is above the least delay of its direction, are exact,
-whatever the clocks are. How the round trip is divided is known where both ends read one clock;
-else theta and an asymmetry of the path look the same: -min(in) <= theta <= min(out), the middle is
-taken, half the width is the bound.
+The least round trip is exact. Where both ends read one clock its parts are; else -min(in) <= theta
+<= min(out), the middle is taken, half the width is the bound.
 
-Clocks drift. Over windows theta = (out - in)/2 up to the asymmetry, which is constant while the
-least delays are. A window whose least round trip is longer than the shortest by 2 e has its middle
-off by e, and by what is usual for all windows: the median of e, and twice the median scatter of
-the middles about a line. The drift is every slope that fits all windows so, within ``MOST_DRIFT``.
-Where no slope fits, the least delays themselves changed.
-
-Delays end at the reception by the middleware. Jitter is that of RFC 3550 (6.4.1): the running
-mean, over 16 packets, of |change of passage|. Time is an argument. Equation: docs/theory.md 13.11.
+Over windows theta = (out - in)/2 up to the asymmetry. A window whose least round trip is longer
+than the shortest by 2 e has its middle off by e, by what is usual (the median of e), and twice the
+median scatter of the middles about a line. The drift is every slope that fits all windows so,
+within ``MOST_DRIFT``; where none does, the least delays changed. Jitter: RFC 3550 (6.4.1). Time is
+an argument. Equation: docs/theory.md 13.11.
 """
 
 from collections.abc import Sequence

@@ -1,28 +1,24 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The receiver of one direction: packets are judged and counted, the newest is kept; and what one
-end of a link has received, by the names of the Reception message.
-
-It guards against broken and stray packets; what is accepted is for the laws of the channel
-(:mod:`pmwvc_core.law.channel`).
+end of a link has received, by the names of the Reception message. What is accepted is for the laws
+of the channel (:mod:`pmwvc_core.law.channel`).
 
 It follows one sender (one epoch) at a time. A packet counts if it is new::
 
     of the sender followed      its number is above the newest one, by less than ``AHEAD``
     or it proves it             it echoes a packet that this end sent after it took the newest one
 
-What proves it was made after all that was counted: late packets, copies and packets played back do
-not. That is asked of a sender whose numbers jump (a stray packet had a wild one), of one that has
-left, and of another one, which moreover takes over only when the one followed is silent or has
-left. The first packet of all is taken as it is.
-Time is an argument (integer nanoseconds of this end's monotonic clock).
+Proof is asked of a sender whose numbers jump, of one that has left, and of another one, which
+moreover takes over only when the one followed is silent or has left. The first packet of all is
+taken as it is. Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
 import math
 
 import numpy as np
 
-from pmwvc_core.numeric import Value, anywhere, finite, squared
+from pmwvc_core.numeric import Value, finite, squared
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict, WavePacket, ahead
 from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 
@@ -44,9 +40,9 @@ PASSAGE = (  # fields of the Reception message
 
 
 class Receiver:
-    """The receiving end of one direction: ``dof`` values per packet, each of which must stand for
-    ``period_s``; silence begins after ``timeout_s`` or three periods, whichever is longer.
-    ``max_wave`` is the longest wave that a legal device can emit [sqrt(W)].
+    """The receiving end of one direction: ``dof`` values per packet, which stands for
+    ``period_s``; silence begins after ``timeout_s`` or three periods, whichever is longer;
+    ``max_wave`` is the longest wave that is legal [sqrt(W)].
     """
 
     def __init__(
@@ -93,9 +89,8 @@ class Receiver:
         return self.newest is None or now_ns - self.accepted_ns > self._silence_ns
 
     def echo(self, now_ns: int) -> tuple[int, int, int]:
-        """Return number, sender's clock and holding time [ns] of the newest packet, for the next
-        one that goes back; zeros before the first. Where nobody is followed now it is that of the
-        sender that came last, to which this end may have to prove itself.
+        """Return number, sender's clock and holding time [ns] of the newest packet, zeros before
+        it. Where nobody is followed: of the sender that came last, to which to prove oneself.
         """
         newest, came_ns = self.newest, self.came_ns
         if self._stranger is not None and self._vacant(now_ns):
@@ -123,8 +118,7 @@ class Receiver:
                 return Verdict.WRONG_LENGTH
         if not self._lasts(packet.period):
             return Verdict.WRONG_PERIOD
-        too_large = squared(packet.wave) > self.max_wave**2
-        return Verdict.TOO_LARGE if anywhere(too_large) else None
+        return Verdict.TOO_LARGE if squared(packet.wave) > self.max_wave**2 else None
 
     def _lasts(self, period_s: float) -> bool:
         """Tell whether a packet may stand for so long."""

@@ -24,7 +24,7 @@ Uniform = Callable[..., float]
 
 class Effect:
     """An effect at work on one link. Hooks stand in the order in which they are called; each does
-    nothing unless a class overrides it. Times are integer nanoseconds.
+    nothing unless overridden. Times are integer nanoseconds.
     """
 
     begin_ns = 0  # when the first packet entered the link
@@ -68,10 +68,8 @@ class Effect:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkEffect(Record):
-    """A link effect: its properties, and for a plug-in what makes it.
-
-    ``linear`` is ``delay`` where the linear model leaves the effect out, as every packet takes
-    ``delay_s``; None where the model must not be asked.
+    """A link effect: its properties, and for a plug-in what makes it. ``linear`` is ``delay``
+    where the linear model leaves it out; None where the model must not be asked.
     """
 
     # for the settings and random numbers of a link; those of the library are at work in the link

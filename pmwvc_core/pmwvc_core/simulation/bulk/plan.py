@@ -123,15 +123,14 @@ class _End:
             dof=network.dof,
             direction=direction,
         )
-        self._epoch, self._period_s = (user + 1, SERVER_EPOCH + user)[direction], period_s
-        self._sent = 0
+        self._head = (user + 1, SERVER_EPOCH + user)[direction], period_s
         self._nothing = 0.0 if network.dof == 1 else np.zeros(network.dof)
         self.rows: list[tuple[int, int, int, int, int]] = []
 
     def send(self, tick: int, peer: Receiver) -> None:
-        now_ns, zero, self._sent = tick * self._tick_ns, self._nothing, self._sent + 1
-        head = self._epoch, self._sent, now_ns, self._period_s
-        packet = WavePacket(*head, zero, zero, 0.0, zero, *peer.echo(now_ns))
+        now_ns, zero, (epoch, period_s) = tick * self._tick_ns, self._nothing, self._head
+        sums, number = (zero, zero, 0.0, zero), len(self.link.sent) + 1
+        packet = WavePacket(epoch, number, now_ns, period_s, *sums, *peer.echo(now_ns))
         self.link.send(packet, now_ns)
 
     def look(self, tick: int) -> None:
