@@ -113,9 +113,7 @@ class Records(Generic[R]):
         return (*self.library, *self.installed())
 
     def of(self, name: str) -> R:
-        """Return a record by name; ParameterError where there is none, it cannot be imported, or
-        the entry point names no such record.
-        """
+        """Return a record by name; ParameterError where there is none that can be used."""
         if name not in self.library:
             self.met[name] = imported(self, name)
         return self.met[name]

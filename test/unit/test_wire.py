@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.wire import packet_of, wave_bytes
+from pmwvc_core.runtime.topics import packet_of, wave_bytes
 from pmwvc_core.transport.packet import FLAG_SHORT, Verdict, WavePacket
 
 STAMP_NS = 1_700_000_000_123_456_789

@@ -21,6 +21,11 @@ def vector(value: Value, dof: int) -> Vector:
     return (float(value),) * dof
 
 
+def scalar(value: Value) -> float:
+    """Return a quantity of the whole (an energy), which a plug-in may give as an array of one."""
+    return vector(value, 1)[0]
+
+
 def value(signal: Vector) -> Value:
     """Return a signal of the laws as others have it."""
     return signal[0] if len(signal) == 1 else np.array(signal)
@@ -28,7 +33,7 @@ def value(signal: Vector) -> Value:
 
 def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
     """Return an accepted packet as the laws have it."""
-    flags, energy_j = packet.flags, vector(packet.energy, 1)[0]  # a plug-in may give an array
+    flags, energy_j = packet.flags, scalar(packet.energy)
     wave, integral, position = (
         vector(each, dof) for each in (packet.wave, packet.integral, packet.position)
     )

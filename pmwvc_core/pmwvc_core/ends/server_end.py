@@ -92,9 +92,7 @@ class ServerEnd(ServerView):
             self.s = self.s._replace(guests=guests, environment=e)
 
     def configure(self, params: ServerParams, *, first_s: float) -> None:
-        """Take other parameters over before a step, which lasts ``first_s`` [s]: another time than
-        the period where that changes and the steps after it lie on another grid.
-        """
+        """Take other parameters over before a step, which lasts ``first_s`` [s]."""
         before, self.params = self.params, params
         if params.coupling != before.coupling:
             self.faults = self._found_faults()

@@ -111,9 +111,6 @@ class UserEnd(End):
         if taken:
             self.inbox.expect(self.s.arrivals.silence.limit_ns)
         u_m, u_m_lp, v_m = port_signals(self.s.port)
-        if len(f) == 1:
-            signals = sample.f_h, f_m[0], f[0], u_m[0], u_m_lp[0], v_m[0]
-            return f[0], packet, (sample.x, sample.xd, *signals)
         applied, arrays = value(f), (value(u_m), value(u_m_lp), value(v_m))
         return applied, packet, (sample.x, sample.xd, sample.f_h, value(f_m), applied, *arrays)
 

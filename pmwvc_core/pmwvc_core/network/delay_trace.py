@@ -13,10 +13,8 @@ header they are the first (in seconds) and the second. A delay or time of receip
 
 import bisect
 import functools
-import itertools
 import json
 import re
-import statistics
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -77,39 +75,35 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
         ) from None
     is_irtt = text.lstrip().startswith("{")
     rows = _irtt(path, text, column or "rtt") if is_irtt else _columns(path, text, column)
-    times_s = [time_s for time_s, _ in rows]
-    delays_s = [None if delay is None else delay * scale for _, delay in rows]
-    steps = [after - before for before, after in itertools.pairwise(times_s)]
-    if not steps:
+    times_s = np.array([time_s for time_s, _ in rows])
+    lost = np.array([delay is None for _, delay in rows])
+    delays_s = scale * np.array([0.0 if delay is None else delay for _, delay in rows])
+    steps = np.diff(times_s)
+    if not len(steps):
         raise RecordingError(f"{path}: needs at least two rows")
-    for n, step in enumerate(steps, start=2):
-        if not step >= 0.0:
-            raise RecordingError(
-                f"{path}: times must not go back: {times_s[n - 1]:.9g} s in data row {n} after "
-                f"{times_s[n - 2]:.9g} s"
-            )
-    for n, delay in enumerate(delays_s, start=1):
-        if delay is not None and not 0.0 <= delay <= 60.0:
-            raise RecordingError(
-                f"{path}: delay of {delay:.9g} s in data row {n}: delays must not be negative nor "
-                "above 60 s (trace_scale is the factor to seconds)"
-            )
-    if all(delay is None for delay in delays_s):
+    for n in np.flatnonzero(~(steps >= 0.0)):
+        raise RecordingError(
+            f"{path}: times must not go back: {times_s[n + 1]:.9g} s in data row {n + 2} after "
+            f"{times_s[n]:.9g} s"
+        )
+    for n in np.flatnonzero(~((delays_s >= 0.0) & (delays_s <= 60.0))):
+        raise RecordingError(
+            f"{path}: delay of {delays_s[n]:.9g} s in data row {n + 1}: delays must not be "
+            "negative nor above 60 s (trace_scale is the factor to seconds)"
+        )
+    if lost.all():
         raise RecordingError(f"{path}: every packet is lost; there is no delay in it")
-    if not any(steps):
+    if not steps.any():
         raise RecordingError(f"{path}: all rows have the same time")
-    usual = statistics.median(step for step in steps if step > 0)
-    times = [0]
-    for step in steps:
-        times.append(times[-1] + round((usual if step > LONGEST_GAP_S else step) * 1e9))
-    delays = [LOST if delay is None else round(delay * 1e9) for delay in delays_s]
-    known = sorted(delay for delay in delays if delay != LOST)
-    times.append(times[-1] + round(usual * 1e9))
-    lasts = np.diff(times)
-    lost = np.array(delays) == LOST
-    mean_s = float(np.average(delays, weights=lasts * ~lost)) * 1e-9
-    lost_ratio = float(lasts[lost].sum() / times[-1])
-    columns = tuple(times[:-1]), tuple(delays), times[-1], tuple(each * 1e-9 for each in known)
+    usual = np.median(steps[steps > 0.0])
+    lasts = np.rint(np.append(np.where(steps > LONGEST_GAP_S, usual, steps), usual) * 1e9)
+    times = [0, *np.cumsum(lasts).astype(int).tolist()]
+    length = times.pop()
+    delays = np.where(lost, LOST, np.rint(delays_s * 1e9)).astype(int)
+    known, held = delays[~lost], lasts[~lost]
+    mean_s, lost_ratio = float(known @ held / held.sum()) * 1e-9, float(lasts[lost].sum() / length)
+    delays_s = np.sort(known) * 1e-9
+    columns = tuple(times), tuple(delays.tolist()), length, tuple(delays_s.tolist())
     return DelayTrace(*columns, mean_s, lost_ratio)
 
 

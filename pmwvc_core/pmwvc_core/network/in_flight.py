@@ -128,14 +128,12 @@ class InFlight:
 
 
 class RecordedFate(NamedTuple):
-    """The recorded fate of a packet or of its copy: time from sending to coming out (None: never),
-    and the instant of coming out where that is to be kept.
-    """
+    """The recorded fate of a packet or of its copy."""
 
-    delay_ns: int | None
+    delay_ns: int | None  # from its sending to its coming out; None: never
     kind: FateKind = FateKind.DELIVERED
     cause: Cause = Cause.NONE
-    at_ns: int | None = None
+    at_ns: int | None = None  # when it came out, where that is to be kept
 
 
 LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
@@ -196,17 +194,13 @@ class FateLog:
     def add(
         self, fate: Fate, *, time_out_ns: int = 0, epoch: int = 0, seq: int | None = None
     ) -> None:
-        """Note a final fate, with the time of leaving (0: never), and epoch and seq of the sender;
-        where these are not known 0 and the link's own count.
-        """
+        """Note a final fate, its time of leaving (0: never), and its sender's numbers."""
         number, times_ns = fate.number if seq is None else seq, (fate.time_in_ns, fate.time_due_ns)
         row = (epoch, number, fate.size, *times_ns, time_out_ns, fate.kind, fate.cause)
         self._records.append(row)
 
     def take(self, most: int | None = None) -> dict[str, Any]:
-        """Return the oldest records, at most ``most``, as columns, and the number of the
-        ``first``.
-        """
+        """Return the oldest records as columns, and the number of the ``first``."""
         records = self._records[:most]
         self._records = self._records[len(records) :]
         first = self._taken + 1

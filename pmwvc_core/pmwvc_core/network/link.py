@@ -53,9 +53,7 @@ class Link(InFlight):
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
-        """Change the settings from now on; packets in flight keep their times. PmwvcError where
-        they cannot be used; then the settings stay.
-        """
+        """Change the settings from now on; PmwvcError if unusable: the old ones stay."""
         check(params)
         timeline = timeline_of(params.schedule)
         steps = [entry.applied(params, self._direction) for entry in timeline.entries]

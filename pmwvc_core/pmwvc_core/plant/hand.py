@@ -113,10 +113,7 @@ class Hand(NamedTuple):
 
 
 class HandParams(NamedTuple):
-    """Arm, grip and task of a hand. It starts where the device is and closes the gap as the task
-    demands; then its target is the task's plus its side of the object. A handle fixed at the
-    target is held with ``squeeze`` (if the grip is at least as stiff as the arm).
-    """
+    """Arm, grip and task of a hand that starts at the device and closes the gap."""
 
     task: Task
     grip: Grip

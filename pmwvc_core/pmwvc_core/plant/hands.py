@@ -45,9 +45,7 @@ Made = tuple[Any, Any]  # state and parameters
 
 
 def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return state and parameters of the hand ``params.kind`` names; ParameterError where it is
-    not stable at this tick, RecordingError where a recording cannot be used.
-    """
+    """Return the hand that ``params.kind`` names; else ParameterError or RecordingError."""
     if params.is_hand:
         return task_hand(params, task, at)
     if params.is_remote:

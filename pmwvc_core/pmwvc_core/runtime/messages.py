@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from pmwvc_core.ends.forms import scalar, vector
 from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import LinkParams
@@ -77,25 +78,11 @@ def nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
-def axes(value: Value, dof: int) -> Any:
-    """Return a signal's elements; a float stands for the same value on every axis."""
-    if isinstance(value, np.ndarray) and value.ndim:
-        return value.ravel()
-    return (float(value),) * dof
-
-
-def scalar(value: Value) -> float:
-    """Return a quantity of the whole (an energy) that a law may keep as an array of one."""
-    return float(value.ravel()[0]) if isinstance(value, np.ndarray) else float(value)
-
-
 def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> Any:
-    """Return a packet as a Wave message, as recordings hold it; a float stands for each of ``dof``
-    axes. Loops send bytes (:mod:`pmwvc_core.runtime.wire`).
-    """
+    """Return a packet as a Wave message of ``dof`` axes, as recordings hold it."""
     plain = ("sent_ns", "epoch", "seq", "period", "session")
     echo = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
-    signals = {n: axes(getattr(packet, n), dof) for n in ("wave", "integral", "position")}
+    signals = {n: vector(getattr(packet, n), dof) for n in ("wave", "integral", "position")}
     sequences = {**signals, "extra": packet.extra}
     return types.Wave(
         stamp=time_message(types, stamp_ns),
@@ -166,7 +153,7 @@ def server_trace(
     """
 
     def each(values: Sequence[Value]) -> Any:
-        return types.sequence([entry for value in values for entry in axes(value, dof)], "d")
+        return types.sequence([entry for value in values for entry in vector(value, dof)], "d")
 
     made = {name: each([fields.pop(name)]) for name in OF_OBJECT}
     made |= {name: each(fields.pop(name)) for name in OF_AVATARS}

@@ -120,9 +120,7 @@ class Pacer:
 
 
 class Health:
-    """Ticks, lateness and computing time. The reader puts a fresh object into the loop and keeps
-    the old one, so the loop never waits.
-    """
+    """Ticks, lateness, computing time; a reader swaps in a fresh one, the loop never waits."""
 
     __slots__ = ("compute_max_ns", "compute_sum_ns", "late_max_ns", "late_sum_ns", "ticks")
 

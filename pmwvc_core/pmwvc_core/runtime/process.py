@@ -140,9 +140,7 @@ def _remove(node: Node, code: int) -> None:
 
 
 def refuse_undeclared(node: Node) -> None:
-    """Refuse parameters that were given to the node and that it has not declared: ParameterError
-    naming each with the nearest right name.
-    """
+    """Refuse parameters given to the node and not declared: ParameterError with each."""
     given = [n for n in node.get_parameters_by_prefix("") if not n.startswith(_OWN_OF_ROS)]
     known = [name for name in given if node.describe_parameter(name).description]
     unknown = [f"{n}: there is no such parameter{hint(n, known)}" for n in given if n not in known]

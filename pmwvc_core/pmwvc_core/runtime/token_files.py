@@ -34,9 +34,7 @@ def write_token(path: Path, token: Token) -> None:
 
 
 def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
-    """Write the key of a new session and a token for each user into a folder; return the files;
-    ParameterError where a name is wrong, or a file is there or cannot be made.
-    """
+    """Write a session's key and a token per user; return the files; else ParameterError."""
     wrong = [name for name in users if not name.isidentifier() or name == SERVER]
     if wrong or len(set(users)) != len(users):
         raise ParameterError(
@@ -77,9 +75,7 @@ def read_token(path: str | Path) -> Token:
 
 
 def token_of_node(path: str, *, user: str) -> Token | None:
-    """Return the token in a node's file, None for an open session (no file); ParameterError where
-    it is not that of ``user`` (of "": the key of the whole session).
-    """
+    """Return a node's token, None without a file; ParameterError if it is another's."""
     if not path:
         return None
     try:

@@ -78,9 +78,7 @@ def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
 
 
 def changed(scenario: Scenario, change: Change) -> Scenario:
-    """Return a scenario with what a change sets, the rest being the same objects; ScenarioError
-    where a parameter may not change, or not to that value.
-    """
+    """Return a scenario with a change, the rest the same objects; else ScenarioError."""
     result = scenario
     strict, server, coupling = scenario.strict, scenario.server, scenario.coupling
     for name, value in change.values.items():
@@ -112,9 +110,7 @@ def _pinned(old: User, new: User) -> User:
 
 
 def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupling) -> str:
-    """Return why a rate (``RATE_DROP``, ``PERIOD``) cannot change on this channel, with this
-    server and its coupling; "" where it can, as any other parameter.
-    """
+    """Return why a rate cannot change with this channel, server, coupling; "" if it can."""
     if name in (RATE_DROP, PERIOD) and not strict:
         return NEEDS_STRICT
     if name == PERIOD and (coupling.moves is None or coupling.moves(server)[0] != 0.0):

@@ -66,9 +66,7 @@ def spec_of(name: str) -> Spec:
 
 
 def value_of(scenario: Scenario, name: str) -> float | None:
-    """Return a number, that of the first user where several are meant; None where it is none or
-    not given. ScenarioError where there is no such parameter or user.
-    """
+    """Return a number, that of the first user, or None; ScenarioError for unknown names."""
     number, (leaf, *_) = resolved(name)
     index = max(number - 1, 0)
     if index >= len(scenario.users):
@@ -93,9 +91,7 @@ def doubts(scenario: Scenario) -> list[str]:
 
 
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:
-    """Return the scenario with a parameter changed to a value, or, of a stackable name, to a
-    column ``(runs, 1)``; ScenarioError where that may not be.
-    """
+    """Return the scenario with a value, or a column ``(runs, 1)``; else ScenarioError."""
     number, leaves = resolved(name)
     for leaf in leaves:
         _, path, of_user = PARAMETERS[leaf]

@@ -6,7 +6,6 @@ traces of packets on both sides, of their fates and receptions.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -71,9 +70,7 @@ class SimulatedLink:
     def traces(
         self, looks_ns: Sequence[int], other_controller: int = 0
     ) -> tuple[FateTraces, ReceptionTraces, TakenTraces, list[PacketTraces]]:
-        """Return what the link did, what its receiver counted and was given, and the packets on
-        both sides; none has a name. The receiver looks at its own instants [ns].
-        """
+        """Return fates, counts, packets taken in at looks [ns], and packets on both sides."""
         fates, arrived, nameless = self.fates, self.arrived[: self.taken], ""
         number, size_bytes, time_in_ns, due_ns, kind, cause = _columns(
             [(f.number, f.size, f.time_in_ns, f.time_due_ns, f.kind, f.cause) for f in fates], 6
@@ -114,25 +111,18 @@ def _columns(rows: Sequence[Sequence[int]], width: int) -> Integers:
 def _packets(seen: Sequence[tuple[WavePacket, int]], dof: int) -> PacketTraces:
     """Return packets, with the times at which they were seen [ns]."""
     packets = [packet for packet, _ in seen]
-
-    def of(name: str, kind: Any = float) -> Any:
-        return np.array([getattr(packet, name) for packet in packets], dtype=kind)
-
-    def vectors(name: str, axes: int = dof) -> Array:
-        return columns((getattr(packet, name) for packet in packets), axes)
-
-    return PacketTraces(
-        topic="",
-        time_s=np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9,
-        epoch=of("epoch", np.uint64),
-        seq=of("seq", np.int64),
-        sent_ns=of("sent_ns", np.int64),
-        period_s=of("period"),
-        wave=vectors("wave"),
-        integral=vectors("integral"),
-        energy=vectors("energy", 1)[:, 0],
-        position=vectors("position"),
+    times_s = np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9
+    epoch, seq, sent_ns = _columns([(each.epoch, each.seq, each.sent_ns) for each in packets], 3)
+    period_s, energy = (
+        columns((getattr(each, name) for each in packets), 1)[:, 0]
+        for name in ("period", "energy")
     )
+    wave, integral, position = (
+        columns((getattr(each, name) for each in packets), dof)
+        for name in ("wave", "integral", "position")
+    )
+    sums = wave, integral, energy, position
+    return PacketTraces("", times_s, epoch.astype(np.uint64), seq, sent_ns, period_s, *sums)
 
 
 def columns(values: Iterable[Value], axes: int) -> Array:

@@ -100,9 +100,7 @@ def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
 
 
 def latest_line(windows: Sequence[tuple[Least, Least]]) -> tuple[ClockLine, int] | None:
-    """Return the line through as many of the last windows (least passages out and in of each,
-    ascending in time) as one fits, and how many came before; None without windows.
-    """
+    """Return the line through as many last windows as fit, and how many came before."""
     for before in range(len(windows)):
         line = clock_line(*zip(*windows[before:], strict=True))
         if line is not None:

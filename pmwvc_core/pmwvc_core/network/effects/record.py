@@ -23,9 +23,7 @@ Uniform = Callable[..., float]
 
 
 class Effect:
-    """An effect at work on one link. Hooks stand in the order in which they are called; each does
-    nothing unless overridden. Times are integer nanoseconds.
-    """
+    """An effect at work on one link: hooks in the order in which they are called [ns]."""
 
     begin_ns = 0  # when the first packet entered the link
 

@@ -123,14 +123,17 @@ class _End:
             dof=network.dof,
             direction=direction,
         )
-        self._head = (user + 1, SERVER_EPOCH + user)[direction], period_s
-        self._nothing = 0.0 if network.dof == 1 else np.zeros(network.dof)
+        zero = 0.0 if network.dof == 1 else np.zeros(network.dof)
+        self._head = (user + 1, SERVER_EPOCH + user)[direction], period_s, (zero, zero, 0.0, zero)
         self.rows: list[tuple[int, int, int, int, int]] = []
 
     def send(self, tick: int, peer: Receiver) -> None:
-        now_ns, zero, (epoch, period_s) = tick * self._tick_ns, self._nothing, self._head
-        sums, number = (zero, zero, 0.0, zero), len(self.link.sent) + 1
-        packet = WavePacket(epoch, number, now_ns, period_s, *sums, *peer.echo(now_ns))
+        now_ns, number, (epoch, *rest, sums) = (
+            tick * self._tick_ns,
+            len(self.link.sent),
+            self._head,
+        )
+        packet = WavePacket(epoch, number + 1, now_ns, *rest, *sums, *peer.echo(now_ns))
         self.link.send(packet, now_ns)
 
     def look(self, tick: int) -> None:
@@ -138,8 +141,7 @@ class _End:
         now_ns = tick * self._tick_ns
         for packet in self.link.collect(now_ns):
             lost = self.inbox.lost
-            verdict = self.inbox.push(packet, now_ns)
-            if verdict in TAKEN:
+            if (verdict := self.inbox.push(packet, now_ns)) in TAKEN:
                 begins, missing = verdict is not TAKEN[0], self.inbox.lost - lost
                 self.rows.append((tick, self._user, packet.seq - 1, begins, missing))
 
