@@ -45,8 +45,9 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
     return _layout(dof, len(packet.extra)).pack(
         ENCAPSULATION, sec, nanosec, packet.sent_ns, packet.epoch, packet.seq, packet.echo_seq,
         packet.period, dof, *vector(packet.wave, dof), dof, *vector(packet.integral, dof),
-        scalar(packet.energy), dof, *vector(packet.position, dof), len(packet.extra), *packet.extra,
-        packet.echo_sent_ns, packet.echo_hold_ns, packet.message_flags, 0, packet.session, 0,
+        scalar(packet.energy), dof, *vector(packet.position, dof), len(packet.extra),
+        *packet.extra, packet.echo_sent_ns, packet.echo_hold_ns, packet.message_flags, 0,
+        packet.session, 0,
     )  # fmt: skip
 
 

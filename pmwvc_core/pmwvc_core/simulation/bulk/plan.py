@@ -128,12 +128,9 @@ class _End:
         self.rows: list[tuple[int, int, int, int, int]] = []
 
     def send(self, tick: int, peer: Receiver) -> None:
-        now_ns, number, (epoch, *rest, sums) = (
-            tick * self._tick_ns,
-            len(self.link.sent),
-            self._head,
-        )
-        packet = WavePacket(epoch, number + 1, now_ns, *rest, *sums, *peer.echo(now_ns))
+        now_ns, number = tick * self._tick_ns, len(self.link.sent) + 1
+        epoch, period_s, sums = self._head
+        packet = WavePacket(epoch, number, now_ns, period_s, *sums, *peer.echo(now_ns))
         self.link.send(packet, now_ns)
 
     def look(self, tick: int) -> None:
