@@ -1,14 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded delays and losses: looked up by time, repeated in a loop. Formats: columns of text, the
-JSON of IRTT.
+"""Recorded delays and losses: looked up by time, repeated in a loop. Files: the JSON of IRTT, or
+columns of text, one row per packet, separated by commas, semicolons or blanks.
 
-Columns: a text file, one row per packet, separated by commas, semicolons or blanks. With a header
-line the columns are found by name: time is ``pub_time``, ``time``, ``t``, ``sent`` or
-``send_time``, in the unit the name carries (``time_ms``, ``pub_time(ms)``; seconds without); delay
-is ``delay``, ``rtt`` or ``latency``, or follows from ``received`` or ``receive_time``. Without a
-header they are the first (in seconds) and the second. A delay or time of receipt that is empty or
-``lost`` is a lost packet. Other columns and lines that start with ``#`` are not read.
+With a header time is ``pub_time``, ``time``, ``t``, ``sent`` or ``send_time``, in the unit the
+name carries (``time_ms``, ``pub_time(ms)``; seconds without); delay is ``delay``, ``rtt`` or
+``latency``, or follows from ``received`` or ``receive_time``. Without they are the first (in
+seconds) and the second. An empty delay or ``lost`` is a lost packet; ``#`` begins a remark.
 """
 
 import bisect

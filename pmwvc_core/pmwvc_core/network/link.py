@@ -27,15 +27,10 @@ from pmwvc_core.plugins import refused
 COPIED = (FateKind.DUPLICATE, Cause.DUPLICATION)
 
 
-def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
-    """Return the seed of one direction (0 up, 1 down) of one user's link: independent streams."""
-    return seed, user, direction
-
-
 class Link(InFlight):
-    """One direction of a network link, with the seed of :func:`stream_of`; ``direction`` (0 up, 1
-    down) is for networks by name on a timeline. What a part remembers stays when it is switched
-    off.
+    """One direction of a network link: ``direction`` 0 up, 1 down. Its random numbers are those of
+    the seed (of the session, number of the user, direction). What a part remembers stays when it
+    is switched off.
     """
 
     def __init__(

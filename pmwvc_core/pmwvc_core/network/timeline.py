@@ -1,11 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The timeline of a link: settings that change at given times from the first packet.
-
-``5 outage; 5.5 lte; 20 delay_s=0.02..0.2 loss=0.1; 30 base; 40 repeat``: each entry holds until
-the next one. It names what differs from the settings of the link: a network by name, single
-settings, a ramp of the delay; ``base``: nothing differs; ``outage``: every packet is lost;
-``repeat``, the last entry: the timeline begins anew.
+"""The timeline of a link, from the first packet on: ``5 outage; 5.5 lte; 20 delay_s=0.02..0.2
+loss=0.1; 30 base; 40 repeat``. Each entry holds until the next one. It names what differs from the
+settings of the link: a network by name, single settings, a ramp of the delay; ``base``: nothing;
+``outage``: every packet is lost; ``repeat``, the last entry: it begins anew.
 """
 
 import bisect

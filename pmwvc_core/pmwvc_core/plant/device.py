@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
 
-* Mass and damper are advanced exactly over a tick with both forces held.
-* Coulomb friction acts against the direction of motion at the start of a tick. Along one axis it
-  is exact: the device stops within the tick and stays unless the other forces win.
-* The stops at the ends of the workspace are perfectly inelastic.
-* The encoder rounds to its nearest step; the velocity signal is the true one, or the difference of
-  the last two readings over a tick.
+Mass and damper are advanced exactly over a tick with both forces held. Coulomb friction acts
+against the motion at the start of a tick; along one axis it is exact. The stops of the workspace
+are perfectly inelastic. The encoder rounds to its nearest step; the velocity signal is the true
+one, or the difference of the last two readings over a tick.
 """
 
 import math

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What pushes the device, chosen by the type of its state; here given forces, whatever the device
-does.
-
-A given force is an ideal source: nothing limits the energy it can deliver, so it suits experiments
-(App. B Fig. 5 uses 1 N from each side) rather than the picture of a person; for that see ``hand``.
+"""What pushes the device, by the type of its state; here given forces, whatever the device does:
+ideal sources, for experiments (App. B Fig. 5 uses 1 N from each side). For a person see ``hand``.
 """
 
 import math

@@ -22,25 +22,13 @@ import numpy as np
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
-from pmwvc_core.plant.forces import (
-    ForceParams,
-    GivenForce,
-    RecordedForce,
-    recorded_params,
-    rows_of,
-)
+from pmwvc_core.plant import forces, remote_hand
 from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion, task_hand
-from pmwvc_core.plant.remote_hand import (
-    POINTER_S,
-    PointerParams,
-    TableHand,
-    TableParams,
-    TaskHand,
-    remote_params,
-    resting_remote,
-)
 from pmwvc_core.plant.task import task_of
 
+EVEN = 1e-3  # of an interval: time stamps this regular count as even
+EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way
+ORDER = 8
 Made = tuple[Any, Any]  # state and parameters
 
 
@@ -54,11 +42,12 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
         recording = load_recording(params, tick_s=at.tick_s, dof=at.axes)
         if params.answers:
             return RecordedHand(0), recorded_motion(params, recording, at.start, at.tick_s)
-        return RecordedForce(0), recorded_params(recording, at.axes, params.repeat, False)
+        force = forces.recorded_params(recording, at.axes, params.repeat, False)
+        return forces.RecordedForce(0), force
     amplitude = 0.0 if params.kind == "none" else params.force
     last_hz = params.frequency_end_hz if params.is_chirp else params.frequency_hz
     swings = params.is_sinusoid or params.is_chirp
-    return GivenForce(0), ForceParams(
+    return forces.GivenForce(0), forces.ForceParams(
         at.along(amplitude), swings, at.tick_s, params.frequency_hz, last_hz, params.sweep_s
     )
 
@@ -67,13 +56,14 @@ def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
     """Return a hand that does the task, or has the targets of a file: a row has the time [s] from
     coupling on, and the position [m] on one axis or on each; ``nan`` lets go.
     """
-    hand, p = resting_remote(at.start), remote_params(params, at.tick_s)
+    hand, p = remote_hand.resting_remote(at.start), remote_hand.remote_params(params, at.tick_s)
     if not params.file:
         inside = params.squeeze / params.remote.stiffness
         pressed = at.along(at.side * (at.half_width_m - inside))
-        every = max(1, round(POINTER_S / at.tick_s))
+        every = max(1, round(remote_hand.POINTER_S / at.tick_s))
         the_task = task_of(task, at.axes)
-        return TaskHand(hand, 0), PointerParams(p, the_task, at.start, pressed, every)
+        pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
+        return remote_hand.TaskHand(hand, 0), pointer
     if not params.time_column:
         raise RecordingError(
             f"{params.file}: operator.time_column is empty; a remote hand needs the times of its "
@@ -85,13 +75,9 @@ def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
             f"{params.file}: {params.time_column} must be finite and must not go back"
         )
     ticks = np.ceil(times / at.tick_s - 1e-6).astype(int)
-    rows = rows_of(params.scale * values + params.offset, at.axes)
-    return TableHand(hand, 0, 0), TableParams(p, ticks, rows, tuple(range(at.axes)), False)
-
-
-EVEN = 1e-3  # of an interval: time stamps this regular count as even
-EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way
-ORDER = 8
+    rows = forces.rows_of(params.scale * values + params.offset, at.axes)
+    table = remote_hand.TableParams(p, ticks, rows, tuple(range(at.axes)), False)
+    return remote_hand.TableHand(hand, 0, 0), table
 
 
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:

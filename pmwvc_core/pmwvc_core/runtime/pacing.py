@@ -119,22 +119,20 @@ class Pacer:
             yield tick
 
 
+@dataclass(slots=True)
 class Health:
     """Ticks, lateness, computing time; a reader swaps in a fresh one, the loop never waits."""
 
-    __slots__ = ("compute_max_ns", "compute_sum_ns", "late_max_ns", "late_sum_ns", "ticks")
-
-    def __init__(self) -> None:
-        self.ticks = 0
-        self.late_sum_ns = self.late_max_ns = 0
-        self.compute_sum_ns = self.compute_max_ns = 0
+    ticks: int = 0
+    late_sum_ns: int = 0
+    late_max_ns: int = 0
+    compute_sum_ns: int = 0
+    compute_max_ns: int = 0
 
     def add(self, late_ns: int, compute_ns: int) -> None:
         """Count one tick."""
         self.ticks += 1
         self.late_sum_ns += late_ns
         self.compute_sum_ns += compute_ns
-        if late_ns > self.late_max_ns:
-            self.late_max_ns = late_ns
-        if compute_ns > self.compute_max_ns:
-            self.compute_max_ns = compute_ns
+        self.late_max_ns = max(self.late_max_ns, late_ns)
+        self.compute_max_ns = max(self.compute_max_ns, compute_ns)

@@ -1,11 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's process, from its first line to its exit code.
-
-The main thread owns the loop; a second one serves parameters, services and diagnostics; a third
-waits for signals, which only set an event: ROS stays usable until the loop has sent its last
-packet. Exit code 0: asked to stop; 2: a setting, file or device cannot be used, in one line; 1: a
-mistake of ours, with its traceback.
+"""A node's process, from its first line to its exit code. The main thread owns the loop; a second
+one serves parameters, services and diagnostics; a third waits for signals, which only set an
+event: ROS stays usable until the loop has sent its last packet. Exit code 0: asked to stop; 2: a
+setting, file or device cannot be used, in one line; 1: a mistake of ours, with its traceback.
 """
 
 import contextlib

@@ -26,6 +26,7 @@ def write_token(path: Path, token: Token) -> None:
     who = f"user {token.user}".rstrip()
     text = f"{_HEAD}\nsession {token.session:016x}\n{who}\nkey {token.key.hex()}\n"
     try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with os.fdopen(descriptor, "w", encoding="ascii") as file:
             file.write(text)
@@ -45,10 +46,6 @@ def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
     tokens = {folder / SERVER: key, **{folder / user: key.of(user) for user in users}}
     if there := [str(path) for path in tokens if path.exists()]:
         raise ParameterError(f"{', '.join(there)}: there already; a session has a key of its own")
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except OSError as error:
-        raise ParameterError(f"{folder}: {error.strerror or error}") from None
     for path, token in tokens.items():
         write_token(path, token)
     return list(tokens)

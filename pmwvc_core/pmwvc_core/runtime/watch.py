@@ -152,19 +152,13 @@ class Watch:
         """Publish what has been received until now."""
         for sentence in self._wrong_tokens.look():
             self._node.get_logger().warning(sentence)
+        types, others = self._types, self._loop.protocol.other_controller
         for link, inbox in self._inboxes.items():
             self._seq += 1
-            self._out.publish(
-                self._types.Reception(
-                    stamp=time_message(self._types, time.time_ns()),
-                    epoch=self._epoch,
-                    seq=self._seq,
-                    link=link,
-                    sender=inbox.epoch,
-                    **counts(inbox, other_controller=self._loop.protocol.other_controller),
-                    **passage(inbox.path.estimate()),
-                )
-            )
+            stamp = time_message(types, time.time_ns())
+            head = {"stamp": stamp, "epoch": self._epoch, "seq": self._seq, "sender": inbox.epoch}
+            received = counts(inbox, other_controller=others) | passage(inbox.path.estimate())
+            self._out.publish(types.Reception(link=link, **head, **received))
 
     def look(self) -> tuple[dict[str, object], int]:
         """Return values for people by name, and the deadlines missed since the last look."""

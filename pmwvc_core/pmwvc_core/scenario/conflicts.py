@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Conflicts between parameter groups of a scenario that are each valid, and the disturbances of a
-live session: nodes that are killed, started, stopped or continued.
-
-``6 kill server; 7 start server``: at a time [s] from the start of the session, an action and the
-node: server, netem, recorder, or a user for its master.
+live session: ``6 kill server; 7 start server``, a time [s] from its start, an action and the node:
+server, netem, recorder, or a user for its master.
 """
 
 import math

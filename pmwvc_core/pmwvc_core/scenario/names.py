@@ -37,11 +37,8 @@ def unknown(name: str) -> str:
     number, rest = split_user(name)
     of_user = [path for path, each in PARAMETERS.items() if each.of_user]
     known = of_user if number else sorted(PARAMETERS, key=lambda path: path not in of_user)
-    symbols = [
-        path
-        for path in known
-        if len(rest) <= SYMBOL and rest in PARAMETERS[path].spec.description.split()
-    ]
+    short = len(rest) <= SYMBOL
+    symbols = [p for p in known if short and rest in PARAMETERS[p].spec.description.split()]
     if symbols:
         near = f"; did you mean {min(symbols, key=lambda path: path.count('.'))}?"
     else:

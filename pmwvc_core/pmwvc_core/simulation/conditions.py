@@ -13,7 +13,6 @@ import numpy as np
 
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.in_flight import RecordedLink
-from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import Made
@@ -102,7 +101,7 @@ class Conditions:
         recorded = self.links.get(f"{user.name}/{('up', 'down')[direction]}")
         return SimulatedLink(
             recorded() if recorded else (user.link_up, user.link_down)[direction],
-            seed=stream_of(scenario.seed, index, direction),
+            seed=(scenario.seed, index, direction),
             inbox=inbox,
             dof=scenario.dof,
             direction=direction,

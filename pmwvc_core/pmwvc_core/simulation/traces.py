@@ -6,7 +6,7 @@ one that ran in bulk (:mod:`.bulk.book`).
 
 import itertools
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -76,6 +76,8 @@ class UserNotes:
         energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
         ends, changes = [each[0] for each in self.frames], [each[3] for each in self.frames]
         named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
+        kept = [report.accounts for report in reports]
+        own = dict.fromkeys(name for row in kept for name in row)
         block_time_s = np.minimum(np.array(ends, dtype=np.float64), ticks) * tick_s
         return UserTraces(
             name=name, tick_s=tick_s, time_s=ran.astype(np.float64) * tick_s, tick=ran - first,
@@ -83,16 +85,10 @@ class UserNotes:
             block_time_s=block_time_s, energy=dict(zip(ENERGIES, energies, strict=True)),
             state=np.array([report.state for report in reports], dtype=np.int64),
             reason=[report.reason for report in reports],
-            accounts=accounts_of([report.accounts for report in reports]),
+            accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
             changes=np.array(changes, dtype=np.int64), looked_ns=late_ns, safety_events=events,
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
         )  # fmt: skip
-
-
-def accounts_of(rows: Sequence[Mapping[str, Value]]) -> dict[str, Array]:
-    """Return energies by name, ``(rows,)`` [J]; zero in a row without that name."""
-    names = dict.fromkeys(name for row in rows for name in row)
-    return {name: np.array([float(row.get(name, 0.0)) for row in rows]) for name in names}
 
 
 def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> ServerTraces:

@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Link effects by name: the library, and entry points of the group ``pmwvc.link_effects``.
-
-Parameters of their own switch the effects of the library on. Those of other packages are named in
-``link.effects``, each with its numbers: ``bursts:rate=0.02:stay=0.5 fading:depth=0.1``.
+"""Link effects by name: the library, switched on by parameters of their own, and entry points of
+the group ``pmwvc.link_effects``, by ``link.effects``: ``bursts:rate=0.02:stay=0.5
+fading:depth=0.1``.
 """
 
 import math

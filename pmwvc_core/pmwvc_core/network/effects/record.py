@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The record of a link effect, and an effect of another package at work on a link.
-
-A link asks the plug-ins that are active in the order of the hooks of :class:`Effect`. They are
-contained: where a hook fails, the packet passes without the effect.
+"""The record of a link effect, and an effect of another package at work on a link, contained:
+where a hook fails, the packet passes without the effect.
 """
 
 import math

@@ -16,7 +16,6 @@ import numpy as np
 
 from pmwvc_core.ends.server_end import SERVER_EPOCH
 from pmwvc_core.network.effects import is_random
-from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
@@ -118,7 +117,7 @@ class _End:
         self.inbox = Receiver(network.dof, period_s=period_s, timeout_s=timeout_s)
         self.link = SimulatedLink(
             network.links[user][direction],
-            seed=stream_of(network.seed, user, direction),
+            seed=(network.seed, user, direction),
             inbox=self.inbox,
             dof=network.dof,
             direction=direction,
