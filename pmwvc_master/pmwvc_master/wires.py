@@ -15,7 +15,8 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.numeric import Value, flatten
+from pmwvc_core.ends.forms import vector
+from pmwvc_core.numeric import Value
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.transport.admission import Admission
@@ -87,8 +88,8 @@ class RosWires:
         for message in (twist, wrench):
             message.header.stamp = stamp
             message.header.frame_id = self._frame_id
-        _fill(twist.twist.linear, flatten(sample.xd))
-        _fill(wrench.wrench.force, flatten(-f))
+        _fill(twist.twist.linear, vector(sample.xd, self._dof))
+        _fill(wrench.wrench.force, vector(-f, self._dof))
         self._twist.publish(twist)
         self._wrench.publish(wrench)
 

@@ -10,12 +10,13 @@ session.
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.frame.rows import Presence
-from pmwvc_core.numeric import Value, flatten
+from pmwvc_core.numeric import Value
 from pmwvc_server.loop import ServerLoop
 
 FRAME = "world"
@@ -68,7 +69,7 @@ class Scene:
         if presence is Presence.ABSENT:
             avatar.action = force.action = Marker.DELETE
             return [avatar, force]
-        x, f = map(flatten, loop.protocol.avatar(user))
+        x, f = map(np.atleast_1d, loop.protocol.avatar(user))
         avatar.pose.position = _point(x)
         avatar.scale = Vector3(x=AVATAR_M, y=AVATAR_M, z=AVATAR_M)
         force.points = [_point(x), _point(x + f * ARROW_M_PER_N)]
@@ -77,7 +78,7 @@ class Scene:
 
 
 def _point(value: Value) -> Point:
-    x, y, z = [*flatten(value), 0.0, 0.0][:3]
+    x, y, z = [*np.atleast_1d(value), 0.0, 0.0][:3]
     return Point(x=float(x), y=float(y), z=float(z))
 
 

@@ -3,7 +3,7 @@
 """The accounts of a user's blocks, summed over the recorded ticks [J].
 
 ======================  ==========================================================================
-device                  ``plant.energies.device_account``; x and xd are the true motion, behind an
+device                  ``plant.device.device_account``; x and xd are the true motion, behind an
                         encoder that of :mod:`..traces.hand_work`
 safety                  F xd dt less (|u_m|^2 - |v_m|^2) dt/2, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of

@@ -48,17 +48,14 @@ class Timeline:
     entries: tuple[Entry, ...]
     length_s: float = math.inf
 
-    @functools.cached_property
-    def _starts(self) -> list[float]:
-        return [entry.start_s for entry in self.entries]
-
     def at(self, elapsed_ns: int) -> tuple[int, float]:
         """Return which entry holds, and which part of its time has passed (0 without an end)."""
         time_s = elapsed_ns * 1e-9
         if self.length_s < math.inf:
             time_s %= self.length_s
-        number = bisect.bisect_right(self._starts, time_s) - 1
-        start_s, end_s = (*self._starts, self.length_s)[number : number + 2]
+        starts = [entry.start_s for entry in self.entries]
+        number = bisect.bisect_right(starts, time_s) - 1
+        start_s, end_s = (*starts, self.length_s)[number : number + 2]
         return number, (time_s - start_s) / (end_s - start_s) if end_s < math.inf else 0.0
 
 

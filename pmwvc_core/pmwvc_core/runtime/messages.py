@@ -38,7 +38,7 @@ _PACKAGES = {
 
 
 # The message classes by name, and what their sequences are made of: ``sequence(values, kind)``
-# makes one of numbers (typecodes or numpy types), ``flags`` one of booleans, ``octet`` a byte.
+# makes one of numbers (typecodes or numpy types), ``octet`` a byte.
 MessageTypes: TypeAlias = SimpleNamespace
 
 
@@ -47,7 +47,6 @@ def live_types() -> MessageTypes:
     return MessageTypes(
         **{n: getattr(import_module(f"{package}.msg"), n) for n, package in _PACKAGES.items()},
         sequence=lambda values, _: values,
-        flags=lambda values: [bool(value) for value in values],
         octet=lambda value: bytes((value,)),
     )
 
@@ -57,7 +56,6 @@ def types_from(classes: Mapping[str, Any]) -> MessageTypes:
     return MessageTypes(
         **{n: classes[f"{package}/msg/{n}"] for n, package in _PACKAGES.items()},
         sequence=lambda values, kind: np.array(values, dtype=kind),
-        flags=lambda values: np.array(values, dtype=bool),
         octet=int,
     )
 
@@ -163,7 +161,7 @@ def server_trace(
         stamp=time_message(types, stamp_ns),
         dof=dof,
         state=types.sequence([int(entry) for entry in state], "B"),
-        contact=types.flags(contact),
+        contact=types.sequence([bool(touches) for touches in contact], "?"),
         **made,
         **_accounts(types, accounts),
         **_taken(types, "user", taken),

@@ -14,9 +14,9 @@ no finite pose has come for ``STALE_NS`` the loop renders no force.
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.numeric import Value, finite, flatten
+from pmwvc_core.numeric import Value, finite
 from pmwvc_core.runtime.topics import Polled
 from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
 from pmwvc_master.devices.topics import MOST_AXES, first_vector, wrench
@@ -88,7 +88,7 @@ class RosTopicDevice:
         if self._dof == 1:
             self._force.publish(wrench((-float(f_m), 0.0, 0.0)))
             return
-        x, y, z = [*(-flatten(f_m)), 0.0][:3]
+        x, y, z = [*vector(-f_m, self._dof), 0.0][:3]
         self._force.publish(wrench((float(x), float(y), float(z))))
 
     def couple(self) -> None:
