@@ -85,8 +85,7 @@ class Record:
 
     name: str  # as in a scenario and as the entry point
     words: str = ""  # a sentence for predictions and reports: what it does or guarantees
-    # name of the record whose linear model stands for this one: its own where the law is linear,
-    # another of the library where that is the nearest, None where there is none
+    # name of the record whose linear model stands for this one (its own or the nearest), or None
     linear: str | None = None
 
 

@@ -16,9 +16,9 @@ ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
 
 
-def _unknown() -> Integers:
-    """Return a column that a recording does not say."""
-    return np.zeros(0, dtype=np.int64)
+def _unknown(kind: type = np.int64) -> Any:
+    """Declare a column that a recording may not say."""
+    return field(default_factory=lambda: np.zeros(0, dtype=kind))
 
 
 @dataclass
@@ -48,14 +48,10 @@ class UserTraces:
     missed: int = 0
     safety_events: Any = 0
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., block) [J]
-    # (block,) consecutive where none is missing
-    block_number: Integers = field(default_factory=_unknown)
-    # (block,) which start of the master published it
-    epoch: NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, dtype=np.uint64))
-    # (block,) frames up to it that took changes of parameters over
-    changes: Integers = field(default_factory=_unknown)
-    # (tick,) [ns] from the deadline until packets were taken in
-    looked_ns: Integers = field(default_factory=_unknown)
+    block_number: Integers = _unknown()  # (block,) consecutive where none is missing
+    epoch: NDArray[np.uint64] = _unknown(np.uint64)  # (block,) start of the master
+    changes: Integers = _unknown()  # (block,) frames up to it that took changes over
+    looked_ns: Integers = _unknown()  # (tick,) from the deadline until packets were taken in
     grid: int = 0  # ticks of the loop's clock before tick 0: frames begin at its multiples of M
 
     @property
@@ -105,17 +101,14 @@ class ServerTraces:
     potential: Array
     dissipated: Array
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
-    # (step,) steps up to it that took changes of parameters over
-    changes: Integers = field(default_factory=_unknown)
-    # (step,) [ns] from the deadline until packets were taken in
-    looked_ns: Integers = field(default_factory=_unknown)
+    changes: Integers = _unknown()  # (step,) steps up to it that took changes over
+    looked_ns: Integers = _unknown()  # (step,) from the deadline until packets were taken in
 
     @property
     def nearest_look_ns(self) -> Integers:
         """When packets were taken in, as looked_ns, or the deadline where that is not known."""
-        if len(self.looked_ns):
-            return self.looked_ns
-        return np.zeros(len(self.time_s), dtype=np.int64)
+        known = len(self.looked_ns) > 0
+        return self.looked_ns if known else np.zeros(len(self.time_s), dtype=np.int64)
 
     @property
     def period_s(self) -> float:

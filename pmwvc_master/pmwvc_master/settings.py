@@ -4,7 +4,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 from rclpy.node import Node
 
@@ -48,8 +47,8 @@ class MasterSettings(User):
 
     def check(self, master: MasterParams) -> None:
         """Refuse (ParameterError) a port that axes, channel or receiver cannot do with."""
-        receiver: dict[str, Any] = {"strict": self.strict, "timeout_s": self.safety.timeout_s}
-        for wrong in port_conflicts(master, dof=self.dof, **receiver):
+        waits_s = self.safety.timeout_s
+        for wrong in port_conflicts(master, dof=self.dof, strict=self.strict, timeout_s=waits_s):
             raise ParameterError(f"master.{wrong}")
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:

@@ -35,9 +35,6 @@ def kept_words(distance_m: float, why: str) -> str:
     return f"avatar {1e3 * distance_m:.1f} mm from the device since joining: {why}"
 
 
-PRESENCES = tuple(Presence)  # by the numbers of the law
-
-
 class ServerView(End):
     """What is read of a server: its state ``s``, parameters ``p`` and ``inboxes``."""
 
@@ -49,7 +46,7 @@ class ServerView(End):
     @property
     def presence(self) -> list[Presence]:
         """State of every user."""
-        return [PRESENCES[guest.presence] for guest in self.s.guests]
+        return [Presence(guest.presence) for guest in self.s.guests]
 
     @property
     def x_o(self) -> Value:

@@ -19,8 +19,7 @@ from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.unrolled import members, unrolled
 
-# Time that a loop misses passes at the device, with the last force held, but no more than this at
-# once: beyond it the device stands still, as one with a watchdog.
+# Time that a loop misses passes with the last force held, then the device stands still.
 CATCH_UP_S = 0.1
 Target: TypeAlias = Value | None  # of a remote hand [m]; None lets go
 

@@ -13,8 +13,7 @@ from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, each, scaled, zero
 from pmwvc_core.numeric import Array
 
-# (s, x, xd, acts, p) -> (s, f_h [N]) over the tick that starts now. While there is nothing to do
-# yet (``acts`` is false) time does not pass, but where a hand says so.
+# (s, x, xd, acts, p) -> (s, f_h [N]) over this tick; no time passes before a hand ``acts``.
 hand_force = Family("hand_force")
 
 

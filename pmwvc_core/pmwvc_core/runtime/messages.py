@@ -37,8 +37,7 @@ _PACKAGES = {
 }
 
 
-# The message classes by name, and what their sequences are made of: ``sequence(values, kind)``
-# makes one of numbers (typecodes or numpy types), ``octet`` a byte.
+# Message classes by name; ``sequence(values, kind)`` by typecode or numpy type; ``octet``: a byte.
 MessageTypes: TypeAlias = SimpleNamespace
 
 

@@ -12,8 +12,6 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from pmwvc_core.errors import ParameterError
-
 _NS_PER_S = 1_000_000_000
 _TIMER_ABSTIME = 1
 _libc = ctypes.CDLL(None)
@@ -66,10 +64,6 @@ class Pacer:
         self, period_ns: int, *, phase_ns: int = 0, recover_ns: int = 25_000_000,
         clock: Callable[[], int] = time.monotonic_ns, sleep: Callable[[int], None] = sleep_until,
     ) -> None:  # fmt: skip
-        if period_ns <= 0:
-            raise ParameterError(f"period_ns = {period_ns}: must be > 0 ns")
-        if recover_ns < 0:
-            raise ParameterError(f"recover_ns = {recover_ns}: must be >= 0 ns")
         self.period_ns = period_ns
         self._phase_ns = phase_ns
         self.phase_ns = phase_ns % period_ns

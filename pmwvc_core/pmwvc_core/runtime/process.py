@@ -33,8 +33,7 @@ from pmwvc_core.runtime.services import StartGate
 
 OK, WARN, ERROR = 0, 1, 2
 _SWITCH_S = 1e-4  # a loop that wakes gets the interpreter after this, not after 5 ms
-# Below the loops, above other programs: a thread that holds the interpreter must not be put aside
-# by another program while the loop waits for it.
+# Below the loops, above other programs: a loop waits for the thread that holds the interpreter.
 _PRIORITY = 10
 _LAST_S = 10.0  # for what a recorder has not got yet; longer than that nothing is kept
 _TEARDOWN_S = 5.0  # ROS needs some tens of milliseconds to remove a node
@@ -101,8 +100,7 @@ def publish_health(
 
 
 def _created(name: str, args: Sequence[str] | None) -> Node:
-    # Fast DDS looks at the shared memory of every program that joins or is gone, a third of a
-    # second at a time, and a loop that publishes waits for it.
+    # Fast DDS looks into shared memory for a third of a second, and a loop that publishes waits.
     os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     rejected = remove_ros_args(args)[1 if args is None else 0 :]

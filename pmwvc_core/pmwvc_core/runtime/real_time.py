@@ -70,13 +70,12 @@ def request_priority(priority: int) -> RealTimeReport:
 
 
 def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
-    granted = []
-    refused = {}
+    granted, refused = [], {}
     for name, ask in requests:
         try:
             ask()
         except OSError as error:
-            hint = _WAY_OUT.get(error.errno or 0, {}).get(name.split()[0])
+            hint = _WAY_OUT.get((error.errno or 0, name.split()[0]))
             reason = error.strerror or str(error)
             refused[name] = f"{reason}; {hint}" if hint else reason
         else:
@@ -84,13 +83,11 @@ def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
     return RealTimeReport(tuple(granted), refused)
 
 
+_MEMLOCK = "raise the user's memlock limit"
 _WAY_OUT = {
-    errno.EPERM: {
-        "SCHED_FIFO": "raise the user's rtprio limit",
-        "memory": "raise the user's memlock limit",
-    },
-    errno.ENOMEM: {"memory": "raise the user's memlock limit"},
-    errno.EINVAL: {"SCHED_FIFO": "the priority must be 1 to 99"},
+    (errno.EPERM, "SCHED_FIFO"): "raise the user's rtprio limit",
+    (errno.EINVAL, "SCHED_FIFO"): "the priority must be 1 to 99",
+    **{(errno.EPERM, "memory"): _MEMLOCK, (errno.ENOMEM, "memory"): _MEMLOCK},
 }
 
 

@@ -116,8 +116,7 @@ class Polled:
     def __init__(
         self, node: Node, kind: Any, topic: str, qos: QoSProfile = TAKEN_QOS, *, raw: bool = False
     ) -> None:
-        self.kind = kind
-        self.raw = raw
+        self.kind, self.raw = kind, raw
         self.subscription = node.create_subscription(
             kind, topic, lambda _: None, qos, callback_group=_Unserved()
         )
@@ -139,10 +138,8 @@ class WaveTopics:
         self, node: Node, types: MessageTypes, *, incoming: str, outgoing: str,
         admission: Admission, dof: int, extra: int, period_s: float,
     ) -> None:  # fmt: skip
-        self._admission = admission
-        self._dof = dof
+        self._admission, self._dof, self._sent_ns = admission, dof, 0
         self._whole = size_bytes(dof, extra)
-        self._sent_ns = 0
         inlet = Polled(node, types.Wave, incoming, raw=True)
         self._kind, self._inlet = inlet.kind, inlet.subscription.handle
         self._out = node.create_publisher(types.Wave, outgoing, offered(WAVE_QOS, period_s))

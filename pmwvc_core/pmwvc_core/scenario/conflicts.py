@@ -7,7 +7,7 @@ server, netem, recorder, or a user for its master.
 
 import math
 import re
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
@@ -107,10 +107,9 @@ def conflicts(scenario: "Scenario") -> list[str]:
                 f"{user.name}.master.position.feedback = printed: generates energy; must be "
                 "budgeted or integral with channel = strict, the default; channel = plain has it"
             )
-        timeouts_s = {"master": silence_s, "server": user.safety.timeout_s}  # of the receivers
-        for group, port in (("master", user.master), ("server", user.contact)):
-            receiver: dict[str, Any] = {"strict": strict, "timeout_s": timeouts_s[group]}
-            wrong = port_conflicts(port, dof=scenario.dof, **receiver)
+        ports = ("master", user.master, silence_s), ("server", user.contact, user.safety.timeout_s)
+        for group, port, waits_s in ports:  # the receiver of each
+            wrong = port_conflicts(port, dof=scenario.dof, strict=strict, timeout_s=waits_s)
             found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
         if user.operator.is_recorded and not user.operator.file:
             found.append(

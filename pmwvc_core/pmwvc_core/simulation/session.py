@@ -48,8 +48,7 @@ class SteppedSession:
     def run(self, progress: Callable[[float], None]) -> None:
         """Step to the end; ``progress`` is called with the ratio done, 0..1."""
         end_ns, changes = self.ticks * self.tick_ns, deque(over_time(self._scenario))
-        # What a session keeps (packets, fates, numbers) holds no reference cycles; scanning its
-        # growing number would take a twentieth of the time.
+        # What a session keeps holds no cycles; scanning it would take a twentieth of the time.
         collects = gc.isenabled()
         gc.disable()
         try:

@@ -50,8 +50,7 @@ class UserNotes:
     def __init__(self, dof: int) -> None:
         self.ticks: list[int] = []  # that ran, and when [ns]
         self.times_ns: list[int] = []
-        # That ended: before which tick, report, work at the device [J], and how many frames have
-        # taken changes over.
+        # That ended: before which tick, report, work at the device [J], frames with changes.
         self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
         self._dof, self._signals = dof, array("d")
 

@@ -48,9 +48,7 @@ class Receiver:
     def __init__(
         self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf
     ) -> None:
-        self.dof = dof
-        self.period_s = period_s
-        self.max_wave = max_wave
+        self.dof, self.period_s, self.max_wave = dof, period_s, max_wave
         self.counts = dict.fromkeys(Verdict, 0)
         self.lost = 0  # numbers skipped and not come since
         self.newest: WavePacket | None = None  # accepted; None before the first

@@ -15,8 +15,7 @@ from pmwvc_core.network.in_flight import Cause, EffectFaults, Fate
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.plugins import Record
 
-# Returns the random numbers of one effect on one link, evenly spread over [0, 1): of the Fate of a
-# packet or copy, and of an index that counts those of the same packet, 0 by default.
+# Random numbers over [0, 1) of an effect: of a Fate and an index (0) of those of the same packet.
 Uniform = Callable[..., float]
 
 
