@@ -105,7 +105,7 @@ def test_broken_packets_are_counted_and_change_nothing():
         for _ in range(3):
             server.send(wave=[math.nan])
             server.send(wave=[math.inf])
-            server.send(**dict.fromkeys(("wave", "integral", "position"), [0.1, 0.2]))
+            server.send(**{name: [0.1, 0.2] for name in ("wave", "integral", "position")})
             server.send(wave=[])
             server.send(period=0.5)
             server.send(seq=0)

@@ -275,7 +275,7 @@ def test_packets_of_a_rogue_publisher_are_counted_and_harmless(pressed):
     for _ in range(10):
         send(wave=[math.nan])
         send(wave=[1e300])
-        send(**dict.fromkeys(("wave", "integral", "position"), [0.1, 0.2, 0.3]))
+        send(**{name: [0.1, 0.2, 0.3] for name in ("wave", "integral", "position")})
         send(epoch=old.epoch, seq=old.seq, sent_ns=old.sent_ns)
         send(flags=FLAG_DIRECT)
         run.steps_more(1)

@@ -43,9 +43,9 @@ ROOMS = {
             ),
         ),
     ),
-    "links and packets": Room(2_861, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_609, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_710,
+        5_205,
         4_700,
         (
             *inside(
@@ -54,7 +54,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_877, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_684, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         5_742,
         3_500,
