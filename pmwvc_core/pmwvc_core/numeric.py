@@ -46,3 +46,8 @@ def root(value: Value) -> Value:
 def finite(value: Value) -> bool:
     """Tell whether every element is a finite number."""
     return math.isfinite(value) if type(value) is float else bool(np.isfinite(value).all())
+
+
+def flatten(value: Value) -> Array:
+    """Return the elements as a one-dimensional array (the form messages and traces hold)."""
+    return np.atleast_1d(np.asarray(value, dtype=float)).ravel()

@@ -22,8 +22,7 @@ from pmwvc_core.scenario.changes import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.admission import Token
 from pmwvc_core.wave.impedance import impedance_of
-from pmwvc_master.devices import DeviceInfo, DeviceSetup
-from pmwvc_master.profile import limits_of
+from pmwvc_master.devices import DeviceInfo, DeviceSetup, limits_of
 
 
 @dataclass(frozen=True, kw_only=True)

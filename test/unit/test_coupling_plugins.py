@@ -19,8 +19,7 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.law.server.contacts import couple
 from pmwvc_core.law.server.coupling import Implicit, OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
 
 AVERAGED = ("--set", "server.coupling=averaged")

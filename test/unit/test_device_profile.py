@@ -12,8 +12,7 @@ from support.processes import ros
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import DeviceParams, MasterParams, SafetyParams
-from pmwvc_master.devices import DeviceInfo, DeviceSample
-from pmwvc_master.profile import limits_of, warnings_of_device
+from pmwvc_master.devices import DeviceInfo, DeviceSample, limits_of, warnings_of_device
 from pmwvc_master.settings import declare_settings
 
 

@@ -32,7 +32,7 @@ from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONM
 from pmwvc_core.numeric import Array, Value, dot, squared
 from pmwvc_core.plant.device import damper_heat
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces
 
 

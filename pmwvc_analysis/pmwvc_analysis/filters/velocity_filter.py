@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The margins over frequency, the noise and the failed conditions of a velocity filter (App. D).
 
-Conditions: :mod:`pmwvc_core.wave.design.branches`; which filter: ``velocity_filter_design`` there.
+Conditions: :mod:`pmwvc_core.wave.aliasing`; which filter: ``velocity_filter_design`` beside it.
 The equivalent form is judged by what it is at the device, too. With the low-pass branch behind it,
 F/(b xd) = (1 - R H_LP)/(1 + R H_LP) - 2 s H_HP, whose real part is least for the R that makes
 R H_LP = |H_LP|:
@@ -26,9 +26,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design import velocity_filter_design as filters
-from pmwvc_core.wave.design.aliasing import worst_case_gain
-from pmwvc_core.wave.design.branches import TOLERANCE, Margins, margins, switching_gain
+from pmwvc_core.wave import velocity_filter_design as filters
+from pmwvc_core.wave.aliasing import TOLERANCE, margins, switching_gain, worst_case_gain
 
 POINTS = 4001
 FOLDED_POINTS = 129  # frequencies at which the images of a rate drop are looked at
@@ -50,7 +49,7 @@ class VelocityFilter:
 
     master: MasterParams  # with alpha or cutoff_hz completed
     designed: str  # given, or by which rule
-    margins: Margins
+    margins: dict[str, Any]
     port: Array  # Re F/(b xd) at worst, of the equivalent form
     gain: Array  # |F_m/(b xd)| while nothing comes back
     switching_gain: float

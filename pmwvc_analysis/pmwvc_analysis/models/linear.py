@@ -14,8 +14,7 @@ from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 

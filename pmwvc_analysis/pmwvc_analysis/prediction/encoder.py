@@ -30,7 +30,7 @@ from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave.design.filter_design import response
+from pmwvc_core.wave.filter_design import response
 from pmwvc_core.wave.impedance import largest
 
 POINTS = 16384  # frequencies of a mean
@@ -59,7 +59,7 @@ def encoder_lines(scenario: Scenario) -> list[str]:
         if not behind_counts(user, scenario):
             continue
         bound, kind = count_bound(user.master, user.device), user.operator.kind
-        words = f"{user.name}: {bound.text()}"
+        words = f"{user.name}: {bound.text}"
         if not held(user):
             words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
         given_j = None

@@ -18,8 +18,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.black_box.secant import REPAID, SOFT
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import least_impedance
+from pmwvc_core.server.couplings import COMPENSATIONS, least_impedance
 from pmwvc_core.wave.impedance import smallest
 
 MAY_LIMIT = (

@@ -54,10 +54,10 @@ from pmwvc_core.network.effects import active, longest_s, mean_s
 from pmwvc_core.params import DeadbandParams, DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.wave.design import aliasing
-from pmwvc_core.wave.design.filter_design import response
-from pmwvc_core.wave.design.velocity_filter_design import slow_lags
+from pmwvc_core.wave import aliasing
+from pmwvc_core.wave.filter_design import response
 from pmwvc_core.wave.impedance import first_axis, transformation
+from pmwvc_core.wave.velocity_filter_design import slow_lags
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
 SHARE = (math.sqrt(EARLY_S / LATE_S) - 1.0) / (math.sqrt(EARLY_S / LATE_S) + 1.0)

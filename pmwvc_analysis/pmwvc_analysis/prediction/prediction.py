@@ -28,9 +28,8 @@ from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_mass, ren
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import least_impedance
-from pmwvc_core.wave.design import aliasing
+from pmwvc_core.server.couplings import COMPENSATIONS, least_impedance
+from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.impedance import smallest
 
 ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given

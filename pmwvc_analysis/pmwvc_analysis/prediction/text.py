@@ -22,13 +22,13 @@ from pmwvc_analysis.prediction.prediction import (
     one_step_bound,
 )
 from pmwvc_analysis.prediction.rendering import press_lines, rendering_lines
-from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
+from pmwvc_core.controllers.record import Loop, loop_of
 from pmwvc_core.network.effects import unbounded
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.design import aliasing
+from pmwvc_core.wave import aliasing
 
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
@@ -78,9 +78,9 @@ def _delay_lines(known: Answer) -> list[str]:
     return [f"Not proved stable at any constant delay: {'; '.join(reasons)}."]
 
 
-def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
+def rule_loop(user: User, scenario: Scenario) -> Loop:
     """Return the loop of one user of a scenario, as the tuning rules take it."""
-    return tuning.loop_of(user, scenario.server)
+    return loop_of(user, scenario.server)
 
 
 def unknown_delay(user: User) -> str:

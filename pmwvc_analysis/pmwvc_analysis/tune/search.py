@@ -43,8 +43,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
 STEP = 1.5  # factor between the alternatives
 WIDE = 2.0  # likewise, where no choice found from the lag is stable

@@ -13,8 +13,7 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
 from pmwvc_core.params.ports import port_conflicts
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 
 ACTIONS = ("kill", "start", "stop", "continue")
 SHARED = ("server", "netem", "recorder")

@@ -3,9 +3,9 @@
 """The plan of a session's network: which packet is sent when, where it goes, what its receiver
 makes of its number.
 
-None of that depends on a signal (without a deadband): so it is worked out before the session, once
-for all sessions with the same network, and what is left is arithmetic. Who sends a wave that no
-receiver takes departs from the plan; such a session is stepped with its packets instead.
+None of that depends on a signal (without a deadband), so it is worked out before the session, once
+for all with the same network. A session that sends a wave that no receiver takes departs from the
+plan; it is stepped with its packets instead.
 """
 
 import dataclasses
@@ -97,9 +97,9 @@ def plan_of(network: Network) -> Plan:
         for end in down:
             end.look_before(tick + 1)
     end_ns = network.ticks * tick_ns
+    for end in down:
+        end.look_before(network.ticks)
     for end in (*up, *down):
-        if end in down:
-            end.look_before(network.ticks)
         end.link.drain(end_ns)
     links = [end.link for end in up], [end.link for end in down]
     looks_ns = range(0, end_ns, every * tick_ns), range(0, end_ns, tick_ns)
