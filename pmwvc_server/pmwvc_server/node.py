@@ -16,7 +16,7 @@ import numpy as np
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
-from pmwvc_core.ends.joining import kept_words, why_kept
+from pmwvc_core.ends.server_view import kept_words, why_kept
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count

@@ -16,7 +16,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.frame.rows import PortRow, Presence
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
@@ -58,8 +58,6 @@ class RosWires:
             for packet in arrived
             if not packet.refusal
         ]
-        signals = step.row._asdict()
-        signals |= zip(PortRow._fields, zip(*signals.pop("ports"), strict=True), strict=True)
         self._trace.publish(
             messages.server_trace(
                 self._types,
@@ -75,7 +73,7 @@ class RosWires:
                 looked=step.looked_ns - tick.due_ns,
                 taken=taken,
                 changes=loop.protocol.changes,
-                **signals,
+                **step.row._asdict(),
             )
         )
 

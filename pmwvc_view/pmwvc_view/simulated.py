@@ -99,15 +99,13 @@ class Simulation:
         step = Step(
             start_ns=now_ns,
             object=np.array([vector(getattr(row, name)) for name in traces.OBJECT]),
-            avatars=np.array(
-                [[vector(getattr(port, name)) for port in row.ports] for name in traces.AVATAR]
-            ),
+            avatars=np.array([[*map(vector, getattr(row, name))] for name in traces.AVATAR]),
             state=[int(state) for state in row.state],
-            contact=[bool(np.any(port.contact)) for port in row.ports],
+            contact=[bool(touches) for touches in row.contact],
             lateness_s=0.0,
             sums={
-                name: ServerSums(now_ns, self._epoch, _one(port.energy_u_s), _one(port.energy_v_s))
-                for name, port in zip(self._names, row.ports, strict=True)
+                name: ServerSums(now_ns, self._epoch, _one(u_j), _one(v_j))
+                for name, u_j, v_j in zip(self._names, row.energy_u_s, row.energy_v_s, strict=True)
             },
         )
         self._feed.on_server(step)

@@ -38,9 +38,9 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_861, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_609, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_710,
+        5_203,
         4_700,
         (
             *inside(
@@ -49,7 +49,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_877, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_684, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         5_135,
         3_500,

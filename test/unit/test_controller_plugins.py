@@ -154,7 +154,7 @@ def test_a_broken_plug_in_is_refused_with_the_reason(lab, name, text, channel):
 def test_an_unknown_name_is_answered_with_what_is_there(lab):
     with pytest.raises(ScenarioError, match=r"'moon': must be one of pmwvc, .*pspm.*near"):
         scenario("moon")
-    with pytest.raises(ParameterError, match=r"'moon': must be one of.*'pmwvc\.controllers'"):
+    with pytest.raises(ParameterError, match=r"'moon': not installed.*'pmwvc\.controllers'"):
         library.record_of("moon")
 
 

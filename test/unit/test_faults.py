@@ -21,7 +21,7 @@ from pmwvc_bringup.session.events import Disturber
 from pmwvc_bringup.session.processes import Children
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.scenario.disturbances import disturbances_of
+from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.transport.packet import Verdict
 

@@ -15,7 +15,7 @@ from rich.console import Console
 
 from pmwvc_bringup.session.plan import NodePlan
 from pmwvc_bringup.session.processes import Child, Children
-from pmwvc_core.scenario.disturbances import Disturbance
+from pmwvc_core.scenario.conflicts import Disturbance
 
 STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its disk is full
 

@@ -31,7 +31,7 @@ from pmwvc_bringup.session.terminal import status_line, status_table
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
-from pmwvc_core.scenario.disturbances import disturbances_of
+from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:

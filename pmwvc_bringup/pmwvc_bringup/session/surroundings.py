@@ -20,7 +20,7 @@ from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
 from pmwvc_core.plant.hands import make_hand
-from pmwvc_core.scenario.disturbances import disturbances_of
+from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server import environments
 from pmwvc_core.simulation.conditions import place_of
