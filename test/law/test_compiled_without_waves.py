@@ -8,9 +8,7 @@ from support.laws import assert_same, in_bulk
 
 from pmwvc_core.law.channel.arrivals import (
     ArrivalsParams,
-    arrivals_of,
     arrive,
-    received_j,
     start_of,
 )
 from pmwvc_core.law.channel.packet import Packet
@@ -21,7 +19,6 @@ from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_measure,
-    port_packet,
     port_send,
     port_tick,
 )
@@ -53,11 +50,10 @@ def frame(end, arrivals, e, packet, x, xd, silent, p, q, rules):
     e = environment_step(q, e, (came,))
     one, lost_j = left(e.ports[0])
     one, _ = joined(one, sent.position, e.body)
-    end = port_packet(end, arrivals, packet, p)
-    end = port_answer(end, packet.wave, silent, H, p)
+    end = port_answer(end, arrivals, packet, packet.wave, silent, H, p)
     end, _, f = port_tick(end, arrivals, x, xd, p)
     end = port_applied(end, f, p)
-    return end, arrivals, e, one, f, lost_j, received_j(arrivals)
+    return end, arrivals, e, one, f, lost_j, arrivals.received_j
 
 
 @pytest.mark.parametrize("kind", ["direct", "virtual_coupling", "tdpa", "pspm"])
@@ -92,7 +88,7 @@ def test_both_ends(kind: str, axes: int) -> None:
     end, p = resting_end(state, axes), DeviceEndParams(TICK_S, law)
     q = AvatarEndParams((law,), body_law(0.5, 1.0, H), kind in ("virtual_coupling", "pspm"))
     rules = ArrivalsParams(0.05, 1.0, False, False, PlayoutParams(1.0, 0.1, 0.0))
-    arrivals = arrivals_of(start_of(False, axes, 0.05, H), nothing)
+    arrivals = start_of(False, axes, 0.05, H)
     rng, bulk = np.random.default_rng(axes), in_bulk(frame)
     energy_j, x = 0.0, np.array((-0.06, *nothing[1:]))
     for n in range(200):

@@ -15,7 +15,6 @@ from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import (
     ArrivalsParams,
     anew,
-    arrivals_of,
     arrive,
     start_of,
     wave_of,
@@ -51,7 +50,7 @@ class ReceivingEnd:
         played = PlayoutParams(most_repaid, RETURN_S, store_j)
         strict, once = channel == "strict", channel == "zeroing"
         self.p = ArrivalsParams(timeout_s, longest, once, strict, played)
-        self.s = arrivals_of(start_of(strict, dof, timeout_s, period_s), (0.0,) * dof)
+        self.s = start_of(strict, dof, timeout_s, period_s)
 
     def push(self, packet, now_ns):
         """Take a packet; return it as the laws have it, None where it is refused."""

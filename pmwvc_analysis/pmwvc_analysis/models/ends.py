@@ -12,9 +12,7 @@ from pmwvc_analysis.models.elements import lifted, stacked
 from pmwvc_analysis.models.links import Line, UnderWay
 from pmwvc_analysis.models.variation import runs_of
 from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
-from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.counts import resting_counts
-from pmwvc_core.law.port.master import port_opened
 from pmwvc_core.law.server.contacts import offset_of
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.made.server import resting_server, server_params
@@ -71,7 +69,6 @@ def _made(
         if key not in kept:
             fed = _fed_back(user, line.user.master.position.is_on)
             s, p = made_user(fed, of, answer_tick=line.answer.phase)
-            s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
             device = simulated_params(user.device, scenario.tick_s)
             # With the parameters, so that their numbers stay those of this user.
             kept[key] = (*_opened(s, p), resting_device(rest, device), device, own)
@@ -79,8 +76,6 @@ def _made(
     guests = [user for user, line in zip(scenario.users, lines, strict=True) for _ in line.ports]
     q = server_params(guests, of, scenario.server)
     at_server = resting_server(guests, of, q)
-    present = [g._replace(arrivals=arrivals_of(g.arrivals, rest)) for g in at_server.guests]
-    at_server = at_server._replace(guests=tuple(present))
     states, params, devices, of_devices = zip(*ends, strict=True)
     none = ((),) * len(lines)
     q = q._replace(environment=_unlimited(q.environment))

@@ -161,16 +161,14 @@ def _send(
     return s, arrivals, Sent(wave, s.x, -1.0, extra)
 
 
-@master.port_packet.member(Plugged)
-def _packet(s: Plugged, arrivals: Any, packet: Packet, p: PluggedParams) -> Plugged:
-    return s._replace(packet=packet)
-
-
 @master.port_answer.member(Plugged)
-def _answer(s: Plugged, wave: Vector, silent: bool, frame_s: float, p: PluggedParams) -> Plugged:
+def _answer(
+    s: Plugged, arrivals: Any, packet: Packet, wave: Vector, silent: bool, frame_s: float,
+    p: PluggedParams,
+) -> Plugged:  # fmt: skip
     wave = zero(wave) if silent else wave
     received_j = s.received_j + squared(wave) * (0.5 * frame_s)
-    packet = s.packet._replace(wave=wave)
+    packet = (packet if packet.number > 0 else s.packet)._replace(wave=wave)
     return s._replace(packet=packet, silent=silent, answered=True, received_j=received_j)
 
 

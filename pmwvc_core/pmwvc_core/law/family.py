@@ -67,3 +67,6 @@ class Family:
     def __call__(self, first: Any, *others: Any) -> Any:
         """Call the law for the type of the first argument."""
         return self.members[type(first)](first, *others)
+
+
+opened = Family("opened", same)  # (s) -> s at its start, its lists made here: for compiled laws

@@ -34,7 +34,6 @@ from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_measure,
-    port_packet,
     port_send,
     port_tick,
 )
@@ -127,11 +126,11 @@ def user_tick(
     if tick >= next_answer:
         next_answer += p.rate_drop
         if known_server:
-            port = port_packet(port, arrivals, s.newest, p.port)
             least_s = max(p.limits.timeout_s, arrivals.silence.limit_ns / 1e9)
             limit = limit._replace(silence_s=least_s)
         arrivals, wave = answer_of(arrivals, s.frame_s, p.arrivals)
-        port = port_answer(port, wave, is_silent(arrivals.silence, now_ns), s.frame_s, p.port)
+        silent = is_silent(arrivals.silence, now_ns)
+        port = port_answer(port, arrivals, s.newest, wave, silent, s.frame_s, p.port)
         coupled = coupled or limit.ready
     if tick > s.due:
         arrivals = missed(arrivals, (tick - s.due) * p.tick_s)

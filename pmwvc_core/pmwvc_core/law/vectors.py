@@ -8,6 +8,7 @@
 
 import math
 from collections.abc import Callable
+from operator import add, mul, sub
 from typing import Any, TypeAlias
 
 Vector: TypeAlias = tuple[float, ...]
@@ -15,17 +16,13 @@ Vector: TypeAlias = tuple[float, ...]
 
 def each(law: Callable[..., Any], rows: tuple[tuple[Any, ...], ...], *shared: Any) -> Any:
     """Return ``(law(rows[0][i], rows[1][i], ..., *shared) for every i)`` as a tuple."""
-    if len(rows[0]) == 1:
-        return (law(*[row[0] for row in rows], *shared),)
-    return tuple(law(*of_one, *shared) for of_one in zip(*rows, strict=True))
+    return tuple([law(*of_one, *shared) for of_one in zip(*rows, strict=True)])
 
 
 def chain(
     law: Callable[..., Any], states: tuple[Any, ...], u: float, params: tuple[Any, ...]
 ) -> Any:
-    """Return the states and the output of laws one behind the other: each is ``law(state, input,
-    params) -> (state, output)``, and takes the output of the one before.
-    """
+    """Return states and output of ``law(state, input, params) -> (state, output)`` in a row."""
     after = []
     for state, p in zip(states, params, strict=True):
         state, u = law(state, u, p)
@@ -40,30 +37,22 @@ def columns(rows: tuple[tuple[Any, ...], ...]) -> Any:
 
 def plus(a: Vector, b: Vector) -> Vector:
     """Return a + b."""
-    if len(a) == 1:
-        return (a[0] + b[0],)
-    return tuple(x + y for x, y in zip(a, b, strict=True))
+    return tuple(map(add, a, b))
 
 
 def minus(a: Vector, b: Vector) -> Vector:
     """Return a - b."""
-    if len(a) == 1:
-        return (a[0] - b[0],)
-    return tuple(x - y for x, y in zip(a, b, strict=True))
+    return tuple(map(sub, a, b))
 
 
 def times(a: Vector, b: Vector) -> Vector:
     """Return the products of each axis."""
-    if len(a) == 1:
-        return (a[0] * b[0],)
-    return tuple(x * y for x, y in zip(a, b, strict=True))
+    return tuple(map(mul, a, b))
 
 
 def scaled(a: Vector, factor: float) -> Vector:
     """Return a times a number."""
-    if len(a) == 1:
-        return (a[0] * factor,)
-    return tuple(x * factor for x in a)
+    return tuple([x * factor for x in a])
 
 
 def between(a: Vector, b: Vector, ratio: float) -> Vector:

@@ -42,7 +42,7 @@ from pmwvc_core.law.channel.playout import (
     play,
     resting_playout,
 )
-from pmwvc_core.law.family import Family, never, none_j, same
+from pmwvc_core.law.family import Family, never, none_j, opened, same
 from pmwvc_core.law.vectors import Vector, length, squared, zero
 
 SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
@@ -88,8 +88,6 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
     return s, 0.0
 
 
-# (start, nothing) -> s, its lists made here; nothing is the vector of zeros
-arrivals_of = Family("arrivals_of", same)
 arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
 wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
 # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
@@ -103,9 +101,9 @@ received_j = Family("received_j", none_j)  # (s) -> energy by the sums of packet
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
-@arrivals_of.member(StrictArrivals)
-def _opened(s: StrictArrivals, nothing: Vector) -> StrictArrivals:
-    return s._replace(playout=resting_playout(nothing, s.playout.moved))
+@opened.member(StrictArrivals)
+def _opened(s: StrictArrivals) -> StrictArrivals:
+    return s._replace(playout=resting_playout(zero(s.position), s.playout.moved))
 
 
 def start_of(

@@ -26,15 +26,13 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.family import Family, same
+from pmwvc_core.law.family import Family, opened
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, wave_shortened
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
-    position_opened,
     position_packet,
     position_send,
-    position_there,
     position_up,
 )
 from pmwvc_core.law.vectors import Vector, dot, each, minus, zero
@@ -49,15 +47,14 @@ def _waves(s: Any) -> Any:
 port_measure = Family("port_measure")  # (s, x, xd, p) -> s: motion at a frame start
 # (s, arrivals, frame_s, number, held_j, p) -> (s, arrivals, Sent); held_j: what the brake stores
 port_send = Family("port_send")
-port_packet = Family("port_packet")  # (s, arrivals, packet, p) -> s: the newest, once a frame
-port_answer = Family("port_answer")  # (s, wave, silent, frame_s, p) -> s: its wave, or a silence
+# (s, arrivals, packet, wave, silent, frame_s, p) -> s: the newest packet, of number 0 before the
+# first, and its wave, or a silence; once a frame
+port_answer = Family("port_answer")
 port_tick = Family("port_tick")  # (s, arrivals, x, xd, p) -> (s, arrivals, force wanted [N])
 port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the limits let through
 port_signals = Family("port_signals", _waves)  # (s) -> (u_m, u_m_lp, v_m)
 # (s, arrivals, p) -> energies since the start [J]: of u_m, sent, received, v_m, and the port's own
 port_energies = Family("port_energies")
-port_opened = Family("port_opened", same)  # (s) -> s: lists made here, where a session is compiled
-
 
 LATE_NS = 5_000_000  # a sample older than this is counted
 STALE_NS = 20_000_000  # one older than this is none: the device is silent
@@ -139,18 +136,16 @@ def _send(
     return s, arrivals, Sent(wave, s.x, -1.0, ())
 
 
-@port_packet.member(PlainMaster)
-def _packet(s: PlainMaster, arrivals: Any, packet: Packet, p: PlainMasterParams) -> PlainMaster:
-    return s._replace(position=position_packet(s.position, packet, p.position))
-
-
 @port_answer.member(PlainMaster)
 def _answer(
-    s: PlainMaster, wave: Vector, silent: bool, frame_s: float, p: PlainMasterParams
-) -> PlainMaster:
+    s: PlainMaster, arrivals: Any, packet: Packet, wave: Vector, silent: bool, frame_s: float,
+    p: PlainMasterParams,
+) -> PlainMaster:  # fmt: skip
     """Take the newest wave; it stands for the frame that begins. A silence is a wave of zero."""
-    wave = zero(wave) if silent else wave
-    position, v_rx_j = position_there(s.position, not silent), s.v_rx_j + wave_j(wave, p.frame_s)
+    wave, position = zero(wave) if silent else wave, s.position
+    if packet.number > 0:
+        position = position_packet(position, packet, not silent, p.position)
+    v_rx_j = s.v_rx_j + wave_j(wave, p.frame_s)
     return s._replace(hold=load(s.hold, wave), position=position, v_rx_j=v_rx_j)
 
 
@@ -194,6 +189,7 @@ def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
     return own + filters_energies(s.filters, p.filters) + position_energies(s.position)
 
 
-@port_opened.member(PlainMaster)
-def _opened(s: PlainMaster) -> PlainMaster:
-    return s._replace(position=position_opened(s.position))
+@opened.member(PlainMaster)
+def opened_port(s: Any) -> Any:
+    """Have position feedback make its list."""
+    return s._replace(position=opened(s.position))

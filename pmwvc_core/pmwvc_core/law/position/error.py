@@ -110,10 +110,17 @@ def is_same_avatar(s: PositionError, packet: Packet) -> bool:
     return packet.epoch == s.epoch and packet.anew == s.anew
 
 
-def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
-    """Note the newest packet, where it is news."""
-    if packet.epoch == s.epoch and packet.number == s.number:
-        return s
+def is_news(s: PositionError, packet: Packet) -> bool:
+    """Tell whether a packet is another one than the newest."""
+    return packet.epoch != s.epoch or packet.number != s.number
+
+
+def error_packet(
+    s: PositionError, packet: Packet, there: bool, p: PositionParams
+) -> PositionError:
+    """Note the newest packet, where it is news, and whether the server is there."""
+    if not is_news(s, packet):
+        return s._replace(there=there)
     posted, place, answered, round_trip_s = s.posted, -1, s.answered, s.round_trip_s
     for i in range(len(posted)):
         if posted[i].number == packet.echo and packet.echo > 0:
@@ -129,7 +136,7 @@ def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> Positio
         posted=posted, epoch=packet.epoch, number=packet.number, anew=packet.anew,
         x=packet.position, wave=scaled(packet.wave, packet.period_s), answered=answered,
         remembered=place >= 0, fresh=True, referenced=s.referenced and is_same_avatar(s, packet),
-        round_trip_s=round_trip_s,
+        round_trip_s=round_trip_s, there=there,
     )  # fmt: skip
 
 

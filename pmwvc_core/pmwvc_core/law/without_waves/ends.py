@@ -14,7 +14,7 @@ damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's 
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import received_j
+from pmwvc_core.law.channel.arrivals import PlainArrivals
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.family import Family, no_accounts, same
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
@@ -74,9 +74,9 @@ def _held(law: Any, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -
 device_moved = Family("device_moved", same)
 # (law, p) -> (law, running sum of energy; below zero: none)
 device_sends = Family("device_sends", _no_energy)
-# (law, packet, received_j, p) -> law: once a frame
+# once a frame, (law, packet, received_j, p) -> law: the newest, of number 0 before the first
 device_receives = Family("device_receives", same)
-# (law, wave, silent, x, p) -> law: what the newest packet carries, or let go
+# then (law, wave, silent, x, p) -> law: what it carries, or let go
 device_answer = Family("device_answer", _held)
 device_force = Family("device_force")  # (law, x, xd, p) -> (law, force wanted [N])
 # (state at either end) -> accounts [J]
@@ -104,16 +104,13 @@ def _send(
     return s._replace(law=law), arrivals, Sent(s.xd, s.x, energy_j, ())
 
 
-@master.port_packet.member(DeviceEnd)
-def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> DeviceEnd:
-    return s._replace(law=device_receives(s.law, packet, received_j(arrivals), p))
-
-
 @master.port_answer.member(DeviceEnd)
 def _answer(
-    s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
-) -> DeviceEnd:
-    return s._replace(law=device_answer(s.law, wave, silent, s.x, p))
+    s: DeviceEnd, arrivals: PlainArrivals, packet: Packet, wave: Vector, silent: bool,
+    frame_s: float, p: DeviceEndParams,
+) -> DeviceEnd:  # fmt: skip
+    law = device_receives(s.law, packet, arrivals.received_j, p)
+    return s._replace(law=device_answer(law, wave, silent, s.x, p))
 
 
 @master.port_tick.member(DeviceEnd)
