@@ -11,7 +11,7 @@ from pmwvc_core.compiled import compiled
 from pmwvc_core.law.black_box import compensations
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
-from pmwvc_core.law.black_box.secant import resting_seen
+from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.motion import Body, body_law, wall_law
@@ -83,7 +83,7 @@ def test_every_black_box(axes):
     params = compensations.compensation_params(ServerParams(period_s=H))
     for (asked, law, sloped), treated in zip(boxes(ports, axes), TREATED, strict=True):
         p = BlackBoxParams(law, params, wall_law(H), True, 0.0, H, sloped, not sloped, identity)
-        users = tuple(resting_seen(rest, 12.5 / H) for _ in ports)
+        users = tuple(Seen(resting_secant(rest, 12.5 / H, False), rest, rest, rest) for _ in ports)
         sums = Accounts(0.0, 0.0, 0.0, 0.0)
         box = BlackBox(rest, rest, asked, treated, users, 0.0, -1.0, sums)
         there = [

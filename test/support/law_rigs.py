@@ -22,13 +22,8 @@ from pmwvc_core.law.port.master import (
     port_tick,
 )
 from pmwvc_core.law.position.feedback import position_packet
-from pmwvc_core.law.safety.limits import (
-    LARGEST,
-    limits,
-    limits_params,
-    limits_restart,
-    resting_limits,
-)
+from pmwvc_core.law.safety.brakes import loose_brake
+from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_params, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
     environment_energies,
@@ -56,7 +51,8 @@ class ForceLimits:
         self.axes, self.params = axes, SafetyParams(**params)
         self._times = tick_s, packet_s, LARGEST, 0.0
         self.p = limits_params(self.params, *self._times)
-        self.s = resting_limits((0.0,) * axes, self.p)
+        nothing = (0.0,) * axes
+        self.s = Limits(nothing, loose_brake(nothing), self.p.timeout_s)
 
     def __call__(self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, ticks=1):
         f, x, xd = (vector(signal, self.axes) for signal in (f, x, xd))

@@ -12,19 +12,13 @@ from pmwvc_analysis.models.elements import Elements, elements, lifted
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.law.channel import arrivals, playout
-from pmwvc_core.law.channel.arrivals import (
-    ArrivalsParams,
-    anew,
-    arrive,
-    start_of,
-    wave_of,
-)
-from pmwvc_core.law.channel.packet import Sent, pack, packing_params, resting_packing
+from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
+from pmwvc_core.law.channel.packet import Packing, Sent, pack, packing_params
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
 from pmwvc_core.params import DeadbandParams
 from support.session_given import session_given
 
-UNMOVED = Moved(0.0, 0.0, 0.0, 0.0, 0.0)
+UNMOVED = Moved()
 
 
 class ReceivingEnd:
@@ -80,7 +74,7 @@ class SendingEnd:
 
     def __init__(self, dof=1, *, period_s, **deadband):
         self.dof, self.period_s = dof, period_s
-        self.s, self.p = resting_packing(dof), packing_params(DeadbandParams(**deadband))
+        self.s, self.p = Packing(*((0.0,) * dof,) * 3), packing_params(DeadbandParams(**deadband))
 
     def send(self, wave, now_ns=0, *, anew=False):
         """Add a sample; return its packet, None where the deadband holds it back."""

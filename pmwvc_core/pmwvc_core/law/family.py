@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Families of laws: one name for laws of which the type of the state (or of the parameters, where
-there is no state) says which is meant; compiled, it is known beforehand and costs nothing.
-
-A law joins with ``@family.member(State)``; a plug-in does the same. Every type without a law of
-its own, such as :class:`Nothing`, has the default of the family.
+there is no state) says which is meant; compiled, it is known beforehand and costs nothing. A law
+joins with ``@family.member(State)``; a plug-in does the same.
 """
 
 from collections import defaultdict

@@ -10,8 +10,7 @@
     the answers       to those who are present
     the target        where the object is to be brought, once all have been together
 
-A silent user is rendered a matched damper; braked on the strict channel, also while it hears
-nothing of the server.
+A silent user is rendered a matched damper; braked on the strict channel.
 """
 
 import math

@@ -8,10 +8,9 @@
     every tick              packets that have come; motion -> port -> limits -> force
     answer tick             the newest wave to the port, once a frame
 
-Frames begin at the multiples of their length M. Where M changes, or ticks were skipped, the frame
-that begins is as long as it takes to the next multiple, so that both ends keep their phases. A
-frame whose first ticks were skipped starts, and takes its answer, with the first tick that runs.
-The caller sends and begins frames (``send``, ``begin``), with other parameters where they change.
+Frames begin at the multiples of their length M, so that both ends keep their phases: where M
+changes, or ticks were skipped, a frame is as long as it takes to the next multiple. The caller
+sends and begins frames (``send``, ``begin``), with other parameters where they change.
 """
 
 from typing import Any, NamedTuple

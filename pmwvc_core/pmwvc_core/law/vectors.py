@@ -62,11 +62,16 @@ def between(a: Vector, b: Vector, ratio: float) -> Vector:
 
 def zero(like: Vector) -> Vector:
     """Return the vector of zeros with as many axes."""
-    return each(_nothing, (like,))
+    return filled(like, 0.0)
 
 
-def _nothing(x: float) -> float:
-    return 0.0
+def filled(like: Vector, value: float) -> Vector:
+    """Return the vector with the same number along as many axes."""
+    return each(_value, (like,), value)
+
+
+def _value(x: float, value: float) -> float:
+    return value
 
 
 def dot(a: Vector, b: Vector) -> float:

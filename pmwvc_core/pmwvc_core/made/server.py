@@ -4,6 +4,7 @@
 changes in flight.
 """
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
@@ -15,10 +16,10 @@ from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.compensations import compensation_params
-from pmwvc_core.law.black_box.secant import resting_seen
+from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.channel.arrivals import start_of
-from pmwvc_core.law.channel.packet import packing_params, resting_packing
-from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body, wall_law
+from pmwvc_core.law.channel.packet import Packing, packing_params
+from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
@@ -66,9 +67,8 @@ def object_of(server: ServerParams) -> BodyLaw:
             f"server.environment = {server.environment!r}: needs controller = pmwvc with "
             f"server.coupling = unknown; here there are {', '.join(KNOWN)}"
         )
-    if environment.movable:
-        return body_law(server.object_mass, server.object_damping, server.period_s)
-    return wall_law(server.period_s)
+    mass = server.object_mass if environment.movable else math.inf
+    return body_law(mass, server.object_damping, server.period_s)
 
 
 def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
@@ -110,7 +110,7 @@ def server_params(
             _, law = of_environment.made(server, _contacts(users, session), session.dof)
         sloped, identity = of_environment.sloped, tuple(map(tuple, np.eye(session.dof).tolist()))
         environment = BlackBoxParams(
-            law, compensation_params(server), wall_law(server.period_s), strict,
+            law, compensation_params(server), body_law(math.inf, 0.0, server.period_s), strict,
             *weights(server.integrator, server.period_s), sloped, server.learns and not sloped,
             identity,
         )  # fmt: skip
@@ -169,7 +169,9 @@ def _resting_box(
         faults, absent = Faults("server.environment", name), (False,) * len(users)
         state = Outside(PLUGINS.make(name, setup), deque(), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
-    seen = tuple(resting_seen(rest, b / server.period_s) for b in least)
+    seen = tuple(
+        Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least
+    )
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
     return BlackBox(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
 
@@ -194,7 +196,7 @@ def resting_server(
         ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
-        guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
+        guests.append(Guest(ABSENT, False, arrivals, Packing(rest, rest, rest), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = _resting_box(users, session, contacts, call)

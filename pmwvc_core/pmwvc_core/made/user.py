@@ -15,22 +15,17 @@ from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, rec
 from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.channel.packet import LATENESSES, no_packet, packing_params, resting_packing
+from pmwvc_core.law.channel.packet import LATENESSES, Packing, no_packet, packing_params
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.master import NEVER_NS
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
-from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
-from pmwvc_core.law.safety.limits import (
-    LARGEST,
-    REACH,
-    limits_params,
-    resting_limits,
-)
+from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness, loose_brake
+from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, limits_params
 from pmwvc_core.law.user_tick import User, UserParams
-from pmwvc_core.law.without_waves.ends import DeviceEndParams, resting_end
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario import scenario as scenarios
@@ -90,7 +85,7 @@ def made_user(
         port = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
         of_port = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
     elif record.law is not None:
-        port = resting_end(law, axes)
+        port = DeviceEnd(nothing, nothing, law)
         of_port = DeviceEndParams(tick_s, record.law(values, tick_s))
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
@@ -98,9 +93,10 @@ def made_user(
     reach = LARGEST if workspace_m is None else REACH * workspace_m
     of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
+    limits = Limits(nothing, loose_brake(nothing), of_limits.timeout_s)
     s = User(
-        0, 0, master.rate_drop, master.frame_s, resting_packing(axes), arrivals, packet, 0, port,
-        resting_limits(nothing, of_limits), nothing, NEVER_NS, 0, NEVER, False,
+        0, 0, master.rate_drop, master.frame_s, Packing(*(nothing,) * 3), arrivals, packet, 0,
+        port, limits, nothing, NEVER_NS, 0, NEVER, False,
     )  # fmt: skip
     packing = packing_params(master.deadband)
     return s, UserParams(

@@ -19,11 +19,10 @@ from pmwvc_core.law.port.port_filters import (
     InForce,
     InWaves,
     VelocityParams,
-    same_gain,
 )
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
-from pmwvc_core.law.position.energy_tank import resting_tank
-from pmwvc_core.law.position.error import PositionParams, resting_error
+from pmwvc_core.law.position.energy_tank import Tank
+from pmwvc_core.law.position.error import PositionError, PositionParams, Posted
 from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave.filter_and_hold import (
@@ -65,13 +64,13 @@ def made_waves(
     of_position: Any = NOTHING
     if master.position.is_on:
         of_position = position_params(master, impedance_, strict=strict)
-        error = resting_error(rest)
+        error = PositionError([Posted(0, rest, 0.0)], *(rest,) * 9)
         if strict:
             position = OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
         elif master.position.as_published:
             position = Published(error, 0.0)
         else:
-            position = Budgeted(error, resting_tank(rest, of_position.lent_j))
+            position = Budgeted(error, Tank(of_position.lent_j, *(rest,) * 4))
     if strict:
         lent_j = of_position.lent_j if master.position.is_on else 0.0
         state = StrictMaster(
@@ -127,7 +126,7 @@ def _made_filters(
         bank = bank_of(master, model)
         far = resting_bank(axes, bank), bank
     states, params = zip(near, far, force, strict=True)
-    return Filtered(*states, rest, same_gain(b, 0.0)), FilteredParams(*params, b)
+    return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)
 
 
 def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:

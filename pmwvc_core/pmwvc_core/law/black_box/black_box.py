@@ -13,9 +13,7 @@ the power of decoding with another force than F, which :mod:`.compensations` tre
 environment does not answer the port is a matched damper (v = 0).
 
 The waves move the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns
-repays 0.3 of the difference in the next step.
-
-Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
+repays 0.3 of the difference in the next step. Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """
 
 from typing import Any, NamedTuple
@@ -43,19 +41,7 @@ from pmwvc_core.law.server.server_port import (
     port_shown,
     taken_port,
 )
-from pmwvc_core.law.vectors import (
-    Vector,
-    columns,
-    dot,
-    each,
-    is_zero,
-    length,
-    minus,
-    plus,
-    scaled,
-    squared,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_j, wave_v, wave_velocity
 
 MEMORY_S = 0.5  # in which the longest way fades
@@ -125,7 +111,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Came, ...]) -> Environm
         environment_j += sums[i].environment_j
         late_j += sums[i].late_j
         contained_j += sums[i].contained_j
-        withheld_j += 0.5 * h * (squared(waves[i].v) - squared(returned[i]))
+        withheld_j += wave_j(waves[i].v, h) - wave_j(returned[i], h)
     accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
     box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
@@ -209,5 +195,5 @@ def _energies(p: BlackBoxParams, s: Environment) -> Vector:
 @port_shown.member(BlackBoxParams)
 def _shown(p: BlackBoxParams, s: Environment, user: int) -> PortShown:
     port = s.ports[user]
-    touches = port.avatar.present and not is_zero(port.avatar.f)
+    touches = port.avatar.present and port.avatar.f != zero(port.avatar.f)
     return PortShown(port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0)

@@ -6,13 +6,11 @@ takes the waves of all users in a step, and returns those to be sent.
 as published (Eq. 14, 15), for comparison only: it injects energy (J taken for W)
     dE(n) = dE(n-1) + T [F(n) F(n-1) - F(n)^2]/b        of each user, from the start [J]
     v     = sgn(v) sqrt(v^2 - 2 dE(n))                  where dE(n) < 0
-
 corrected in its sign: it only shortens waves; a deficit below zero is credit
     deficit(n) = deficit(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
     pay(n)  = min(max(deficit, 0), sum |v|^2/2),   each v in proportion to its length
     so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit: passive where the environment is, for all
     users together
-
 port ledger: all users together get back no more than they gave, and a declared allowance
     tank += h sum |u_i|^2/2,   cost = h sum |v_i|^2/2
     v_i  *= sqrt(tank/cost)    where cost > tank, all by the same factor

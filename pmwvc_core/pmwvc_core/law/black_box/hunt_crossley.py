@@ -92,6 +92,3 @@ def _slope(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tup
     rise = p.exponent * s.stiffness * depth ** (p.exponent - 1.0) * weight_s
     slope = scaled(s.inward, s.inward[0] * (rise + p.damping * elastic))
     return scaled(s.inward, elastic), slope
-
-
-touched.exchange.member(SoftBody)(touched.exchange_known)

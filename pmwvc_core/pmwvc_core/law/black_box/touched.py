@@ -29,7 +29,7 @@ from pmwvc_core.law.server.contacts import (
 )
 from pmwvc_core.law.server.coupling import rows_of
 from pmwvc_core.law.server.springs import Answer, Row, solved_axis
-from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, columns, each, filled, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, free_velocity
 
 Vectors = tuple[Vector, ...]
@@ -154,13 +154,8 @@ def _slope(s: Visitor, position: Vector, weight_s: float) -> tuple[Vector, Vecto
     force = contact_force(contact, rest)
     if not touching(contact):
         return force, rest
-    ones = each(_one, (rest,))
-    rise = minus(contact_force(contact, ones), force)
-    return force, plus(rise, scaled(ones, contact.law.stiffness * weight_s))
-
-
-def _one(x: float) -> float:
-    return 1.0
+    rise = minus(contact_force(contact, filled(rest, 1.0)), force)
+    return force, plus(rise, filled(rest, contact.law.stiffness * weight_s))
 
 
 def _springs_j(visitors: tuple[Visitor, ...]) -> float:
@@ -182,21 +177,19 @@ class Reply(NamedTuple):
     xd: Vector
 
 
-# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
-exchange = Family("exchange")
-
-
-@exchange.member(Wall, FreeCube)
-def exchange_known(
+def _exchange(
     s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: Any
 ) -> tuple[Any, Reply]:
-    """Ask an environment of the library."""
     if p.sloped:
         forces, slopes = local_line(s, starts, p.new_s, p.environment)
         velocities = each(solved_line, (avatars, forces, slopes), p.identity)
     positions = each(ahead, (starts, velocities), p.new_s)
     s, forces, stored_j = moved_by(s, positions, velocities, p.body.period_s, p.environment)
     return s, Reply(True, velocities, forces, stored_j, s.body.x, s.body.xd)
+
+
+# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
+exchange = Family("exchange", _exchange)
 
 
 def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:

@@ -11,9 +11,7 @@ strict   segments of displacement and energy, played out
 ======== ==========================================================================================
 
 A playout without the free energy for what is undelivered is *short*; the other direction then
-passes on what it can spare.
-
-Equations: docs/theory.md 17.19.
+passes on what it can spare. Equations: docs/theory.md 17.19.
 """
 
 from typing import Any, NamedTuple
@@ -21,7 +19,6 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
 from pmwvc_core.law.channel.packet import (
     LATENESSES,
-    NEVER_NS,
     SMOOTHED,
     Counting,
     Packet,
@@ -111,10 +108,9 @@ def start_of(
 ) -> PlainArrivals | StrictArrivals:
     """Return arrivals before the first packet, which come every so often [s]."""
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
-    silence = Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
+    silence, counting = Silence(limit_ns, period_s), Counting(nothing, period_s, period_s)
     if strict:
-        playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
-        counting = Counting(nothing, 0.0, 0, False, period_s, period_s, False)
+        playout = resting_playout(nothing, Moved())
         return StrictArrivals(silence, playout, counting, nothing, False)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 

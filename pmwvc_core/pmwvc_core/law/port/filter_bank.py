@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Filter bank with a local model of interaction on the high-pass part of the outgoing wave, at
-the rate of the force loop (App. E).
+the rate of the force loop (App. E, Fig. 3).
 
-Fig. 3::
+::
 
     u_m --> low_up ---> anti-aliasing filter, packets --> server
         '-> high_up --> u2 --> local model --> v2 --> high_down -,
@@ -11,7 +11,6 @@ Fig. 3::
 
 ``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The returning
 wave is bounded only by (|LP1| + |LP2| |HP|) |u_m|, above 1 for the filters of Table 1.
-
 ``complementary``: one first-order pair splits and recombines, |H1|^2 + |H2|^2 = 1. Then |u1|^2 +
 |u2|^2 <= |u_m|^2 and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
 local model.
@@ -25,10 +24,10 @@ port decodes u2 and encodes the force of the model::
 Spring and damper by the implicit midpoint rule: F0 = K x, G = K T_c/2 + B, x+ = x + T_c xd, so
 that F xd T_c is the gain of the spring plus B xd^2 T_c. The model acts everywhere, or while the
 device is on one side of ``begins_m``; where it ends, the energy of the spring is dropped.
-
 Equations: docs/theory.md 1.6, 8.1, 8.2, 8.3, 8.4.
 """
 
+from operator import mul
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
@@ -193,13 +192,9 @@ def _bank_in(
     local, v0, gains = local_offer(s.local, x, p.local, b)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
     answer = plus(down, scaled(plus(v0, along(b, gains, up)), gain_of(p.high_down)))
-    through = each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
+    through = each(mul, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
     s = s._replace(low_down=low_down, local=local, energies=energies)
     return s, w, answer, through
-
-
-def _through(gain: float, of_filters: float) -> float:
-    return gain * of_filters
 
 
 @port_filters.part_up.member(Bank)

@@ -3,10 +3,9 @@
 """What every controller does at the master's end, in the order of a frame and of a tick; what it
 sees of the device; and the master's end of the plain wave channel.
 
-A member is chosen by the type of its state. ``p`` are the parameters of the port. What has come in
+A member is chosen by the type of its state; ``p`` are the parameters of the port. What has come in
 (``arrivals``) belongs to the tick; the strict channel plays its waves out from there. A sample
-that is too old, or none, is no sample: the loop has the position last seen and no velocity, and
-the limits let no force through.
+that is too old is none: the loop has the position last seen and no velocity.
 
 Every tick on the plain channel (App. B Fig. 1)::
 
@@ -17,9 +16,7 @@ Every tick on the plain channel (App. B Fig. 1)::
 so that F_m xd = (u_m^2 - v_m^2)/2; v_m = v without port filters (:mod:`.port_filters`). Where the
 safety limits let another force F through, u_m is shortened until |u_m|^2/2 <= |w + g u_m|^2/2 + F
 xd. What even u_m = 0 does not cover, ``deficit_j``, is withheld from later waves. A silent server
-is a wave v = 0: F_m = b xd.
-
-Equations: docs/theory.md 10.1.
+is a wave v = 0: F_m = b xd. Equations: docs/theory.md 10.1.
 """
 
 import math
@@ -78,10 +75,7 @@ def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
 
 def known_motion(x: Vector, xd: Vector, last: Vector) -> tuple[Vector, Vector]:
     """Return position and velocity; what is not finite is the last position and no velocity."""
-    for i in range(len(x)):
-        if not math.isfinite(x[i] + xd[i]):
-            return each(_finite, (x, last)), each(_finite, (xd, zero(xd)))
-    return x, xd
+    return each(_finite, (x, last)), each(_finite, (xd, zero(xd)))
 
 
 def _finite(value: float, otherwise: float) -> float:

@@ -8,7 +8,7 @@ Per tick of length h, with F the force applied and dx the motion measured over i
     u   = sqrt(2b) dx/h - v_m                  once the tick is over;   U <- U + u h
     node <- node + |v|^2 h/2 + F dx            energy in from both sides (dx: ``counts.moved``)
 
-and per packet, for the mean wave w of its frame::
+and per packet, which carries the mean wave w of its frame without an anti-aliasing filter::
 
     paid  = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
             (never what the brake stores)
@@ -16,13 +16,11 @@ and per packet, for the mean wave w of its frame::
 
 So J never exceeds what channel and hand provided; what is late delays the payment, not the
 displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the port is a
-damper. The packet carries w, without an anti-aliasing filter.
+damper. The surplus of one playout goes to the other.
 
 The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a
 deficit (counted ``TWICE``) behind an encoder, ``ASKED`` while a playout is short, and all of b xd
-from ``MUCH`` of unpaid displacement on. The surplus of one playout goes to the other.
-
-Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
+from ``MUCH`` of unpaid displacement on. Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """
 
 import math

@@ -3,9 +3,6 @@
 """Position feedback on the returning wave, v_m - K_p e, and who pays for it; by default there is
 none.
 
-Ports call ``position_packet`` once a frame, ``position_send`` at its start, ``position_down`` and
-``position_up`` every tick.
-
 On the plain channel e = x_m - x_s - x_ref (``printed``, ``budgeted``) or its residual
 (``integral``). ``printed`` pays for nothing and can generate energy; the others change v_m, and
 shorten packets, as the energy tank allows (:mod:`.energy_tank`), which begins with ``lent_j``.
@@ -17,9 +14,7 @@ what is free, spread over ``SPREAD_S``. Between packets the avatar's position fo
 There in free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e
 counts as far as the avatar feels a force (by the server's wave and the way of the avatar in the
 packets), in full from ``FORCE_N`` on. A gain that adapts grows by up to ``MOST`` as less is left
-of the loan, so that slow presses return what they took (17.17).
-
-Equations: docs/theory.md 17.8, 17.16.
+of the loan, so that slow presses return what they took. Equations: docs/theory.md 17.8, 17.16.
 """
 
 from typing import Any, NamedTuple

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
 
-The avatar stands at ``x_s = x_o + rest + deflection``. Forces act from it on the object.
-
-Two-sided it is at rest where the avatar joined. A grip pushes along axis 0 only; across it an
-anchor is set where contact begins and let go at the end of the step in which the avatar comes out,
-where its spring energy is dropped. The forces along an axis are those of :mod:`.springs`.
+The avatar stands at ``x_s = x_o + rest + deflection``. Forces act from it on the object; those
+along an axis are of :mod:`.springs`. Two-sided it is at rest where the avatar joined. A grip
+pushes along axis 0 only; across it an anchor is set where contact begins and let go at the end of
+the step in which the avatar comes out, where its spring energy is dropped.
 
 When stiffness and damping change in contact, the deflection becomes sqrt(K_old/K_new) times what
 it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
@@ -14,7 +13,6 @@ shifted, and returns outside the contact, never past the avatar.
 
 A coupling closes the algebraic loop of a step: from the waves u of all avatars it finds velocities
 and contact forces, and moves avatars and object. Avatars that are not present take no part.
-
 Equations: docs/theory.md 4.10.
 """
 
@@ -22,14 +20,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.server.springs import (
-    ContactLaw,
-    Spring,
-    depth,
-    spring_force,
-    stored,
-    unwrapped_axis,
-)
+from pmwvc_core.law.server.springs import ContactLaw, Spring, depth, force_at, loop_force, stored
 from pmwvc_core.law.vectors import Vector, each, scaled, total, zero
 
 
@@ -116,7 +107,7 @@ def _returned(s: Spring, law: ContactLaw) -> Spring:
 
 def contact_force(c: Contact, rate: Vector) -> Vector:
     """Return the force on the object [N] at a relative velocity [m/s]."""
-    return each(spring_force, (c.springs, rate), touching(c), c.law)
+    return each(force_at, (c.springs, rate), touching(c), c.law)
 
 
 def contact_heat(c: Contact, rate: Vector) -> float:
@@ -124,7 +115,7 @@ def contact_heat(c: Contact, rate: Vector) -> float:
     heat_w, held, law = 0.0, touching(c), c.law
     for i in range(len(rate)):
         s = c.springs[i]
-        acts = law.inward * spring_force(s, rate[i], held, law) > 0.0 if s.one_sided else held
+        acts = law.inward * force_at(s, rate[i], held, law) > 0.0 if s.one_sided else held
         if acts:
             heat_w += law.damping * rate[i] * rate[i]
     return heat_w
@@ -132,7 +123,7 @@ def contact_heat(c: Contact, rate: Vector) -> float:
 
 def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: float) -> Vector:
     """Return the force [N] that fits xd = free - f/b and a move of weight xd (App. C, Eq. 4)."""
-    return each(unwrapped_axis, (c.springs, free, xd_o), b, weight, touching(c), c.law)
+    return each(loop_force, (c.springs, free, xd_o), b, weight, touching(c), c.law)
 
 
 def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple[Contact, float]:

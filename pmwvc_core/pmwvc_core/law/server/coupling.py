@@ -11,11 +11,9 @@ of the object over the step and w_i = xd_si - v::
     d(kinetic) + d(potential) + heat = h sum (|u_i|^2 - |v_i|^2)/2
 
 axis by axis (:func:`.solved_axis`), or where a wave impedance couples the axes, all at once
-(:mod:`.coupled_axes`).
-
-Else the object moves exactly under the held forces; energy balances only as the step goes to zero.
-With the weights (old, new) [s] of old and new velocity in an avatar's displacement: forward Euler
-(h, 0), backward (0, h), trapezoid (h/2, h/2).
+(:mod:`.coupled_axes`). Else the object moves exactly under the held forces; energy balances only
+as the step goes to zero. With the weights (old, new) [s] of old and new velocity in an avatar's
+displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
 
 one-step delay (App. B, Eq. 4): decoded with the force of the step before
     xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
@@ -34,7 +32,7 @@ Equations: docs/theory.md 4.4, 4.5, 4.6, 4.7, 4.8.
 
 from typing import NamedTuple
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, Nothing
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, pushed_body
 from pmwvc_core.law.server.contacts import (
     Avatar,
@@ -55,15 +53,12 @@ Pushed = tuple[tuple[Avatar, ...], Body, float]
 Step = tuple[tuple[Avatar, ...], Body, float, bool]
 
 
-class Implicit(NamedTuple):
+class Implicit(Nothing):
     """The coupling; it has no parameters."""
-
-    none: int
 
 
 @couple.member(Implicit)
-def implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Go one step on."""
+def _implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     rows = columns(each(_rows, (avatars,)))
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
@@ -113,17 +108,12 @@ class OneStepDelay(NamedTuple):
     new_s: float
 
 
-class Unwrapped(NamedTuple):
-    """Weights of old and new velocity [s]."""
-
-    old_s: float
-    new_s: float
+class Unwrapped(OneStepDelay):
+    """Likewise."""
 
 
-class OneFrameLate(NamedTuple):
+class OneFrameLate(Nothing):
     """The coupling; it has no parameters."""
-
-    none: int
 
 
 def weights(integrator: str, period_s: float) -> tuple[float, float]:
@@ -154,8 +144,9 @@ def _left_behind(a: Avatar, way: Vector) -> tuple[Avatar, float]:
 
 
 @couple.member(OneStepDelay)
-def one_step_delay(p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Decode with the last force."""
+def _one_step_delay(
+    p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
+) -> Step:
     avatars, body, lost_j = object_pushed(avatars, body, law)
     moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
     return moved, body, total(lost_j, lost), True
@@ -173,14 +164,13 @@ def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar
 
 
 @couple.member(Unwrapped)
-def unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Solve each avatar with its contact."""
+def _unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     avatars, body, lost_j = object_pushed(avatars, body, law)
-    moved, lost = columns(each(_unwrapped, (avatars,), p, body.xd, law.period_s))
+    moved, lost = columns(each(_solved_avatar, (avatars,), p, body.xd, law.period_s))
     return moved, body, total(lost_j, lost), True
 
 
-def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar, float]:
+def _solved_avatar(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
     contact, lost_j = slid(a.contact, scaled(a.xd, p.old_s))
@@ -193,8 +183,9 @@ def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar,
 
 
 @couple.member(OneFrameLate)
-def one_frame_late(p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Decode now, move in the next step."""
+def _one_frame_late(
+    p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
+) -> Step:
     moved, lost = columns(each(_late, (avatars,), body.xd, law.period_s))
     moved, body, lost_j = object_pushed(moved, body, law)
     return moved, body, total(lost_j, lost), True

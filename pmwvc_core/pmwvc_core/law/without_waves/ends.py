@@ -12,6 +12,7 @@ goes along with the device (``direct``, ``tdpa``; the force goes back), or hangs
 damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's frame).
 """
 
+from operator import add
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import PlainArrivals
@@ -42,7 +43,6 @@ from pmwvc_core.law.server.server_port import (
     potential_j,
 )
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
-from pmwvc_core.law.wave.wave import loaded_axis
 
 
 class DeviceEnd(NamedTuple):
@@ -51,8 +51,8 @@ class DeviceEnd(NamedTuple):
     x: Vector  # [m] last measured
     xd: Vector  # [m/s]
     law: Any
-    given_j: float  # from the device into the controller
-    taken_j: float  # and back
+    given_j: float = 0.0  # from the device into the controller
+    taken_j: float = 0.0  # and back
 
 
 class DeviceEndParams(NamedTuple):
@@ -82,12 +82,6 @@ device_force = Family("device_force")  # (law, x, xd, p) -> (law, force wanted [
 # (state at either end) -> accounts [J]
 controller_energies = Family("controller_energies", no_accounts)
 device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
-
-
-def resting_end(law: Any, axes: int) -> DeviceEnd:
-    """Return a device's end at rest, with the state of its controller."""
-    nothing = (0.0,) * axes
-    return DeviceEnd(nothing, nothing, law, 0.0, 0.0)
 
 
 @master.port_measure.member(DeviceEnd)
@@ -194,13 +188,9 @@ def _meet(
 def _environment_energies(p: AvatarEndParams, s: Environment) -> Vector:
     accounts = controller_energies(s.ports[0].brake)
     for i in range(1, len(s.ports)):
-        accounts = each(_sum, (accounts, controller_energies(s.ports[i].brake)))
+        accounts = each(add, (accounts, controller_energies(s.ports[i].brake)))
     stored: Vector = (kinetic_j(s.body, p.body), potential_j(s))
     return stored + accounts
-
-
-def _sum(one: float, other: float) -> float:
-    return one + other
 
 
 @port_shown.member(AvatarEndParams)
@@ -211,20 +201,14 @@ def port_without_waves(p: Any, s: Environment, user: int) -> PortShown:
 
 
 def pulled(
-    kept: Any, contact: Contact, stretch: Vector, velocity: Vector, law: Any, body: Body, h: float
+    kept: Any, contact: Contact, drive: Vector, impedance: float, body: Body, h: float
 ) -> Met:
-    """Let the spring and damper of a law pull an avatar against its contact (backward Euler).
-
-    f_s = K (stretch - h xd_s) + B (velocity - xd_s), x_s += h xd_s is xd_s = free - f_s/Z with Z =
-    K h + B: solved as at a wave port, with the object as sampled.
+    """Let an avatar without mass move by f_s = drive - impedance xd_s against its contact, solved
+    as at a wave port, with the object as sampled. Spring and damper to the device (backward Euler)
+    are drive = K stretch + B velocity, impedance = K h + B.
     """
-    impedance = law.stiffness * h + law.damping
-    free = each(_free, (stretch, velocity), law.stiffness, law.damping, impedance)
+    free = scaled(drive, 1.0 / impedance)
     f = contact_unwrapped(contact, free, body.xd, impedance, h)
-    xd = each(loaded_axis, (free, f), impedance)
+    xd = minus(free, scaled(f, 1.0 / impedance))
     contact, lost_j = slid(contact, scaled(xd, h))
     return Met(kept, xd, f, contact, minus(xd, body.xd), -1.0, lost_j)
-
-
-def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:
-    return (k * stretch + b * velocity) / impedance
