@@ -158,12 +158,10 @@ def accounts_of_user(controller: str, channel: str, master: MasterParams) -> tup
     strict = is_strict(controller, channel)
     velocity, position = master.velocity_filter, master.position
     found = list(accounts.OF_STRICT if strict else ())
-    if velocity.is_on and not velocity.in_force:
-        found.append(accounts.VELOCITY_FILTER)
+    if velocity.is_on:
+        found.append(accounts.FORCE_FILTER if velocity.in_force else accounts.VELOCITY_FILTER)
     if master.bank.is_on:
         found += accounts.OF_BANK
-    if velocity.is_on and velocity.in_force:
-        found.append(accounts.FORCE_FILTER)
     if position.is_on:
         lent = strict or position.as_published
         found += accounts.OF_POSITION[:1] if lent else accounts.OF_POSITION

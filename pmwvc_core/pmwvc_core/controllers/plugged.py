@@ -25,7 +25,7 @@ from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.contacts import Contact, contact_force, contact_heat, offset_of, slid
-from pmwvc_core.law.server.coupling import object_pushed
+from pmwvc_core.law.server.coupling import object_pushed, pulled
 from pmwvc_core.law.server.server_port import (
     Environment,
     UserPort,
@@ -35,7 +35,7 @@ from pmwvc_core.law.server.server_port import (
     potential_j,
 )
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, squared, zero
-from pmwvc_core.law.without_waves.ends import port_without_waves, pulled
+from pmwvc_core.law.without_waves.ends import port_without_waves
 
 
 class DeviceTick(NamedTuple):
@@ -95,9 +95,8 @@ def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
     (backward Euler): a force [N] and a damper [N s/m]. A spring K and damper B to the device are
     drive = K (position - x_s) + B velocity, impedance = K h + B.
     """
-    met = pulled(None, step.contact, drive, impedance, step.body, step.period_s)
-    lost_j = met.lost_j + step.period_s * contact_heat(met.contact, met.rate)
-    return Moved(plus(step.body.x, offset_of(met.contact)), met.xd, met.f, met.contact, lost_j)
+    xd, f, contact, lost_j = pulled(step.contact, drive, impedance, step.body, step.period_s)
+    return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)
 
 
 def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:

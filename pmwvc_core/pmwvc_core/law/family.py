@@ -36,11 +36,6 @@ def no_accounts(first: Any, *others: Any) -> Any:
     return ()
 
 
-def none_j(first: Any, *others: Any) -> float:
-    """Return no energy [J]."""
-    return 0.0
-
-
 def never(first: Any, *others: Any) -> bool:
     """Tell that it is not so."""
     return False

@@ -115,7 +115,4 @@ def total(start: float, values: Vector) -> float:
 
 def is_zero(a: Vector) -> bool:
     """Tell whether every element is zero."""
-    nothing = True
-    for i in range(len(a)):
-        nothing = nothing and a[i] == 0.0
-    return nothing
+    return a == zero(a)

@@ -73,13 +73,12 @@ def object_of(server: ServerParams) -> BodyLaw:
 
 def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
     """Return the contact of an avatar that has not joined."""
-    face, grips = 0.5 * side * size, contact.grips
+    face = 0.5 * side * size
     law = ContactLaw(
         contact.contact_stiffness, contact.contact_damping, -float(side), face, contact.gap_m
     )
-    first = Spring(0.0, face, True, False) if grips else Spring(0.0, 0.0, False, False)
-    across = Spring(0.0, 0.0, False, False)
-    return Contact(law, grips, (first,) + (across,) * (axes - 1))
+    first = Spring(0.0, face, True) if contact.grips else Spring(0.0, 0.0, False)
+    return Contact(law, (first,) + (Spring(0.0, 0.0, False),) * (axes - 1))
 
 
 def server_params(

@@ -122,7 +122,7 @@ def changed_user(
         of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
         silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
         arrivals = arrivals._replace(silence=silence)
-    of_limits = q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
+    of_limits = q.limits._replace(brake_stiffness=p.limits.brake_stiffness)
     of_arrivals = p.arrivals._replace(timeout_s=timeout_s)
     q = q._replace(port=of_port, limits=of_limits, arrivals=of_arrivals)
     return s._replace(port=port, arrivals=arrivals), q
@@ -159,17 +159,14 @@ def _changed_filters(s: Any, p: Any, q: Any, rest: Any, *, anew: bool) -> tuple[
     """Return the filters of a port and their parameters; which there are never changes."""
     if not isinstance(q, FilteredParams):
         return s, q
-    near, far, force = s.near, s.far, s.force
-    if anew:
-        near, force = (  # at rest, but they go on counting
-            each._replace(kept_j=old.kept_j) if hasattr(each, "kept_j") else each
-            for each, old in ((rest.near, near), (rest.force, force))
-        )
-    else:
-        q = q._replace(near=p.near, force=p.force)
+    near, far = s.near, s.far
+    if not anew:
+        q = q._replace(near=p.near)
+    elif hasattr(near, "kept_j"):
+        near = rest.near._replace(kept_j=near.kept_j)  # at rest, but it goes on counting
     if isinstance(far, Bank):
         local = changed_local(far.local, p.far.local, q.far.local)
         if q.far[:4] != p.far[:4]:  # another split starts at zero
             far = rest.far._replace(energies=far.energies)
         far = far._replace(local=local)
-    return Filtered(near, far, force, s.held, s.gains), q
+    return Filtered(near, far, s.held, s.gains), q

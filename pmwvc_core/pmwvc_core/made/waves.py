@@ -107,14 +107,14 @@ def _made_filters(
     if not own.is_on and not master.bank.is_on:
         return NOTHING, NOTHING
     near: tuple[Any, Any] = NOTHING, NOTHING
-    force, far = near, near
+    far = near
     if own.is_on:
         high, twice = sections_of(passing(master, "high")), own.splits  # through the pair twice
         low = sections_of(passing(master, "low")) if twice else ()
         velocity = VelocityParams(high * (1 + twice), low, own.share, master.tick_s)
         lows, highs = ((resting_cascade(each),) * axes for each in (velocity.low, velocity.high))
         if own.in_force:
-            force = InForce(highs, 0.0), velocity
+            near = InForce(highs, 0.0), velocity
         else:
             near = InWaves(lows, lows, highs, rest, rest, 0.0), velocity
     if master.bank.is_on:
@@ -125,7 +125,7 @@ def _made_filters(
             model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
         bank = bank_of(master, model)
         far = resting_bank(axes, bank), bank
-    states, params = zip(near, far, force, strict=True)
+    states, params = zip(near, far, strict=True)
     return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)
 
 

@@ -149,9 +149,8 @@ def _held(
     stored_j: float, users: tuple[Seen, ...], before: tuple[UserPort, ...],
     ports: tuple[UserPort, ...], p: BlackBoxParams,
 ) -> float:  # fmt: skip
-    """Return what can still come out: the environment's energy and that of late decoding [J].
-    Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again;
-    with a slope it gives out up to G/b times what the environment does.
+    """Return what can still come out [J]: what is stored, up to G/b times that with a slope, and
+    |F|^2 h/(2b), which decoding with F(n-1) took while a force built up.
     """
     most, late_j = 0.0, 0.0
     for i in range(len(ports)):

@@ -102,10 +102,11 @@ def packing_params(deadband: DeadbandParams) -> PackingParams:
 
 
 def pack(
-    s: Packing, sent: Sent, period_s: float, now_ns: int, short: bool, waits: bool, anew: bool,
+    s: Packing, sent: Sent, period_s: float, now_ns: int, told: tuple[bool, bool], anew: bool,
     leaves: bool, echo: int, events: int, p: PackingParams,
 ) -> tuple[Packing, Packet, bool]:  # fmt: skip
     """Add a sample; return its packet, and whether that is sent: anything new in it needs one."""
+    short, waits = told
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
     flags = (events != s.events) * 8 + waits * 4 + anew * 2 + leaves
@@ -151,12 +152,9 @@ class Silence(NamedTuple):
 
 def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
     """Note a packet by its number; ``waits``: its sender has no waves of this end."""
-    unreceived_ns = s.unreceived_ns
-    if not waits:
-        unreceived_ns = NEVER_NS
-    elif unreceived_ns == NEVER_NS:
-        unreceived_ns = now_ns
-    return s._replace(accepted_ns=now_ns, unreceived_ns=unreceived_ns, number=number)
+    since_ns = now_ns if s.unreceived_ns == NEVER_NS else s.unreceived_ns
+    since_ns = since_ns if waits else NEVER_NS
+    return s._replace(accepted_ns=now_ns, unreceived_ns=since_ns, number=number)
 
 
 def is_silent(s: Silence, now_ns: int) -> bool:

@@ -53,9 +53,8 @@ def rough_count(s: Counts) -> float:
 
 
 def counts(s: Counts, x: float, xd: float, h: float) -> tuple[Counts, tuple[float, float, float]]:
-    """Take what was measured after a tick of length h [s]; return the change of the position over
-    it as the wave has it and as the force's work counts it [m], and the velocity for the force
-    [m/s].
+    """Take what was measured after a tick of h [s]; return the way in it as the wave has it and as
+    the force's work counts it [m], and the velocity for the force [m/s].
     """
     before, jump = s.x, x - s.seen
     step = abs(jump)

@@ -150,7 +150,7 @@ class Bank(NamedTuple):
     high_up: tuple[Cascade, ...]
     high_down: tuple[Cascade, ...]
     local: Any
-    energies: tuple[float, float, float, float]  # to and from server and local model [J]
+    energies: Vector  # to and from server and local model [J]
 
 
 class BankFilters(NamedTuple):
@@ -168,18 +168,14 @@ def bank_of(master: MasterParams, local: Any) -> BankFilters:
     """Return the parameters of the bank of a master around a local model."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
     filters = found.low_up, found.low_down, found.high_up, found.high_down
-    low_up, low_down, high_up, high_down = (
-        () if each is None else sections_of(each) for each in filters
-    )
-    return BankFilters(low_up, low_down, high_up, high_down, local, master.tick_s)
+    sections = [() if each is None else sections_of(each) for each in filters]
+    return BankFilters._make([*sections, local, master.tick_s])
 
 
 def resting_bank(axes: int, p: BankFilters) -> Bank:
     """Return a bank at rest."""
-    filters = p.low_up, p.low_down, p.high_up, p.high_down
-    low_up, low_down, high_up, high_down = ((resting_cascade(each),) * axes for each in filters)
-    local, nothing = resting_local(p.local, axes), (0.0, 0.0, 0.0, 0.0)
-    return Bank(low_up, low_down, high_up, high_down, local, nothing)
+    cascades = [(resting_cascade(each),) * axes for each in p[:4]]
+    return Bank._make([*cascades, resting_local(p.local, axes), (0.0,) * 4])
 
 
 @port_filters.part_in.member(Bank)

@@ -32,18 +32,7 @@ from operator import add
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts, passed
-from pmwvc_core.law.vectors import (
-    Vector,
-    columns,
-    dot,
-    each,
-    filled,
-    minus,
-    plus,
-    scaled,
-    squared,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, columns, dot, each, filled, minus, plus, scaled, squared
 from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
 from pmwvc_core.law.wave.wave import along, damper, wave_u
 
@@ -64,7 +53,7 @@ def _shortening(u: Vector, held: Vector, answer: Vector, missing: float) -> tupl
 def _wave_shortened(
     s: Any, u_m: Vector, v_m: Vector, missing: float, b: Any
 ) -> tuple[Vector, Vector, float]:
-    ratio, deficit = _shortening(u_m, v_m, zero(u_m), missing)
+    ratio, deficit = _shortening(u_m, v_m, filled(u_m, 0.0), missing)
     return scaled(u_m, ratio), v_m, deficit
 
 
@@ -73,7 +62,7 @@ def _bare(s: Any, v: Vector, x: Vector, xd: Vector, p: Any, b: Any) -> tuple[Any
 
 
 def _no_answer(s: Any, v: Vector, x: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector, Vector]:
-    return s, v, zero(x), filled(b.values, 0.0)
+    return s, v, filled(x, 0.0), filled(b.values, 0.0)
 
 
 def _closed(gain: float) -> float:
@@ -99,9 +88,8 @@ part_velocity = Family("part_velocity", passed)  # (s, xd, p, b) -> (s, velocity
 class Filtered(NamedTuple):
     """A port with filters."""
 
-    near: Any  # to the device
+    near: Any  # to the device: the velocity filter
     far: Any
-    force: Any  # of its velocity
     held: Vector  # w + v0 [sqrt(W)]: what is in v_m whatever u_m is
     gains: Vector  # of their answer
 
@@ -111,7 +99,6 @@ class FilteredParams(NamedTuple):
 
     near: Any
     far: Any
-    force: Any
     impedance: Any
 
 
@@ -121,11 +108,11 @@ def _filtered(
 ) -> tuple[Filtered, Vector, Vector]:
     far, v, answer, gains = part_in(s.far, v, x, p.far, b)
     near, v, own, others = part_in(s.near, v, x, p.near, b)
-    force, for_force = part_velocity(s.force, xd, p.force, b)
+    near, for_force = part_velocity(near, xd, p.near, b)
     held, gains = plus(v, plus(answer, own)), each(add, (gains, others))
     natural = wave_u(b, xd, held)
     v_m = plus(held, along(b, each(_closed, (gains,)), natural))
-    return Filtered(near, far, force, held, gains), v_m, for_force
+    return Filtered(near, far, held, gains), v_m, for_force
 
 
 @wave_shortened.member(Filtered)
@@ -146,8 +133,7 @@ def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, V
 
 @filters_energies.member(Filtered)
 def _filtered_energies(s: Filtered, p: FilteredParams) -> Vector:
-    outer = part_energies(s.near, p.near) + part_energies(s.far, p.far)
-    return outer + part_energies(s.force, p.force)
+    return part_energies(s.near, p.near) + part_energies(s.far, p.far)
 
 
 class InWaves(NamedTuple):

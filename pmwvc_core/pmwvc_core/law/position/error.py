@@ -133,9 +133,8 @@ def error_packet(
 def error_tick(
     s: PositionError, x: Vector, avatar_x: Vector, v: Vector, down: Vector, p: PositionParams
 ) -> tuple[PositionError, Vector]:
-    """Return e [m] for a device at x, once a tick: zero until an avatar's first packet. The avatar
-    is at ``avatar_x``; ``down``: integral of the waves on their way back [sqrt(W) s]; v: of the
-    tick.
+    """Return e [m] of a tick for a device at x: zero until an avatar's first packet. ``down``:
+    integral of the waves on their way back [sqrt(W) s]; v: of the tick.
     """
     rest = reference = s.reference
     referenced, residual, left, error = s.referenced, s.residual, s.left, zero(x)

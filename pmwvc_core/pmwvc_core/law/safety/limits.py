@@ -70,18 +70,17 @@ class LimitsParams(NamedTuple):
     soft_start_s: float
     tick_s: float
     reach: float  # [m]
-    brakes: bool
-    brake_stiffness: float  # [N/m]
+    brake_stiffness: float  # [N/m] 0: no brake
 
 
 def limits_params(
     safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
 ) -> LimitsParams:
-    """Return the limits of a force loop; a brake of no stiffness is none."""
+    """Return the limits of a force loop."""
     return LimitsParams(
         safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
         max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
-        reach, brake > 0.0, brake,
+        reach, brake,
     )  # fmt: skip
 
 
@@ -97,11 +96,10 @@ def limits(
 ) -> tuple[Limits, Vector]:  # fmt: skip
     """Return the force for the device [N] in the place of the one asked for. ``coupled``: the
     server has answered; ``sensed``: the device knows its motion; ``interrupted``: no waves come,
-    at this end or at the server; ``unreceived``: the server has had none of this user for too
-    long.
+    here or at the server; ``unreceived``: the server has had none of this user for too long.
     """
-    brake, holds = s.brake, False
-    if p.brakes:
+    brake, holds, brakes = s.brake, False, p.brake_stiffness > 0.0
+    if brakes:
         brake, holds = holding(brake, interrupted, x, s.f, p.tick_s, p.brake_stiffness)
     good = within(f, LARGEST) and within(x, LARGEST) and within(xd, LARGEST)
     if not good:
@@ -111,7 +109,7 @@ def limits(
     lost = coupled and missing_s > LOST_S
     gone = coupled and not sensed and (ever or lost)
     overdue = silence_s > p.release_s
-    silent = active and silence_s > s.silence_s and (interrupted or overdue or not p.brakes)
+    silent = active and silence_s > s.silence_s and (interrupted or overdue or not brakes)
     fast = active and speed > p.damper_velocity**2
     faulty = s.faulty or (active and speed > p.fault_velocity**2)
     outside = active and not within(x, p.reach)
@@ -135,29 +133,15 @@ def limits(
     disturbed = gone or (active and (damped or unreceived or not force))
     limited = limited and force and not damped
     events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
-    cause = NONE
-    if faulty:
-        cause = RUNAWAY
-    elif lost:
-        cause = DEVICE_LOST
-    elif gone:
-        cause = DEVICE_SILENT
-    elif not active:
-        cause = WAITING
-    elif not good:
-        cause = NOT_FINITE
-    elif silent:
-        cause = RELEASED if released else SILENT
-    elif outside:
-        cause = OUTSIDE
-    elif fast:
-        cause = TOO_FAST
-    elif unreceived:
-        cause = UNRECEIVED
-    elif gain < 1.0:
-        cause = SOFT_START
-    elif holds and brake_limit(brake.largest) > 0.0:
-        cause = LATE
+    cause = (  # the first of these that there is
+        RUNAWAY if faulty else
+        DEVICE_LOST if lost else DEVICE_SILENT if gone else
+        WAITING if not active else NOT_FINITE if not good else
+        RELEASED if released else SILENT if silent else
+        OUTSIDE if outside else TOO_FAST if fast else
+        UNRECEIVED if unreceived else SOFT_START if gain < 1.0 else
+        LATE if holds and brake_limit(brake.largest) > 0.0 else NONE
+    )  # fmt: skip
     quiet = silent and not (fast or outside)
     s = Limits(
         applied, brake, s.silence_s, gain, push, ready, damped, returns, quiet, ever, missing_s,
@@ -174,7 +158,7 @@ def _faded(
     """
     recovers, quiet, gain = s.damped and not damped, s.quiet and s.ready, s.gain
     returns = (quiet if recovers else s.returns) and force
-    if recovers and not (quiet and p.brakes):
+    if recovers and not (quiet and p.brake_stiffness > 0.0):
         gain *= s.push
     if released:
         gain = max(gain - p.tick_s / LET_GO_S, 0.0)

@@ -28,13 +28,12 @@ class Contact(NamedTuple):
     """The contact of an avatar."""
 
     law: ContactLaw
-    grips: bool
     springs: tuple[Spring, ...]  # per axis
 
 
 def touching(c: Contact) -> bool:
     """Tell whether a force can act."""
-    return not c.grips or depth(c.springs[0], c.law) > 0.0
+    return not c.springs[0].one_sided or depth(c.springs[0], c.law) > 0.0
 
 
 def offset_of(c: Contact) -> Vector:
@@ -59,8 +58,8 @@ def attached(c: Contact, offset: Vector) -> Contact:
 def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
     if s.one_sided:
         outside = min(law.inward * (offset - law.face), -law.gap)
-        return Spring(law.inward * outside, law.face, True, False)
-    return Spring(0.0, offset, False, False)
+        return Spring(law.inward * outside, law.face, True)
+    return Spring(0.0, offset, False)
 
 
 def detached(c: Contact) -> tuple[Contact, float]:
@@ -71,7 +70,7 @@ def detached(c: Contact) -> tuple[Contact, float]:
 def _detached(s: Spring, law: ContactLaw) -> Spring:
     if s.one_sided:
         return s._replace(deflection=law.inward * min(depth(s, law), 0.0), one_sided=True)
-    return Spring(0.0, s.rest + s.deflection, False, False)
+    return Spring(0.0, s.rest + s.deflection, False)
 
 
 def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Contact, float]:
@@ -79,7 +78,7 @@ def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Conta
     old = c.law
     law = old._replace(stiffness=stiffness, damping=damping)
     lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
-    return Contact(law, c.grips, each(_changed, (c.springs,), old, law)), lost_j
+    return Contact(law, each(_changed, (c.springs,), old, law)), lost_j
 
 
 def _changed(s: Spring, old: ContactLaw, new: ContactLaw) -> Spring:
@@ -89,20 +88,20 @@ def _changed(s: Spring, old: ContactLaw, new: ContactLaw) -> Spring:
     if ratio == 1.0:  # to the last bit
         return s
     deflection = s.deflection * ratio
-    changed = Spring(deflection, s.rest + s.deflection - deflection, s.one_sided, s.one_sided)
-    return _returned(changed, new)
+    changed = Spring(deflection, s.rest + s.deflection - deflection, s.one_sided)
+    return _returned(changed, new) if s.one_sided else changed
 
 
 def _returned(s: Spring, law: ContactLaw) -> Spring:
     """Shift the face back where it is not touched, at most to the avatar."""
-    if not s.shifted:
+    if s.rest == law.face:
         return s
     inside = depth(s, law)
     shift = law.inward * (s.rest - law.face)
     back = 0.0 if inside > 0.0 else min(shift, -inside)
     left = 0.0 if back == shift else shift - back
     deflection = s.deflection + law.inward * back
-    return Spring(deflection, law.face + law.inward * left, s.one_sided, left != 0.0)
+    return Spring(deflection, law.face + law.inward * left, True)
 
 
 def contact_force(c: Contact, rate: Vector) -> Vector:
@@ -140,7 +139,7 @@ def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple
             heat_j += law.damping * way_inside * (law.inward * rate[i])
         else:
             heat_j += stored(s, law) - stored(after, law)
-    moved, dropped_j = _loosened(Contact(law, c.grips, springs))
+    moved, dropped_j = _loosened(Contact(law, springs))
     return moved, heat_j + dropped_j
 
 
@@ -154,8 +153,8 @@ def _moved(s: Spring, way: float, held: bool, law: ContactLaw) -> Spring:
     if s.one_sided:
         return _returned(s._replace(deflection=s.deflection + way, one_sided=True), law)
     if held:
-        return Spring(s.deflection + way, s.rest, False, False)
-    return Spring(s.deflection, s.rest + way, False, False)
+        return Spring(s.deflection + way, s.rest, False)
+    return Spring(s.deflection, s.rest + way, False)
 
 
 def _loosened(c: Contact) -> tuple[Contact, float]:

@@ -30,7 +30,7 @@ one frame late (App. B, Eq. 14, the sign of f_s/b corrected; Fig. 2)
 Equations: docs/theory.md 4.4, 4.5, 4.6, 4.7, 4.8.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, Nothing
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, pushed_body
@@ -143,60 +143,64 @@ def _left_behind(a: Avatar, way: Vector) -> tuple[Avatar, float]:
     return a._replace(contact=contact), dropped_j
 
 
-@couple.member(OneStepDelay)
-def _one_step_delay(
-    p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
-) -> Step:
-    avatars, body, lost_j = object_pushed(avatars, body, law)
-    moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
-    return moved, body, total(lost_j, lost), True
+Stepped = tuple[Vector, Vector, Contact, float]
+stepped = Family("stepped")  # (p, a, xd_o, h) -> (xd, f, contact, lost_j) of an avatar
 
 
-def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar, float]:
+def pulled(contact: Contact, drive: Vector, impedance: float, body: Body, h: float) -> Stepped:
+    """Let an avatar without mass move by f_s = drive - impedance xd_s against its contact. Spring
+    and damper (backward Euler) are drive = K stretch + B velocity, impedance = K h + B.
+    """
+    free = scaled(drive, 1.0 / impedance)
+    f = contact_unwrapped(contact, free, body.xd, impedance, h)
+    xd = minus(free, scaled(f, 1.0 / impedance))
+    contact, dropped_j = slid(contact, scaled(xd, h))
+    return xd, f, contact, dropped_j + h * contact_heat(contact, minus(xd, body.xd))
+
+
+def _stepped(a: Avatar, p: Any, xd_o: Vector, h: float) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
-    xd = wave_velocity(a.impedance, a.u, a.f)
-    contact, lost_j = slid(a.contact, plus(scaled(a.xd, p.old_s), scaled(xd, p.new_s)))
-    rate = minus(xd, xd_o)
-    lost_j += h * contact_heat(contact, rate)
-    f = contact_force(contact, rate)
+    xd, f, contact, lost_j = stepped(p, a, xd_o, h)
     return a._replace(xd=xd, f=f, contact=contact), lost_j
 
 
-@couple.member(Unwrapped)
-def _unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+@couple.member(OneStepDelay, Unwrapped)
+def _after_object(p: Any, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     avatars, body, lost_j = object_pushed(avatars, body, law)
-    moved, lost = columns(each(_solved_avatar, (avatars,), p, body.xd, law.period_s))
+    moved, lost = columns(each(_stepped, (avatars,), p, body.xd, law.period_s))
     return moved, body, total(lost_j, lost), True
 
 
-def _solved_avatar(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar, float]:
-    if not a.present:
-        return a, 0.0
+@couple.member(OneFrameLate)
+def _before_object(p: Any, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    moved, lost = columns(each(_stepped, (avatars,), p, body.xd, law.period_s))
+    moved, body, lost_j = object_pushed(moved, body, law)
+    return moved, body, total(lost_j, lost), True
+
+
+@stepped.member(OneStepDelay)
+def _one_step_delay(p: OneStepDelay, a: Avatar, xd_o: Vector, h: float) -> Stepped:
+    xd = wave_velocity(a.impedance, a.u, a.f)
+    contact, lost_j = slid(a.contact, plus(scaled(a.xd, p.old_s), scaled(xd, p.new_s)))
+    rate = minus(xd, xd_o)
+    return xd, contact_force(contact, rate), contact, lost_j + h * contact_heat(contact, rate)
+
+
+@stepped.member(Unwrapped)
+def _unwrapped(p: Unwrapped, a: Avatar, xd_o: Vector, h: float) -> Stepped:
     contact, lost_j = slid(a.contact, scaled(a.xd, p.old_s))
     free = free_velocity(a.impedance, a.u)
     f = solved_contact(a.impedance, contact, free, xd_o, p.new_s)
     xd = loaded(a.impedance, free, f)
     contact, dropped_j = slid(contact, scaled(xd, p.new_s))
-    lost_j += dropped_j + h * contact_heat(contact, minus(xd, xd_o))
-    return a._replace(xd=xd, f=f, contact=contact), lost_j
+    return xd, f, contact, lost_j + dropped_j + h * contact_heat(contact, minus(xd, xd_o))
 
 
-@couple.member(OneFrameLate)
-def _one_frame_late(
-    p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
-) -> Step:
-    moved, lost = columns(each(_late, (avatars,), body.xd, law.period_s))
-    moved, body, lost_j = object_pushed(moved, body, law)
-    return moved, body, total(lost_j, lost), True
-
-
-def _late(a: Avatar, xd_o: Vector, h: float) -> tuple[Avatar, float]:
-    if not a.present:
-        return a, 0.0
+@stepped.member(OneFrameLate)
+def _one_frame_late(p: OneFrameLate, a: Avatar, xd_o: Vector, h: float) -> Stepped:
     rate = minus(a.xd, xd_o)
     f = contact_force(a.contact, rate)
     contact, lost_j = slid(a.contact, scaled(a.xd, h))
     lost_j += h * contact_heat(a.contact, rate)
-    xd = wave_velocity(a.impedance, a.u, f)
-    return a._replace(xd=xd, f=f, contact=contact), lost_j
+    return wave_velocity(a.impedance, a.u, f), f, contact, lost_j

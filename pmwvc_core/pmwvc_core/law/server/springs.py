@@ -47,7 +47,6 @@ class Spring(NamedTuple):
     deflection: float
     rest: float
     one_sided: bool  # of a grip, along axis 0
-    shifted: bool  # its face
 
 
 class Answer(NamedTuple):
@@ -81,9 +80,8 @@ def force_at(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
 def loop_force(
     s: Spring, free: float, xd_o: float, b: float, weight: float, held: bool, law: ContactLaw
 ) -> float:
-    """Return the force [N] that fits xd = free - f/b and a move of weight xd; of a grip the one
-    that keeps the avatar inside and pushes, else 0: the sampled law jumps where the damper begins
-    to act, so contact begins only once the avatar ends inside although it is pushed back.
+    """Return the force [N] that fits xd = free - f/b and a move of weight xd; of a grip 0 unless
+    the avatar, pushed back, ends inside: the sampled law jumps where the damper begins to act.
     """
     gain = law.damping + weight * law.stiffness
     force = law.stiffness * s.deflection + gain * free - law.damping * xd_o

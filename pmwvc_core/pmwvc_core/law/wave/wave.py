@@ -154,9 +154,8 @@ def wave_j(wave: Vector, time_s: float) -> float:
 
 
 def affordable(wave: Vector, change: Vector, power: float) -> tuple[Vector, float]:
-    """Return as much of a change w of a wave v [sqrt(W)] as the energy covers, and its cost
-    (negative where the wave gets smaller): the longest s w, 0 <= s <= 1, with |v + s w|^2 - |v|^2
-    <= power, which is twice the power that may be spent: |v|^2 is 2 W.
+    """Return the longest part s w, 0 <= s <= 1, of a change w of a wave v [sqrt(W)] for which its
+    cost |v + s w|^2 - |v|^2 <= power, twice what may be spent [W]; and that cost.
     """
     along, size = dot(wave, change), squared(change)
     cost = 2.0 * along + size
@@ -170,11 +169,9 @@ def affordable(wave: Vector, change: Vector, power: float) -> tuple[Vector, floa
 
 
 def repayment(undelivered: Vector, wave: Vector, free_j: float) -> Vector:
-    """Return the wave that delivers what is undelivered, U [sqrt(W) s], as fast as its energy
-    allows.
-
-    A wave w along U beside v costs v + w/2 for each part of it. So with an energy E that may be
-    spent [J], w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
+    """Return the wave that delivers what is undelivered, U [sqrt(W) s], as fast as E allows, the
+    energy that may be spent [J]. A wave w along U beside v costs v + w/2 for each part of it: so
+    w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
     """
     size = math.sqrt(squared(undelivered))
     if size == 0.0:

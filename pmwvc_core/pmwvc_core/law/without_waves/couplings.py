@@ -24,11 +24,12 @@ from typing import NamedTuple
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.motion import Body
-from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
+from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, offset_of, slid
+from pmwvc_core.law.server.coupling import pulled
 from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, meet, pulled
+from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, meet
 
 
 class Held(NamedTuple):
@@ -52,7 +53,8 @@ def _meet(p: Direct, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -
     contact, lost_j = slid(a.contact, minus(came.position, place))
     rate = minus(came.wave, body.xd)
     f = contact_force(contact, rate)
-    return Met(s.brake, came.wave, f, contact, rate, -1.0, lost_j)
+    lost_j += h * contact_heat(contact, rate)
+    return Met(s.brake, came.wave, f, contact, lost_j, -1.0)
 
 
 class VirtualCoupling(NamedTuple):
@@ -99,4 +101,5 @@ def _pull(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Ava
 def _pulled(p: VirtualCoupling, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     stretch = minus(came.position, s.x_s)
     drive = plus(scaled(stretch, p.stiffness), scaled(came.wave, p.damping))
-    return pulled(s.brake, a.contact, drive, p.stiffness * h + p.damping, body, h)
+    xd, f, contact, lost_j = pulled(a.contact, drive, p.stiffness * h + p.damping, body, h)
+    return Met(s.brake, xd, f, contact, lost_j, -1.0)

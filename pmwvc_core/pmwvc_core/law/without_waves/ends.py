@@ -21,14 +21,7 @@ from pmwvc_core.law.family import Family, no_accounts, same
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
-from pmwvc_core.law.server.contacts import (
-    Avatar,
-    Contact,
-    contact_heat,
-    contact_unwrapped,
-    offset_of,
-    slid,
-)
+from pmwvc_core.law.server.contacts import Avatar, Contact, offset_of
 from pmwvc_core.law.server.coupling import object_pushed
 from pmwvc_core.law.server.server_port import (
     Came,
@@ -42,7 +35,7 @@ from pmwvc_core.law.server.server_port import (
     port_shown,
     potential_j,
 )
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, total, zero
 
 
 class DeviceEnd(NamedTuple):
@@ -150,9 +143,8 @@ class Met(NamedTuple):
     xd: Vector  # [m/s]
     f: Vector  # [N] on the object
     contact: Contact
-    rate: Vector  # [m/s] relative velocity that the contact's damper had
+    lost_j: float  # heat of the contact, springs let go
     sent_j: float  # running sum for the packets; below zero: none
-    lost_j: float
 
 
 # (law, port, avatar, came, body, h) -> Met: move an avatar and form its force; the position that
@@ -179,9 +171,8 @@ def _meet(
     answer = minus(x_s, s.offset) if sprung else met.f
     flow_j = h * dot(met.f, met.xd)
     u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
-    lost_j = met.lost_j + h * contact_heat(met.contact, met.rate)
     s = UserPort(avatar, met.kept, s.offset, x_s, answer, u_j, v_j, met.sent_j, s.extra)
-    return s, lost_j
+    return s, met.lost_j
 
 
 @environment_energies.member(AvatarEndParams)
@@ -198,17 +189,3 @@ def port_without_waves(p: Any, s: Environment, user: int) -> PortShown:
     """Return a port whose waves are none."""
     port = s.ports[user]
     return PortShown(zero(port.v_s), in_touch(port), 0.0)
-
-
-def pulled(
-    kept: Any, contact: Contact, drive: Vector, impedance: float, body: Body, h: float
-) -> Met:
-    """Let an avatar without mass move by f_s = drive - impedance xd_s against its contact, solved
-    as at a wave port, with the object as sampled. Spring and damper to the device (backward Euler)
-    are drive = K stretch + B velocity, impedance = K h + B.
-    """
-    free = scaled(drive, 1.0 / impedance)
-    f = contact_unwrapped(contact, free, body.xd, impedance, h)
-    xd = minus(free, scaled(f, 1.0 / impedance))
-    contact, lost_j = slid(contact, scaled(xd, h))
-    return Met(kept, xd, f, contact, minus(xd, body.xd), -1.0, lost_j)

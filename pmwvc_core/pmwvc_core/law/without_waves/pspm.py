@@ -26,10 +26,11 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.contacts import Avatar, offset_of
+from pmwvc_core.law.server.coupling import pulled
 from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet, pulled
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
 
 
 class Pspm(NamedTuple):
@@ -155,7 +156,7 @@ def _meet(p: Pspm, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> 
     spring: ModulatedSpring = s.brake if s.brake.placed else spring_let_go(s.brake, s.x_s)
     spring = aimed(taken_in(spring, came.received_j), came.position, s.x_s, p)
     drive = scaled(minus(spring.q, s.x_s), p.stiffness)
-    met = pulled(spring, a.contact, drive, p.stiffness * h + p.damping, body, h)
-    x_s, work_j = plus(body.x, offset_of(met.contact)), -h * dot(met.f, met.xd)
+    xd, f, contact, lost_j = pulled(a.contact, drive, p.stiffness * h + p.damping, body, h)
+    x_s, work_j = plus(body.x, offset_of(contact)), -h * dot(f, xd)
     spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)
-    return met._replace(kept=spring, sent_j=spring.sent_j)
+    return Met(spring, xd, f, contact, lost_j, spring.sent_j)

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
-from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
+from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, offset_of, slid
 from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
@@ -151,4 +151,5 @@ def _meet(p: Tdpa, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> 
     if size > LEAST:  # the nearest velocity that gives out no more than may be
         xd = minus(xd, scaled(f, overdraft_j(observer, h * dot(f, xd)) / (h * size)))
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
-    return Met(observer, xd, f, contact, rate, observer.in_j, lost_j)
+    lost_j += h * contact_heat(contact, rate)
+    return Met(observer, xd, f, contact, lost_j, observer.in_j)
