@@ -7,7 +7,6 @@ import pytest
 from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
 from support.law_rigs import Port, Users
 
-from pmwvc_core.law.channel.arrivals import received_j
 from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, aimed, divided, set_to
 from pmwvc_core.law.without_waves.tdpa import Observer, informed, observed, overdraft_j
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
@@ -49,9 +48,9 @@ class TestWhatArrives:
     def taken(self, *packets):
         port, taken = master_of("tdpa"), []
         for each in packets:
-            before = received_j(port.arrivals)
+            before = port.arrivals.received_j
             port.on_packet(each)
-            taken.append(received_j(port.arrivals) - before)
+            taken.append(port.arrivals.received_j - before)
         return taken
 
     def test_only_what_a_sum_has_grown_since_the_newest_packet(self):

@@ -86,12 +86,10 @@ def server_step(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
     )
     dissipated_j = total(before.dissipated_j, lost)
-    after = environment_step(
-        p.environment, before._replace(ports=ports, dissipated_j=dissipated_j), came
-    )
-    guests, ports, answers = columns(
-        each(_gone, (guests, after.ports, p.guests), now_ns, p.period_s)
-    )
+    before = before._replace(ports=ports, dissipated_j=dissipated_j)
+    after = environment_step(p.environment, before, came)
+    rows = guests, after.ports, p.guests
+    guests, ports, answers = columns(each(_gone, rows, now_ns, p.period_s))
     together = True
     for i in range(len(guests)):
         together = together and guests[i].presence == COUPLED

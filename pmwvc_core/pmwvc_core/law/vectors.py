@@ -19,12 +19,10 @@ def each(law: Callable[..., Any], rows: tuple[tuple[Any, ...], ...], *shared: An
     return tuple([law(*of_one, *shared) for of_one in zip(*rows, strict=True)])
 
 
-def chain(
-    law: Callable[..., Any], states: tuple[Any, ...], u: float, params: tuple[Any, ...]
-) -> Any:
+def chain(law: Callable[..., Any], s: tuple[Any, ...], u: float, params: tuple[Any, ...]) -> Any:
     """Return states and output of ``law(state, input, params) -> (state, output)`` in a row."""
     after = []
-    for state, p in zip(states, params, strict=True):
+    for state, p in zip(s, params, strict=True):
         state, u = law(state, u, p)
         after.append(state)
     return tuple(after), u

@@ -18,12 +18,7 @@ repays 0.3 of the difference in the next step. Equations: docs/theory.md 5.1, 5.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box.compensations import (
-    PortWave,
-    Treatment,
-    compensated,
-    compensation_energies,
-)
+from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated, compensation_energies
 from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
 from pmwvc_core.law.black_box.touched import ahead, exchange, visited
 from pmwvc_core.law.motion import BodyLaw
@@ -73,7 +68,7 @@ class BlackBoxParams(NamedTuple):
     """Parameters of a black box and its ports."""
 
     environment: Any
-    compensation: Treatment
+    compensation: Terms
     body: BodyLaw  # its period is the time step
     brakes: bool  # of the avatars (the strict channel)
     old_s: float  # weights of old and new velocity in an avatar's displacement
@@ -125,19 +120,19 @@ def _start(s: UserPort, old_s: float) -> Vector:
 def _taken(
     s: Seen, port: UserPort, start: Vector, velocity: Vector, force: Vector, answered: bool,
     p: BlackBoxParams,
-) -> tuple[UserPort, PortWave, Accounts]:  # fmt: skip
+) -> tuple[UserPort, Pair, Accounts]:  # fmt: skip
     """Give a port velocity and force; return its waves, zero where it is contained, and sums."""
     a, h, rest = port.avatar, p.body.period_s, zero(start)
     if not a.present:
-        return port, PortWave(rest, rest, 0.0), Accounts(0.0, 0.0, 0.0, 0.0)
+        return port, Pair(rest, rest, 0.0), Accounts(0.0, 0.0, 0.0, 0.0)
     if answered and s.usable and not s.jumped:
         exact = wave_velocity(a.impedance, a.u, force)
         late_w = dot(force, minus(exact, velocity))
-        wave = PortWave(a.u, wave_v(a.impedance, a.u, force), late_w)
+        wave = Pair(a.u, wave_v(a.impedance, a.u, force), late_w)
         sums = Accounts(h * dot(force, velocity), h * late_w, 0.0, 0.0)
     else:
         velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
-        force, wave = damper(a.impedance, velocity), PortWave(rest, rest, 0.0)
+        force, wave = damper(a.impedance, velocity), Pair(rest, rest, 0.0)
         sums = Accounts(0.0, 0.0, 0.0, wave_j(a.u, h))
     avatar = a._replace(xd=velocity, f=force)
     x_s = plus(start, scaled(velocity, p.new_s))

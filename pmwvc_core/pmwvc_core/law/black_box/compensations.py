@@ -30,7 +30,7 @@ from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import ServerParams
 
 
-class PortWave(NamedTuple):
+class Pair(NamedTuple):
     """The signals of one user's port in a step; zeros where nobody is there."""
 
     u: Vector  # [sqrt(W)] received
@@ -38,7 +38,7 @@ class PortWave(NamedTuple):
     late_w: float  # F . (xd as it should have been - xd as decoded), mostly < 0
 
 
-class Treatment(NamedTuple):
+class Terms(NamedTuple):
     """Parameters of any compensation: time step, allowance and cap."""
 
     period_s: float
@@ -68,20 +68,20 @@ class JointLedger(NamedTuple):
 
 
 Waves = tuple[Vector, ...]
-PortWaves = tuple[PortWave, ...]
+Pairs = tuple[Pair, ...]
 
 
-def compensation_params(params: ServerParams) -> Treatment:
+def compensation_params(params: ServerParams) -> Terms:
     """Return the parameters of any compensation."""
     h = params.period_s
-    return Treatment(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
+    return Terms(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
 
 
-def _shortened(wave: PortWave, ratio: float) -> Vector:
+def _shortened(wave: Pair, ratio: float) -> Vector:
     return scaled(wave.v, ratio)
 
 
-def _untreated(s: Any, waves: PortWaves, held_j: float, p: Treatment) -> tuple[Any, Waves]:
+def _untreated(s: Any, waves: Pairs, held_j: float, p: Terms) -> tuple[Any, Waves]:
     return s, each(_shortened, (waves,), 1.0)
 
 
@@ -92,14 +92,12 @@ compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -
 
 
 @compensated.member(AsPublished)
-def _printed(
-    s: AsPublished, waves: PortWaves, held_j: float, p: Treatment
-) -> tuple[AsPublished, Waves]:
+def _printed(s: AsPublished, waves: Pairs, held_j: float, p: Terms) -> tuple[AsPublished, Waves]:
     late_j, longer = columns(each(_longer, (s.late_j, waves), p.period_s))
     return AsPublished(late_j), longer
 
 
-def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
+def _longer(late_j: float, wave: Pair, h: float) -> tuple[float, Vector]:
     late_j += h * wave.late_w
     old = squared(wave.v)
     ratio = math.sqrt((old - 2.0 * min(late_j, 0.0)) / old) if old > 0.0 else 0.0
@@ -107,9 +105,7 @@ def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
 
 
 @compensated.member(Corrected)
-def _corrected(
-    s: Corrected, waves: PortWaves, held_j: float, p: Treatment
-) -> tuple[Corrected, Waves]:
+def _corrected(s: Corrected, waves: Pairs, held_j: float, p: Terms) -> tuple[Corrected, Waves]:
     deficit_w, have_w = s.deficit_w, 0.0
     for i in range(len(waves)):
         deficit_w -= waves[i].late_w
@@ -120,14 +116,12 @@ def _corrected(
 
 
 @compensation_energies.member(Corrected)
-def _deficit(s: Corrected, p: Treatment) -> Vector:
+def _deficit(s: Corrected, p: Terms) -> Vector:
     return (p.period_s * s.deficit_w,)
 
 
 @compensated.member(JointLedger)
-def _ledger(
-    s: JointLedger, waves: PortWaves, held_j: float, p: Treatment
-) -> tuple[JointLedger, Waves]:
+def _ledger(s: JointLedger, waves: Pairs, held_j: float, p: Terms) -> tuple[JointLedger, Waves]:
     have_j, cost_j = s.tank_j, 0.0
     for i in range(len(waves)):
         have_j += wave_j(waves[i].u, p.period_s)
@@ -143,5 +137,5 @@ def _ledger(
 
 
 @compensation_energies.member(JointLedger)
-def _tank(s: JointLedger, p: Treatment) -> Vector:
+def _tank(s: JointLedger, p: Terms) -> Vector:
     return (s.tank_j, s.granted_j, s.capped_j)

@@ -143,9 +143,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
             mistaken = zero(mistaken)
     wave, moved = scaled(integral, 1.0 / duration_s), s.moved
     moved = moved._replace(received_j=moved.received_j + energy_j)
-    return Playout(
-        pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved
-    )  # fmt: skip
+    return Playout(pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved)
 
 
 def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:

@@ -85,9 +85,7 @@ def error_sent(
     sent, sent_s = plus(s.sent, scaled(wave, frame_s)), s.sent_s + frame_s
     kept = s.posted[1:] if len(s.posted) > KEPT else s.posted
     posted = [*kept, Posted(number, sent, sent_s)]
-    return s._replace(
-        sent=sent, sent_s=sent_s, frame_s=frame_s, since=zero(y), y=y, posted=posted
-    )  # fmt: skip
+    return s._replace(sent=sent, sent_s=sent_s, frame_s=frame_s, since=zero(y), y=y, posted=posted)
 
 
 def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
