@@ -179,6 +179,7 @@ class RunningSession(Session):
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
                 self._notices.changed(self.scenario(), wanted)
+                self._feed.window.changed()
                 why = await self._change(control, wanted, value)
         except PmwvcError as error:
             return Answer(False, str(error))
@@ -203,9 +204,11 @@ class RunningSession(Session):
         state, scenario = self._state(), self._scenario
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
+            self._feed.window.judge(scenario, live=self._live)
             self._text = verdict(
                 self._feed,
                 self._names,
+                most_n={user.name: user.safety.max_force for user in scenario.users},
                 storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
                 exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),

@@ -82,7 +82,7 @@ ROOMS = {
     ),
     "command line": Room(4_626, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_480, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(4_257, 3_000, ("pmwvc_view",)),
+    "page": Room(4_196, 3_000, ("pmwvc_view",)),
 }
 
 

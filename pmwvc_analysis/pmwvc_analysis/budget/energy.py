@@ -6,16 +6,10 @@
     E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2
     E_hand = sum_k F_k (x_{k+1} - x_k) - sum_n (|u_s|^2 - |v_s|^2) T_VE / 2
 
-at every server step. One below zero has generated energy. E_hand is judged at the port where the
-hand is (:mod:`..traces.hand_work`). On the strict channel what went up is the energy that packets
-were paid with, and what came down is the wave of the playout and what it released to the node
-beside it. Without waves, and where something at the device answers the outgoing wave at once
-(velocity filter, filter bank), only E_hand exists.
-
-A tick counts once it has run, a server step with its whole period at its start, when it really
-ran: cause is never behind effect.
-
-Equations: docs/theory.md 13.1, 13.2, 13.3.
+at every server step. On the strict channel packets were paid with what went up, and what came
+down is the playout's wave with what it released beside it. Without waves, and where something at
+the device answers the outgoing wave at once, only E_hand exists. A tick counts once it has run, a
+server step with its whole period at its start (theory.md 13.1, 13.2, 13.3).
 """
 
 from dataclasses import dataclass, field
@@ -66,7 +60,7 @@ class Balance:
 
     @property
     def minimum_time_s(self) -> float | None:
-        """Time of the lowest balance, or None when it never went below zero [s]."""
+        """Time of the lowest balance [s]; None: it never was below zero."""
         return float(self.time_s[int(np.argmin(self.balance_j))]) if self.minimum_j < 0.0 else None
 
 

@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The distance of a device from its avatar: what is kept of it since joining, and the rest.
 
-Where a user joins, the avatar may have to begin elsewhere than its device is. The distance then is
+Where a user joins, the avatar may have to begin elsewhere than its device is. That distance is
 kept, less what the avatar has slid to its device since; position error is what goes beyond it::
 
     kept  = position sent - x_s     at the first coupled step: device's frame less server's
     kept <- kept - slid
     error = x_m - x_s - kept
 
-Where the packet of that step was not recorded, ``kept`` begins with x_m - x_s. A stay ends where
-the user leaves, or its master or the server is started again.
+A stay ends where the user leaves, or its master or the server is started again.
 """
 
 from typing import Any, NamedTuple

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The voluntary band: the frequencies at which hands, and an environment of the library, move on
-purpose.
+"""The voluntary band: the frequencies at which hands and environments move on purpose.
 
 For a target that rests, hands move below half a hertz; while they close, below 6 Hz over the
 duration of the closing in s. Packets and server steps make images of purposeful motion: of motion

@@ -2,19 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The force that a hand feels: how abruptly it changes, and for how long it is missing.
 
-A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N``. Left
-out is what an impact makes, ``IMPACT_S`` from the instant at which the avatar makes contact.
-Nothing is known across what was not recorded; where a loop stood still, its last force stayed on.
+A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N``; what
+an impact makes within ``IMPACT_S`` is left out. The *undisturbed force* is the median while the
+master is coupled and the avatar touches, of a hand that means to hold a force, from ``BLOW_N`` on.
 
-The *undisturbed force* is the median while the master is coupled and the avatar touches. It is
-defined where the hand means to hold a force (a simulated hand or a constant force on a simulated
-device), from ``BLOW_N`` on. Time below half of it counts from the first tick at which a hand that
-has closed feels it.
-
-*Disturbed* is a user that is not coupled, or has less than half of its undisturbed force, though
-the scenario does not take that away: while the session starts, in outages of a link, and while a
-node that it kills or stops does not run; each with the time ``BACK_S``, the soft start and a round
-trip to be coupled again.
+*Disturbed* is a user that is not coupled, or has less than half of that force once it was felt,
+though the scenario does not take it away: at the start, in outages of a link, while a node that it
+kills or stops does not run; each with the time to be coupled again.
 """
 
 from typing import NamedTuple

@@ -2,16 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The work of the hand at the port where it is: the force applied times the distance moved.
 
-The force F_k is held while the device goes from x_k to x_{k+1}, so the hand gives the sum of
+F_k is held while the device goes from x_k to x_{k+1}, so the hand gives the sum of
 F_k . (x_{k+1} - x_k). The master records that sum at the end of every block: a simulated device's
 is that of its true motion; a real one's, with the step q of its encoder, may be off by up to
-
-    q/2 [|F_n| + sum |F_k - F_{k-1}|].
-
-Which of both a recording has shows from itself: the sums of the blocks are those of the recorded
-positions, or they are not.
-
-Equations: docs/theory.md 13.7, 13.8.
+q/2 [|F_n| + sum |F_k - F_{k-1}|] (theory.md 13.7, 13.8).
 """
 
 from typing import NamedTuple

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Servers that were started again in a session, and the energy sums across such a start.
 
-While no server runs its sums stand still, and the balances of the links are judged all the time.
 The last steps of a server that was killed may be missing in the record: they are a hole. What it
 sent in them is read from its packets, or is no less than its users received. What it had received
-and not used, what came while none ran (:func:`died_up`), and what the playout at a device
-discards, is left in no balance, where it would hide what is generated later.
-
-Equations: docs/theory.md 13.12.
+and not used, what came while none ran, and what the playout at a device discards, is left in no
+balance, where it would hide what is generated later (theory.md 13.12).
 """
 
 from typing import NamedTuple

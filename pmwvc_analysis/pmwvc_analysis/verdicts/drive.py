@@ -22,10 +22,10 @@ from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
 from pmwvc_core.numeric import Array
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces, UserTraces
 
 DRIVES = 0.1  # share of the work from which on one side drives a motion
-CYCLES = 10.0  # a loop gives so many times what masses and springs hold, and not once
+CYCLES = 4.0  # a loop gives so many times what masses and springs hold; a passive one: 2.3 once
 
 
 class Drive(NamedTuple):
@@ -56,27 +56,56 @@ class Drive(NamedTuple):
 UNKNOWN = Drive(0.0, 0.0, 0.0, False)
 
 
-def drive(traces: SessionTraces, scenario: Scenario | None, start_s: float, end_s: float) -> Drive:
-    """Return who drove the motion between two instants [s]; ``UNKNOWN`` where the environment has
-    energy of its own, or a user's ticks were not all recorded.
+class Work(NamedTuple):
+    """What the loop gave to a device in motion beyond half a hertz, tick by tick [J], with the
+    parts of force [N] and position [m] beyond it, ``(tick, dof)``.
+    """
+
+    user: UserTraces
+    mass: float
+    force: Array
+    x: Array
+    given_j: Array
+
+
+def works(traces: SessionTraces, scenario: Scenario | None) -> list[Work]:
+    """Return the work on every device of a session; none where the environment has energy of its
+    own, or a user of the scenario was not recorded.
     """
     if scenario is None or scenario.environment.own_energy(scenario.server):
-        return UNKNOWN
-    known = {user.name: user for user in scenario.users}
-    given_j = moved_j = held_j = 0.0
+        return []
+    known, found = {user.name: user for user in scenario.users}, []
     for user in traces.users:
+        finite = np.isfinite(user.x_m).all() and np.isfinite(user.f_applied).all()
+        if user.name not in known or not finite:
+            return []
+        force, x = (beyond(a, user.tick_s, REST_BAND_HZ) for a in (user.f_applied, user.x_m))
+        given_j = -np.sum(force * np.diff(x, axis=0, append=x[-1:]), axis=-1)
+        found.append(Work(user, known[user.name].device.mass, force, x, given_j))
+    return found if len(found) >= len(known) else []
+
+
+def drive(
+    traces: SessionTraces,
+    scenario: Scenario | None,
+    start_s: float,
+    end_s: float,
+    done: Sequence[Work] | None = None,
+) -> Drive:
+    """Return who drove the motion between two instants [s]; ``UNKNOWN`` where no :func:`works`
+    are known (``done``, if they were asked for already), or ticks were not recorded.
+    """
+    given_j = moved_j = held_j = 0.0
+    for user, mass, force, x, work_j in works(traces, scenario) if done is None else done:
         inside = (user.time_s >= start_s) & (user.time_s <= end_s)
         whole = round((end_s - max(start_s, float(user.time_s[0]))) / user.tick_s) - 2
-        if user.name not in known or inside.sum() < max(whole, 2):
+        if inside.sum() < max(whole, 2):
             return UNKNOWN
-        if not (np.isfinite(user.x_m).all() and np.isfinite(user.f_applied).all()):
-            return UNKNOWN
-        force, x = (beyond(a, user.tick_s, REST_BAND_HZ) for a in (user.f_applied, user.x_m))
-        work_j = -np.sum(force * np.diff(x, axis=0, append=x[-1:]), axis=-1)[inside]
-        given_j, moved_j = given_j + float(work_j.sum()), moved_j + float(np.abs(work_j).sum())
-        held_j += 0.5 * known[user.name].device.mass * _longest(user.xd_m[inside]) ** 2
+        given_j += float(work_j[inside].sum())
+        moved_j += float(np.abs(work_j[inside]).sum())
+        held_j += 0.5 * mass * _longest(user.xd_m[inside]) ** 2
         held_j += 0.5 * _longest(force[inside]) * _longest(x[inside])  # of a spring in between
-    if len(traces.users) < len(known) or not moved_j > 0.0:
+    if scenario is None or not moved_j > 0.0:
         return UNKNOWN
     if (server := traces.server) is not None:
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
@@ -92,9 +121,10 @@ def drive(traces: SessionTraces, scenario: Scenario | None, start_s: float, end_
 
 def kept_driven(traces: SessionTraces, scenario: Scenario | None, moved: Sequence[Motion]) -> str:
     """Return which motion the loop drove at any time of a session, in words; empty: none."""
-    for motion in (replace(each, band_hz=REST_BAND_HZ) for each in moved):
+    done = works(traces, scenario)
+    for motion in (replace(each, band_hz=REST_BAND_HZ) for each in moved if done):
         for start_s, end_s in shaking(motion):
-            found = drive(traces, scenario, start_s, end_s)
+            found = drive(traces, scenario, start_s, end_s, done)
             if found.by_loop:
                 during = f"from {start_s:.2f} to {end_s:.2f} s"
                 given = f"the loop gave the hands {quantity(found.given_j, 'J')} in the meantime"

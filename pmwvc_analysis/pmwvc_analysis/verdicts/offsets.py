@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The predicted offsets of devices from their avatars beside those measured at the end.
 
-F tau/(2b) is the offset of a press at rest that the channel alone decides. So nothing is compared
-where the session was not stable, where a limit has cut the force of device or avatar, or where the
-offset still changes.
+F tau/(2b) is the offset of a press at rest that the channel alone decides: nothing is compared in
+a session that was not stable, where a limit has cut a force, or where the offset still changes.
 """
 
 import math
@@ -175,5 +174,4 @@ def same_lag(steady: Sequence[Stage]) -> bool:
         ]
         return [scenario.server.coupling, scenario.server.integrator, links, ends]
 
-    first = decides(steady[0].scenario)
-    return all(decides(stage.scenario) == first for stage in steady[1:])
+    return all(decides(each.scenario) == decides(steady[0].scenario) for each in steady[1:])

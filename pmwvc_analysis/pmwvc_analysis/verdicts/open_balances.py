@@ -2,18 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The balances that a recording leaves open: across its holes, and between two clocks.
 
-*Holes.* Master and server keep running sums, and those of waves only grow: in a hole
-E(t) >= in(start) - out(end). Where that is above the limit, the balance is judged across it. At
-the port of the hand, where only the server's records are missing,
-
-    E_hand(t) >= work(t) - u_s(end) + v_s(start)
-
-with the work tick by tick.
+*Holes.* Running sums of waves only grow: in a hole E(t) >= in(start) - out(end). Where that is
+above the limit, the balance is judged across it. Where only the server's records are missing,
+E_hand(t) >= work(t) - u_s(end) + v_s(start), with the work tick by tick.
 
 *Clocks.* A balance below the limit at every alignment of two hosts' clocks within its uncertainty
-is a violation; one below at some is not judged.
-
-Equations: docs/theory.md 13.9.
+is a violation; one below at some is not judged (theory.md 13.9).
 """
 
 from collections.abc import Sequence

@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """RMS velocity above the band in which an operator moves voluntarily (:mod:`..traces.bands`).
 
-A hand that moves in steps, an object let go or contact made for the first time give short bursts
-of fast motion; a median over quarter-second windows passes over them. Motion is judged from the
-middle of the session, or from the last time that contact was made or lost or a parameter changed
-if that is later; less than a second after it, it is unknown whether the vibration decays.
-
-Motion is filtered piece by piece between rows that are missing; where less than half of the
-windows of the end or the middle are known, there is no verdict.
+A median over quarter-second windows passes over short bursts: a hand's step, a first contact.
+Motion is judged from the middle of the session, or from the last contact or change of a parameter
+if that is later; less than a second after it, it is unknown whether it decays. Motion is filtered
+piece by piece between missing rows; where less than half of the windows is known there is no
+verdict.
 """
 
 import itertools
@@ -187,11 +185,15 @@ def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
     return found
 
 
-def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
-    """Return what is judged of a session: the motion of every device and of the object."""
+def motions(
+    traces: SessionTraces, scenario: Scenario | None, since_s: float = 0.0
+) -> list[Motion]:
+    """Return what is judged of a session, from ``since_s`` on at the earliest: the motion of every
+    device and of the object.
+    """
     server = traces.server
     band, images = DEFAULT_BAND_HZ, 0.0
-    since_s = _disturbed_s(traces)
+    since_s = max(since_s, _disturbed_s(traces))
     if scenario is not None:
         last = stages(traces, scenario)[-1]
         since_s = max(since_s, last.start_s)

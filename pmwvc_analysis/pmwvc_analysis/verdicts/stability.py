@@ -5,25 +5,20 @@
 In this order:
 
 ``diverged``
-    a signal is not finite, a wave is longer than any that a receiver takes, a position is more
-    than half the workspace outside of it, or the oscillation (below) grows beyond 50 mm/s.
+    a signal is not finite, a wave longer than receivers take, a position more than half the
+    workspace outside of it, or an oscillation grows beyond 50 mm/s.
 ``limited by safety``
-    a fault, repeated braking for speed, or forces shortened again and again (limits.py). At the
-    largest force, while nothing oscillates, the hand may have pushed harder than the device can:
-    that is not judged.
+    a fault, repeated braking for speed, or forces shortened again and again (limits.py).
 ``environment lost``
-    the energy limit of a black box's port displaced the device so far that most of its
-    depth is neither the environment's nor the link's (environment.py).
+    the energy limit of a black box's port displaced the device too far (environment.py).
 ``sustained oscillation``
-    motion faster than anybody's on purpose that does not die out (oscillation.py), or, at any
-    time of the session, one that the loop drove (drive.py). Not judged is one that became less
-    from third to third; a change of less than a tenth where the exact model, hands off, decays as
-    slowly; contact made or lost or a parameter changed less than a second before the end; and
-    packets that came unevenly (traces/arrivals.py), which move devices as well. What hands drive
-    is theirs where the exact model decays, else not judged; nor is what they throw out of the
-    workspace. A loop that is seen to keep a motion up (kept_up.py) is judged all the same.
+    motion faster than anybody's on purpose that does not die out (oscillation.py), or one that
+    the loop drove at any time (drive.py).
 
-Where a verdict contradicts the exact model, the words say so.
+Not judged is what fades too slowly to tell, what hands did where no exact model decays, contact
+made or lost or a parameter changed just before the end, packets that came unevenly
+(traces/arrivals.py) unless the loop is seen to keep the motion up (kept_up.py), and a device that
+never moved. Where a verdict contradicts the exact model, the words say so.
 """
 
 import math
@@ -73,9 +68,9 @@ class Verdict(NamedTuple):
     oscillation_m_s: float
 
 
-def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
-    """Judge one session."""
-    moved = motions(traces, scenario)
+def verdict(traces: SessionTraces, scenario: Scenario | None, *, since_s: float = 0.0) -> Verdict:
+    """Judge one session; what goes on at its end is judged from ``since_s`` on at the earliest."""
+    moved = motions(traces, scenario, since_s)
     found = [(strength(motion, traces.duration_s), motion) for motion in moved]
     strongest = max((each.late_m_s for each, _ in found), default=0.0)
     judgement = _judged(traces, scenario, found)
@@ -133,6 +128,10 @@ def _judged(
         return _unknown(f"too little of the motion of {unknown} was recorded")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
+    if traces.users and not any(
+        np.abs(user.xd_m).max() > OSCILLATION_M_S for user in traces.users
+    ):
+        return _unknown(f"no device moved faster than {OSCILLATION_M_S * 1e3:g} mm/s")
     return True, None, explained or _quiet_words([found for found, _ in strengths])
 
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.shaking import Waits
-from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
+from pmwvc_view.feed.traces import NS, OBJECT, Block, Step
 from pmwvc_view.feed.user import FeedUser
+from pmwvc_view.feed.window import Window
 from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout, Snapshot
 
 PATIENCE_NS = 60_000_000
@@ -28,7 +28,7 @@ DELAYS = 64  # newest packets of a link of which the delay is the mean
 
 
 class Feed:
-    """Rows of a session from its traces; the scenario tells what motion is on purpose.
+    """Rows of a session from its traces, and the window of its newest seconds.
 
     ``zero_ns`` is the time of the first trace, from which the rows' time counts; None before.
     """
@@ -42,8 +42,8 @@ class Feed:
         scenario: Scenario | None = None,
     ) -> None:
         self._layout = layout
-        self._waits = Waits(scenario, users)
-        self._users = {name: FeedUser(layout, name, scenario, self._waits) for name in users}
+        self.window = Window(users)
+        self._users = {name: FeedUser(layout, name, scenario) for name in users}
         self._every = list(self._users.values())
         self._period_ns = period_ns
         self._steps: deque[Step] = deque()
@@ -66,9 +66,7 @@ class Feed:
         self._begin(block.start_ns)
         one.end_ns = block.end_ns
         one.blocks.append(block)
-        one.shaking.block(
-            block.start_ns, block.period_ns, block.signals[XD_M], block.signals[F_APPLIED]
-        )
+        self.window.block(user, block)
         if block.sums is not None:
             one.accounts.block(block.sums)
 
@@ -82,16 +80,13 @@ class Feed:
         for name, sums in step.sums.items():
             if name in self._users:
                 self._users[name].accounts.step(sums)
-        for one, contact in zip(self._every, step.contact, strict=False):
-            if contact != one.in_contact:
-                one.in_contact = contact
-                one.shaking.contacts.append(step.start_ns)
+        self.window.step(step)
 
     def on_packets(self, link: int, columns: Array) -> None:
         """Take in packets of a link, ``(n, 4)``: number, time in and out [ns] (0: never), fate."""
         if self.zero_ns is None or not len(columns):
             return
-        self._waits.packets(link, columns[:, 2])
+        self.window.packets(link, columns)
         rows = np.empty((len(columns), len(PACKET)))
         rows[:, 0] = link
         rows[:, 1] = columns[:, 0]
@@ -142,9 +137,6 @@ class Feed:
         others = self.others
         for index, one in enumerate(self._every):
             one.follow_lag(*map(others.get, one.lag_columns))
-            if one.aims(others.get(one.target_column)):
-                for other in self._every:
-                    other.shaking.moved_ns = due_ns
             one.write(row, due_ns, self._step, index)
         self._layout.set(row, others)
         for one in self._every:

@@ -8,6 +8,8 @@ Vectors stand in one array in the order of a row's columns, so that a row takes 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed.accounts import MasterSums, ServerSums
 
@@ -36,6 +38,11 @@ class Block(NamedTuple):
     def ticks(self) -> int:
         """Number of ticks."""
         return int(self.signals.shape[1])
+
+    @property
+    def f_applied(self) -> Array:
+        """Force applied ``(ticks, dof)`` [N]."""
+        return np.asarray(self.signals[F_APPLIED])
 
     @property
     def end_ns(self) -> int:

@@ -6,7 +6,6 @@ row.
 
 import math
 from collections import deque
-from typing import Any
 
 import numpy as np
 
@@ -16,17 +15,14 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.accounts import Accounts
-from pmwvc_view.feed.shaking import Shaking, Waits
 from pmwvc_view.feed.traces import (
     AVATAR,
     F_APPLIED,
-    F_H,
     GONE_S,
     NS,
     SIGNALS,
     X_M,
     X_S,
-    XD_M,
     Block,
     Step,
 )
@@ -34,15 +30,13 @@ from pmwvc_view.protocol.snapshot import ENERGIES, Layout
 
 LOADED_N = 0.1  # force from which a device counts as loaded
 APART_M = 3e-3  # more than a press takes: so far from its avatar a device was when it joined
-MOVED_M = 5e-4  # by which a target moves on purpose
-OPEN_N = 1e-6  # force of an open hand beyond its brake's
 LAG = ("lag", "impedance")
 NUMBERS = ("state", "missed", "delay_up", "delay_down", *ENERGIES)
 UNKNOWN = (math.nan,) * 3
 
 
 class FeedUser:
-    """See above; the scenario tells what motion is on purpose; ``waits`` are those of all links.
+    """See above.
 
     Attributes
     ----------
@@ -51,7 +45,7 @@ class FeedUser:
         is ``gone``).
     apart
         Whether its avatar is away from its device since it joined.
-    lag_columns, target_column
+    lag_columns
         Names of columns whose values are given from elsewhere; ``lag_at``: the lag's place.
     loaded_change
         Whether tau/(2b) changed under load since the device was coupled.
@@ -59,11 +53,9 @@ class FeedUser:
         Mean delay of the newest packets, up and down [s].
     """
 
-    def __init__(self, layout: Layout, name: str, scenario: Scenario | None, waits: Waits) -> None:
+    def __init__(self, layout: Layout, name: str, scenario: Scenario | None) -> None:
         self.blocks: deque[Block] = deque()
         self._shown = 0  # ticks of the first of them
-        self.shaking = Shaking(scenario, name, waits)
-        self.in_contact = False
         self.loaded_change = False
         self.accounts = Accounts()
         self.end_ns = -1
@@ -72,20 +64,15 @@ class FeedUser:
         self.reason = ""
         self.lag_columns = tuple(f"{name}.{column}" for column in LAG)
         self.lag_at = layout.slices[f"{name}.lag"].start
-        self.target_column = f"{name}.target"
         self.delays_s = [math.nan, math.nan]
         self._give = math.nan  # tau/(2b) by the model [m/N]
-        self._brake: float | None = None  # of its open hand, where targets come from outside
         self._why_apart = "it stays while nothing brings the avatar to the device"
         if scenario is not None:
-            (operator,) = (user.operator for user in scenario.users if user.name == name)
-            self._brake = operator.remote.brake if operator.from_outside else None
             self._why_apart = why_kept(
                 waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box
             )
         self._there = self.apart = False
         self._distance_m = math.nan
-        self._anchor: list[float] | None = None  # where the target was when it moved last
         self._missed = math.nan
         self._signals: Array = np.full((len(SIGNALS), layout.dof), math.nan)  # newest tick
         self._signals_at = layout.together(name, SIGNALS)
@@ -151,24 +138,6 @@ class FeedUser:
     def kept_apart(self) -> str:
         """How far the avatar is from the device since the user joined, and why; else nothing."""
         return kept_words(self._distance_m, self._why_apart) if self.apart else ""
-
-    def aims(self, target: Any) -> bool:
-        """Tell whether the hand moves on purpose, given the target of a row [m]; None: no page
-        holds it.
-        """
-        if self._brake is None:
-            return False
-        anchor = self._anchor
-        if target is None:
-            self._anchor = None
-            forces, velocities = self._signals[F_H].tolist(), self._signals[XD_M].tolist()
-            own = (f + self._brake * v for f, v in zip(forces, velocities, strict=True))
-            return anchor is not None or any(abs(each) > OPEN_N for each in own)  # another program
-        position = np.ravel(target).tolist()
-        if anchor is not None and math.dist(position, anchor) < MOVED_M:
-            return False
-        self._anchor = position
-        return True
 
     def follow_lag(self, lag_s: float | None, impedance: float | None) -> None:
         """Note lag [s] and impedance [N s/m] of a row, and whether they changed under load."""

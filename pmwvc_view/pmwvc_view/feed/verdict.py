@@ -4,11 +4,12 @@
 
 It is as of now: what was recorded is judged by the report. Conditions stand in the sentence: since
 when, which accounts, what was not judged. "Good" says that all are coupled, that every account was
-judged and passive, and that no device shakes as far as :mod:`pmwvc_view.feed.shaking` can tell.
+judged and passive, and that the report's judge finds nothing unstable in the newest seconds.
 
 Notices beside it tell what happened to a running session that explains what is seen.
 """
 
+import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -79,6 +80,7 @@ def verdict(
     storage_j: Mapping[str, float],
     exact_hands: Sequence[str],
     notices: Sequence[str],
+    most_n: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Return the text message: verdict, level, users, notices.
 
@@ -91,23 +93,28 @@ def verdict(
         shows: their account from hand to object is judged.
     notices
         What people should know beside the verdict.
+    most_n
+        Largest force of each device [N].
     """
-    level, sentence = _judged(feed, users, storage_j, exact_hands)
+    level, sentence = _judged(feed, users, storage_j, exact_hands, most_n or {})
     states, earlier = {}, []
     for user in users:
         known = feed.user(user)
         word = "no data" if known.state is None else WORDS[known.state]
         note = "; ".join(filter(None, (known.kept_apart, _left_out(known))))
         states[user] = {"state": word, "reason": known.reason, "note": note}
-        if known.shaking.shook is not None:
-            shake, until_ns = known.shaking.shook
-            until_s = (until_ns - (feed.zero_ns or 0)) / NS
-            earlier.append(f"{user} shook until {until_s:.0f} s: up to {shake}.")
+    why, until_s = feed.window.was
+    if why:
+        earlier.append(f"Not stable until {until_s:.0f} s, {why}.")
     return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
 
 def _judged(
-    feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
+    feed: Feed,
+    users: Sequence[str],
+    storage_j: Mapping[str, float],
+    exact: Sequence[str],
+    most_n: Mapping[str, float],
 ) -> tuple[str, str]:
     known = {user: feed.user(user) for user in users}
     faults = [
@@ -116,15 +123,10 @@ def _judged(
     if faults:
         return BAD, f"Force switched off: {'; '.join(faults)}."
     active = _active(feed, users, storage_j, exact)
-    shaking = [
-        f"{user} shakes: {shake}"
-        for user, each in known.items()
-        if (shake := each.shaking.shake) is not None
-    ]
-    if active:
-        return BAD, f"Not passive: {'; '.join(active + shaking)}."
-    if shaking:
-        return BAD, f"Not stable: {'; '.join(shaking)}."
+    unstable = [f"Not stable, {feed.window.why}"] if feed.window.why else []
+    if active or unstable:
+        passive = [f"Not passive: {'; '.join(active)}"] if active else []
+        return BAD, f"{'. '.join(unstable + passive)}."
     waiting = [
         f"{user} {_waits(each)}"
         for user, each in known.items()
@@ -132,7 +134,7 @@ def _judged(
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
-    limits = [(user, each.shaking.limit_n) for user, each in known.items()]
+    limits = [(user, feed.window.limit_n(user, most_n.get(user, math.inf))) for user in users]
     limited = [f"{user} ({limit:.3g} N)" for user, limit in limits if limit is not None]
     if limited:
         return CAUTION, f"All users are coupled; force at its limit: {', '.join(limited)}."
