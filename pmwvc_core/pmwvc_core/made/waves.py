@@ -11,7 +11,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
 from pmwvc_core.law.port.counts import resting_counts
-from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, bank_of, resting_bank
+from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, made_bank
 from pmwvc_core.law.port.master import PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import (
     Filtered,
@@ -25,13 +25,7 @@ from pmwvc_core.law.position.energy_tank import Tank
 from pmwvc_core.law.position.error import PositionError, PositionParams, Posted
 from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.filter_and_hold import (
-    Hold,
-    filter_params,
-    resting_cascade,
-    resting_filter,
-    sections_of,
-)
+from pmwvc_core.law.wave.filter_and_hold import Hold, made_filter, resting_cascade, sections_of
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
@@ -82,8 +76,8 @@ def made_waves(
         return state, StrictMasterParams(
             impedance_, master.tick_s, of_filters, of_position, *lent, playout
         )
-    chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
-    hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, chosen)
+    filter_, chosen = made_filter(master.filter, axes, master.tick_s, master.rate_drop)
+    hold = Hold(rest, rest, rest, 0)
     ticks = master.rate_drop if master.ramps else 1
     return PlainMaster(
         hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5
@@ -123,8 +117,7 @@ def _made_filters(
         model: Any = SpringDamper(local.stiffness, local.damping, *place)
         if local.is_plugin:
             model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
-        bank = bank_of(master, model)
-        far = resting_bank(axes, bank), bank
+        far = made_bank(master, model, axes)
     states, params = zip(near, far, strict=True)
     return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)
 

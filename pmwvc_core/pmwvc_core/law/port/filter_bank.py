@@ -164,18 +164,14 @@ class BankFilters(NamedTuple):
     tick_s: float
 
 
-def bank_of(master: MasterParams, local: Any) -> BankFilters:
-    """Return the parameters of the bank of a master around a local model."""
+def made_bank(master: MasterParams, local: Any, axes: int) -> tuple[Bank, BankFilters]:
+    """Return the bank of a master around a local model, at rest, and its parameters."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
     filters = found.low_up, found.low_down, found.high_up, found.high_down
     sections = [() if each is None else sections_of(each) for each in filters]
-    return BankFilters._make([*sections, local, master.tick_s])
-
-
-def resting_bank(axes: int, p: BankFilters) -> Bank:
-    """Return a bank at rest."""
-    cascades = [(resting_cascade(each),) * axes for each in p[:4]]
-    return Bank._make([*cascades, resting_local(p.local, axes), (0.0,) * 4])
+    cascades = [(resting_cascade(each),) * axes for each in sections]
+    s = Bank._make([*cascades, resting_local(local, axes), (0.0,) * 4])
+    return s, BankFilters._make([*sections, local, master.tick_s])
 
 
 @port_filters.part_in.member(Bank)

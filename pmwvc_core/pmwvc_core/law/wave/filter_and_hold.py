@@ -111,21 +111,17 @@ filter_step = Family("filter_step")  # (s, u, p) -> (s, y): the wave of a tick [
 filter_sample = Family("filter_sample")  # (s, p) -> (s, y): what a packet carries
 
 
-def filter_params(params: FilterParams, *, tick_s: float, rate_drop: int) -> Any:
-    """Return the parameters of a filter: its sections, its pole, or M, the ticks of a frame."""
+def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) -> tuple[Any, Any]:
+    """Return a filter at rest, and its parameters: its sections, its pole, or the ticks M."""
+    nothing, pole = (0.0,) * axes, 0.0
+    if params.kind == "integrate_and_dump":
+        return Mean(nothing, 0), rate_drop
     if params.kind == "butterworth":
-        return sections_of(design(params, tick_s=tick_s))
+        sections = sections_of(design(params, tick_s=tick_s))
+        return Butterworth(nothing, (resting_cascade(sections),) * axes), sections
     if params.kind == "first_order":
-        return math.exp(-float(pole_of(params)) * tick_s)
-    return 0.0 if params.kind == "none" else rate_drop
-
-
-def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
-    """Return a filter at rest."""
-    nothing = (0.0,) * axes
-    if params.kind == "butterworth":
-        return Butterworth(nothing, (resting_cascade(p),) * axes)
-    return Mean(nothing, 0) if params.kind == "integrate_and_dump" else FirstOrder(nothing)
+        pole = math.exp(-float(pole_of(params)) * tick_s)
+    return FirstOrder(nothing), pole
 
 
 @filter_sample.member(FirstOrder, Butterworth)
