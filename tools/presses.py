@@ -4,9 +4,9 @@
 """Presses on a stiff wall, again and again for ten minutes: what is left of the loan of the
 position feedback, and how stiff the wall feels: ``make presses`` writes ``docs/presses.md``.
 
-One hand on the strict channel, 16 ms each way, follows a raised cosine through a grip of 375 N/m
-(from 2 mm before the wall to the depth that takes the force), so that contact is made and lost in
-every press. The loan is E0 = 5 mJ, K_p adapts. Virtual time: 600 s take about two minutes.
+One hand on the strict channel, 16 ms each way, follows a raised cosine through a grip of 375 N/m,
+from 2 mm before the wall to the depth that takes the force. Every press makes and breaks contact.
+E0 = 5 mJ is lent, K_p adapts. Virtual time: 600 s take about two minutes.
 """
 
 import sys
@@ -116,25 +116,25 @@ RUNS = (
     Presses(2000.0, press_s=2.5, settings=()),
 )
 COLUMNS = (
-    *("wall", "press", "loan", "presses", "felt stiffness in press 1, 10, 100, 600 or the last"),
-    *("left of the loan after them", "least balance of the hand's port", "verdict"),
+    *("wall [N/m]", "press", "E0", "presses", "stiffness in press 1, 10, 100, 600 or last [N/m]"),
+    *("energy left [mJ]", "minimum energy balance", "verdict"),
 )
 TEXT = """# Presses
 
-`make presses` writes this page (some ten minutes of computing): {description}
+How long does the initial stored energy of position feedback last? {description}
+`make presses` writes this page (some ten minutes of computing).
+
+![Remaining stored energy, and rendered stiffness of the wall](images/presses.svg)
 
 {table}
 
-![What is left of the loan, and how stiff the wall feels](images/presses.svg)
-
 Slow presses on a wall of stiffness K take K tau (K/(sqrt(2b) K_p) - 1) times the integral of
-xd^2 from the loan, and give that much back where K < sqrt(2b) K_p
-([theory 17.17](theory.md#17-the-strict-channel)). K_p adapts between 0.5 and 1 sqrt(2b)/tau by
-what is left of the loan, so presses leave it at a level above zero up to K = 2b/tau, the
-stiffness of the link itself: {link:.0f} N/m here. On a stiffer wall a slow press uses more
-energy than it returns, and a larger gain would make light contacts oscillate: the loan is used up.
-From then on the feedback uses only what each press returns, and the port stays passive. Quick
-presses return more than they use.
+xd^2 from the stored energy, and return as much where K < sqrt(2b) K_p
+([theory, 17.17](theory.md#17-the-strict-channel)). K_p adapts between 0.5 and 1 sqrt(2b)/tau, so
+some energy remains up to K = 2b/tau, the stiffness of the link: {link:.0f} N/m here. On a stiffer
+wall slow presses exhaust it; a larger gain would make light contacts oscillate. From then on the
+feedback uses only what each press returns, and the port stays passive. Quick presses return more
+than they take.
 """
 
 
@@ -145,12 +145,12 @@ def row(run: Presses, found: Found) -> str:
     felt = ", ".join(f"{found.felt_n_m[number - 1]:.0f}" for number in shown)
     left = ", ".join(f"{1e3 * found.left_j[number - 1]:.1f}" for number in shown)
     cells = (
-        f"{run.stiffness:.0f} N/m",
+        f"{run.stiffness:.0f}",
         f"{run.force_n:g} N in {run.press_s:g} s",
         f"{1e3 * LOAN_J:g} mJ" if run.settings else "none, no feedback",
         f"{count}",
-        f"{felt} N/m",
-        f"{left} mJ" if run.settings else "-",
+        felt,
+        left if run.settings else "-",
         f"{1e3 * found.least_j:.2f} mJ",
         "passive" if found.passive else "NOT passive",
     )
@@ -168,7 +168,7 @@ def main() -> int:
     b = float(scenario_of(RUNS[0], 1.0).users[0].master.impedance)
     head = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
     text = TEXT.format(
-        description=description[0].lower() + description[1:],
+        description=description,
         table="\n".join([*head, *(row(*each) for each in results)]),
         link=2.0 * b / tau_s,
     )

@@ -18,7 +18,6 @@ from benchmark.columns import (
     median_of,
 )
 from benchmark.study import Study
-from pmwvc_core.plural import count
 
 OURS = "strict"
 BETTER = 0.05  # part of the strict channel's value by which another one has to be better
@@ -63,10 +62,16 @@ MEASURES = (
 
 
 def words(study: Study) -> str:
-    """Return an item for each other method: the measures in which it is better by 5 % or more, on
-    how many of the held-out networks and where most, and how often it gave out energy.
+    """Return a table: the measures in which each other method is better by 5 % or more, on how
+    many of the held-out networks, and the clearest of them.
     """
-    return "\n".join(_words(study, name) for name in study.plan.methods if name != OURS) + "\n"
+    others = [name for name in study.plan.methods if name != OURS]
+    lines = [["better in", *(f"`{name}`" for name in others)], ["---"] * (len(others) + 1)]
+    for measure in MEASURES:
+        cells = [_cell(better(study, name, measure)) for name in others]
+        if any(cell != "-" for cell in cells):
+            lines.append([measure.label, *cells])
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
 def better(study: Study, other: str, measure: Measure) -> list[Place]:
@@ -89,20 +94,11 @@ def _ratio(place: Place) -> float:
     return place.other / place.ours if place.ours else math.inf
 
 
-def _words(study: Study, other: str) -> str:
-    parts = []
-    for measure in MEASURES:
-        places = better(study, other, measure)
-        if places:
-            most = places[0]
-            parts.append(
-                f"{measure.label} on {count(len(places), 'network')} (`{most.network}`: "
-                f"{_number(most.other)} against {_number(most.ours)})"
-            )
-    outcomes = [one for row in study.of(other, study.held_out) for one in row]
-    active = sum(one.passive is False for one in outcomes)
-    what = f"is better in {'; '.join(parts)}" if parts else "is better in nothing"
-    return f"- `{other}` {what}. Not passive in {active} of {count(len(outcomes), 'session')}."
+def _cell(places: list[Place]) -> str:
+    if not places:
+        return "-"
+    most = places[0]
+    return f"{len(places)}: `{most.network}` {_number(most.other)} ({_number(most.ours)})"
 
 
 def _number(value: float) -> str:

@@ -33,16 +33,16 @@ ERRORS = (
 PEAK = Column("peak_n", 1.0, "peak force [N]")
 STEP = Column("step_n", 1.0, "step of force [N]")
 OF_SESSION = (
-    Column("deficit_j", 1e3, "given out [mJ]"),
+    Column("deficit_j", 1e3, "released [mJ]"),
     Column("lag_free_error_n", 1.0, "force error less lag [N]"),
     Column("apart_max_m", 1e3, "largest distance [mm]"),
     PEAK,
     STEP,
     Column("least_n", 1.0, "least force [N]"),
     Column("dropout_s", 1e3, "dropouts [ms]"),
-    Column("squeeze_n", 1.0, "mean squeeze [N]"),
+    Column("squeeze_n", 1.0, "mean grip force [N]"),
     Column("grip_lost", 100.0, "grip lost [%]"),
-    Column("kept_back", 100.0, "kept back [%]"),
+    Column("kept_back", 100.0, "absorbed [%]"),
     Column("asymmetry", 100.0, "work asymmetry [%]"),
 )
 Z_WIDTH = Column("z_width", 100.0, "walls rendered [%]", larger=True)
@@ -58,7 +58,7 @@ OF_PROBE = (
     Column("damping_n_s_m", 1.0, "damping [N s/m]", asked=True),
     ERROR,
     Column("drift_m_s", 6e4, "drift [mm/min]"),
-    Column("held_apart_m", 1e3, "apart after the hold [mm]"),
+    Column("held_apart_m", 1e3, "offset after the hold [mm]"),
     COMPLETION,
 )
 

@@ -30,11 +30,12 @@ from pmwvc_analysis.charts import chart_files
 from pmwvc_core.plural import count
 
 PAGE, SESSIONS, PROBES = "benchmark_results.md", "sessions.csv", "probes.csv"
+MEDIANS = "benchmark_results.csv"
 IMAGES = "images"
 ROUNDING = 1e-9  # in the unit of the column: shown as 0
 HEAD = """# Results of the benchmark
 
-Written by {origin}. What is run and what the columns mean: [benchmark](benchmark.md).
+Task, methods and columns: [benchmark](benchmark.md). Written by {origin}.
 
 """
 
@@ -43,6 +44,7 @@ def write(study: Study, folder: Path, origin: str) -> None:
     """Write page, picture and sessions into a folder, made if missing."""
     (folder / IMAGES).mkdir(parents=True, exist_ok=True)
     (folder / PAGE).write_text(page(study, origin), "utf-8")
+    (folder / MEDIANS).write_text(medians(study), "utf-8")
     (folder / SESSIONS).write_text(sessions(study), "utf-8")
     (folder / PROBES).write_text(probes(study), "utf-8")
     chart_files.write(picture(study), folder / IMAGES)
@@ -54,10 +56,10 @@ def page(study: Study, origin: str) -> str:
     head = HEAD.format(origin=origin)
     image = f"![{chart.heading}]({IMAGES}/{PICTURE}.svg)\n\n{chart.caption}"
     others = (
-        "## Where another method is better\n\nMedians of a network that are better than those of "
-        f"`{OURS}` by more than {100.0 * BETTER:g} %, of {len(study.held_out)} networks, of "
-        f"{len(study.probed_on)} for impedance, walls and completion time; in brackets the "
-        "clearest case.\n"
+        "## Where another method is better\n\nNumber of networks on which the median is better "
+        f"than that of `{OURS}` by more than {100.0 * BETTER:g} %, of {len(study.held_out)} "
+        f"({len(study.probed_on)} for impedance, walls and completion time). Then the clearest "
+        f"case, in brackets `{OURS}` there.\n"
     )
     return f"{head}{table(study)}\n{image}\n\n{others}\n{words(study)}"
 
@@ -90,17 +92,16 @@ def table(study: Study) -> str:
     lines += ["", *_medians(study, OF_PROBE)] if study.probed_on else []
     first = study.seed + HELD_OUT_SEED
     sizes = (
-        f"Seed {study.seed}. Search: {plan.candidates} settings for each method on "
-        f"{', '.join(plan.training)}, {count(plan.training_seeds, 'seed')} each. Judged: "
-        f"{len(study.held_out)} other networks, {count(plan.seeds, 'other seed')} each (from "
-        f"{first} on), "
-        f"{plan.duration_s:g} s a session; medians, in brackets 95 % intervals (bootstrap over "
-        "networks and seeds); a session that failed counts as an infinite error. Probes: "
-        f"{count(len(study.probed_on), 'network')} of these ({', '.join(study.probed_on)}), "
-        f"{count(plan.probes, 'seed')} each, {plan.hold_s:g} s of hold."
+        "Medians, in brackets 95 % intervals (of all measures: [benchmark_results.csv]"
+        "(benchmark_results.csv)); a failed session is an infinite error. Settings "
+        f"were searched on {', '.join(plan.training)} ({plan.candidates} settings for each "
+        f"method, {count(plan.training_seeds, 'seed')}) and judged on {len(study.held_out)} other "
+        f"networks ({count(plan.seeds, 'seed')} from {first} on, {plan.duration_s:g} s a session; "
+        f"seed {study.seed}). Probes: {count(len(study.probed_on), 'network')} of these, "
+        f"{count(plan.probes, 'seed')}, {plan.hold_s:g} s of hold: {', '.join(study.probed_on)}."
     )
     chosen = [f"- `{name}`: `{' '.join(each)}`" for name, each in study.chosen.items()]
-    return "\n".join([sizes, "", *lines, "", "Settings that the search chose:", "", *chosen, ""])
+    return "\n".join([sizes, "", *lines, "", "Chosen settings:", "", *chosen, ""])
 
 
 def _medians(study: Study, columns: Sequence[Column]) -> list[str]:
@@ -110,14 +111,24 @@ def _medians(study: Study, columns: Sequence[Column]) -> list[str]:
         _row(["---"] * (len(columns) + 1)),
     ]
     for method in study.plan.methods:
-        cells = []
-        for column in columns:
-            rows = (study.of if column in OF_SESSION else study.measured)(
-                method, _asked(study, column)
-            )
-            cells.append(_cell(median_of(rows, column), column.factor, ""))
+        cells = [_number(each.factor * _median(study, method, each).value) for each in columns]
         lines.append(_row([f"`{method}`", *cells]))
     return lines
+
+
+def medians(study: Study) -> str:
+    """Return the medians of sessions and probes with their intervals, as CSV."""
+    lines = ["method,measure,median,low,high"]
+    for method in study.plan.methods:
+        for column in (*OF_SESSION, *(OF_PROBE if study.probed_on else ())):
+            numbers = [_number(column.factor * each) for each in _median(study, method, column)]
+            lines.append(",".join((method, column.label, *numbers)))
+    return "\n".join(lines) + "\n"
+
+
+def _median(study: Study, method: str, column: Column) -> Interval:
+    rows = study.of if column in OF_SESSION else study.measured
+    return median_of(rows(method, _asked(study, column)), column)
 
 
 def _asked(study: Study, column: Column) -> list[str]:

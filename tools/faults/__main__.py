@@ -14,6 +14,8 @@ from faults.fault import Fault, Outcome
 from faults.groups import GROUPS
 from faults.processes import PROCESSES
 from faults.sessions import SESSIONS
+from pmwvc_analysis.traces.felt import BLOW_N
+from pmwvc_analysis.verdicts.check import BREAK_S
 
 FAULTS = {
     fault.number: fault
@@ -22,21 +24,26 @@ FAULTS = {
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 HEAD = """# Faults
 
-Every fault that is tried, the requirement and the result; `make faults` tries all again and writes
-this page (about ten minutes); `PYTHONPATH=tools .venv/bin/python -m faults F05c F22a` tries some
-and writes their rows. In virtual time two hands carry a cube on the strict channel, 16 ms each
-way, for 18 s; *live* means real processes on one machine, whose numbers differ from run to run
-(here: {machine}; starting a process takes seconds there).
-A force changes by at most 0.3 N in 1 ms (a blow is more: a fifth of the grip), the half second
-after a contact left out; beside what was done a user is uncoupled, or has less than half of its
-undisturbed force, for at most 0.1 s, as long as a grip takes to react to a load.
-"Passive" is judged as in every report; a device may be F (T1 + T2)/(2b) + 1 mm from its avatar.
-T1 + T2 is the time that waves take from port to port and back, playouts included: the median of
-what the playouts report in the last second. Beside it stands the lag by which the displacements of
-the waves at both ends fit each other over the last 3 s. A disturbance that ends must leave no lag
-behind: there, as after outages, T is the nominal one, of mean delays and frames.
+Injected faults, requirement and result. Two hands carry a cube on the strict channel, 16 ms each
+way, 18 s of virtual time. *Live* rows run real processes on one machine ({machine};
+starting a process takes seconds there), so their numbers vary.
+`make faults` repeats all and writes this page (about ten minutes);
+`PYTHONPATH=tools .venv/bin/python -m faults F05c F22a` repeats some and writes their rows.
 
-| fault | done | had to hold | seen | verdict |
+* *Step*: largest change of force in 1 ms; allowed: {step:g} N, a fifth of the grip. The half
+  second after a contact is left out.
+* *Below half*: time with less than half of the undisturbed force. *Beside the fault*: such time,
+  and time uncoupled, outside outages and stopped nodes; allowed: {gone:g} ms, the reaction time of
+  a grip. Zeros are left out.
+* *Peak*: largest force over that of the undisturbed session.
+* *Offset*: distance of device and avatar in the last second, mean and maximum; allowed:
+  F T/(2b) + 1 mm.
+* *T*: T1 + T2, port to port and back, as the playouts report it (median of the last second).
+  *Fit*: by the waves' displacement over the last 3 s. *Nominal*: mean delays and packet intervals;
+  a fault that has ended must meet the nominal bound.
+* `plain`: the same fault on the plain channel, verdict and largest offset in the last second.
+
+| fault | done | required | result | verdict |
 |---|---|---|---|---|
 """
 
@@ -82,7 +89,8 @@ def page(rows: dict[str, str]) -> str:
     machine = f"{os.cpu_count()} cores, Python {platform.python_version()}, "
     machine += f"load {os.getloadavg()[0]:.0f}"
     table = [text for _, text in sorted((kept | rows).items())]
-    return HEAD.format(machine=machine) + "\n".join(table) + "\n"
+    limits = {"step": BLOW_N, "gone": 1e3 * BREAK_S}
+    return HEAD.format(machine=machine, **limits) + "\n".join(table) + "\n"
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ def tests(*words: str) -> Callable[[], Outcome]:
         )
         files = ", ".join(sorted({Path(w.split("::")[0]).name for w in words if ".py" in w}))
         counts = ", ".join(f"{count} {word}" for word, count in found.items())
-        return Outcome(result.returncode == 0, f"tests of {files}: {counts or 'none ran'}")
+        return Outcome(result.returncode == 0, f"{files}: {counts or 'none ran'}")
 
     return attempt
 
@@ -37,8 +37,8 @@ U, P, LIVE = "test/unit/", "test/property/", "test/integration/"
 GROUPS = (
     Fault(
         "F07",
-        "NaN, infinities and numbers beyond all limits in every field of a packet",
-        "refused and counted, the output unchanged",
+        "NaN, infinities and out-of-range numbers in every field of a packet",
+        "refused and counted, output unchanged",
         tests(f"{U}test_receiver.py", f"{P}test_receiver.py"),
     ),
     Fault(
@@ -49,87 +49,86 @@ GROUPS = (
     ),
     Fault(
         "F09b",
-        "any bit of a packet is flipped; a packet is cut",
-        "every one is found",
+        "any flipped bit, a truncated packet",
+        "all detected",
         tests(f"{U}test_admission.py", f"{U}test_wire.py", "-k", "bit or cut or bytes"),
     ),
     Fault(
         "F10",
-        "the wall clock jumps by hours (in process: one that jumps stands in for it; that of the "
-        "machine is not set)",
-        "the same forces and packets to the last bit",
+        "the wall clock jumps by hours (simulated in the process)",
+        "forces and packets bit-identical",
         tests(f"{U}test_wall_clock.py"),
     ),
     Fault(
         "F11",
-        "the sender's time goes backwards or repeats",
+        "the sender's time repeats or goes backwards",
         "refused, no stall beyond 8 packets",
         tests(f"{U}test_receiver.py", "-k", "earlier or poisoned or late_packets or repeated"),
     ),
     Fault(
         "F12",
         "loops stall for 25 ms and longer",
-        "no grip lost at 25 ms; beyond, the force comes back without a step",
+        "no grip lost at 25 ms; beyond, the force returns without a step",
         tests(f"{U}test_stalls.py"),
     ),
     Fault(
         "F13",
         "the disk is full, at the start and while recording",
-        "refused in one line, or reported at once; the recorder stays",
+        "refused in one line, or reported at once; the recorder keeps running",
         tests(f"{LIVE}test_recorder.py", "-k", "disk"),
     ),
     Fault(
         "F14",
-        "recordings end anywhere, bytes are damaged",
-        "what is whole is read, damage is found where it is",
+        "truncated recordings, damaged bytes",
+        "intact data is read, damage is located",
         tests(f"{U}test_mcap_check.py", f"{U}test_writer.py"),
     ),
     Fault(
         "F16",
-        "parameters of wrong type, range or combination, while running too",
-        "refused at once with the reason; nothing changes",
+        "parameters of wrong type, range or combination, also at run time",
+        "refused with the reason; nothing changes",
         tests(f"{U}test_runtime_changes.py", f"{U}test_safety_changes.py"),
     ),
     Fault(
         "F17",
-        "any bytes, messages of other lengths and of other programs",
-        "nothing raises; counted and left out",
+        "arbitrary bytes, wrong lengths, messages of other programs",
+        "no exception; counted and dropped",
         tests(f"{U}test_wire.py", f"{P}test_strangers.py"),
     ),
     Fault(
         "F18",
         "packets without the token, of another session, with a new checksum",
-        "refused as what they are",
+        "refused with the right reason",
         tests(f"{U}test_admission.py", "-k", "forged or session or token"),
     ),
     Fault(
         "F19",
         "10 000 joins and leaves",
-        "no more objects, and no more state, than after the first ones",
+        "no growth in objects or state",
         tests(f"{U}test_memberships.py"),
     ),
     Fault(
         "F20",
-        "environments of others raise, answer nonsense, generate energy",
-        "contained, named; energy limited",
+        "plug-in environments raise, return invalid values, generate energy",
+        "contained and named; energy limited",
         tests(f"{U}test_containment.py", f"{P}test_black_box_passivity.py"),
     ),
     Fault(
         "F21",
-        "velocities beyond the limit, values that are no numbers",
+        "velocities beyond the limit, non-finite values",
         "fault state, damping",
         tests(f"{U}test_safety.py"),
     ),
     Fault(
         "F25",
-        "a sender claims more energy than a legal device can have",
-        "no more counts than the longest legal wave carries",
+        "a sender claims more energy than a legal device can supply",
+        "counted up to the longest legal wave only",
         tests("test/property/test_strict_channel.py", "-k", "claims"),
     ),
     Fault(
         "F26",
         "the recorder is killed",
-        "what it flushed can be read; the others go on",
+        "flushed data is readable; the others continue",
         tests(f"{LIVE}test_recorder.py", "-k", "killed"),
         live=True,
     ),

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Outages of other lengths, ways, grips and delays in a carry, and ``docs/outages.md``:
-``python -m faults.outages``.
+"""Outages of other lengths, ways, grips and delays in a carry, ``docs/outages.md`` and
+``docs/outages.csv``: ``python -m faults.outages``.
 """
 
 import itertools
@@ -13,34 +13,41 @@ from typing import NamedTuple
 from faults.sessions import PEAK, Carried
 from pmwvc_analysis.traces.felt import BLOW_N
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "outages.md"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE, TABLE = DOCS / "outages.md", DOCS / "outages.csv"
 BEGIN_S, FRAME_S = 6.0, 0.008
 LENGTHS_S = (0.05, 0.3, 0.8, 2.0, 4.0)
 WAYS = {"both": "link", "up": "link.up", "down": "link.down"}
 DELAYS_S = (0.005, 0.016, 0.05, 0.1)
-SQUEEZES_N = (1.0, 2.0, 3.0, 4.0, 6.0)
-TITLES = ("delay [ms]", "squeeze [N]", "ways", "undisturbed [mm]", "allowed [mm]")
+SQUEEZES_N = (1.0, 2.0, 3.0, 4.0)  # the device renders 3.3 N at most
+TITLES = (
+    *("delay [ms]", "grip [N]", "none [mm]", "allowed [mm]"),
+    *(f"{length_s:g} s" for length_s in LENGTHS_S),
+    *("peak", "step [N]", "half [ms]", "damping [ms]"),
+)
+NAMES = (
+    *("delay_ms", "grip_n", "lost", "none_mm", "allowed_least_mm", "allowed_most_mm"),
+    *(f"{name}_{length_s:g}_s_mm" for length_s in LENGTHS_S for name in ("soon", "late")),
+    *("peak", "step_n", "half_ms", "damping_one_ms", "damping_both_ms"),
+)
 HEAD = """# Outages
 
-Two hands carry a cube (`carry_16ms`, strict channel, a device with at most 3.3 N); nothing passes
-for a time that begins in the middle of the first move, 6 s after the first packet of each way. By
-`PYTHONPATH=tools .venv/bin/python -m faults.outages` (minutes).
+Two hands carry a cube (`carry_16ms`, strict channel, device limited to 3.3 N). No packets pass for
+0.05 to 4 s from the middle of the first move on: uplinks, downlinks or both. Each row is the worst
+of the three; [outages.csv](outages.csv) has them separately.
+`PYTHONPATH=tools .venv/bin/python -m faults.outages` writes both (minutes).
 
-A pair of numbers: the largest distance of a device from its avatar in the second that begins one
-second after the end of the outage, and in the one that begins three seconds after it [mm]. Both
-are compared with F (T1 + T2)/(2b) + 1 mm, F being the force at the end and T1, T2 those of the
-undisturbed link. *Undisturbed* is the distance without an outage. *Peak* is the largest force
-divided by the undisturbed session's, *step* the largest change of force within 1 ms, *half* the
-time with less than half of the undisturbed force. *Damping* is the time until one of the ends (all
-devices, or all avatars) has only damping, and until both have, from the last packet sent on the
-ways named (*both*: on the ways down, whose outage begins a delay and a step after that of the ways
-up). Where one way is dead, the end that still receives learns it from the other one, a delay
-later. Peak, step, half and damping are the worst of the lengths. More than allowed ({peak:g} for
-the peak, {step:g} N for the step, 100 ms for damping) is bold. Every port was passive in {passive}
-of {count} sessions.
+* *None*: offset of device and avatar without an outage. *0.05 s* to *4 s*: largest offset [mm] in
+  the second that begins one/three seconds after an outage of that length. *Allowed*:
+  F (T1 + T2)/(2b) + 1 mm, F at the end, T1 and T2 of the undisturbed link.
+* *Peak*: largest force over the undisturbed session's (allowed {peak:g}). *Step*: largest change
+  of force within 1 ms (from {step:g} N on felt as a blow). *Half*: time with less than half of the
+  undisturbed force.
+* *Damping*: time from the last packet sent until all devices and avatars have only damping
+  (allowed 100 ms). If one direction is lost, the receiving end learns it one delay later.
 
-| {titles} | peak | step [N] | half [ms] | damping [ms] |
-|{rule}|---|---|---|---|
+Bold: more than allowed. Every port was passive in {passive} of {count} sessions.
+
 """
 
 
@@ -87,29 +94,64 @@ def tried(case: Case) -> Seen:
     return Seen(soon_m, late_m, session.bound_m(), *forces, damped_s, session.passive)
 
 
-def row(grip: tuple[float, float, str], calm: Seen, seen: list[Seen]) -> str:
-    """Return the row of a delay, a squeeze and ways."""
+Tried = tuple[Seen, list[Seen]]  # without an outage, and with those of all lengths
+
+
+def row(delay_s: float, squeeze_n: float, ways: list[Tried]) -> str:
+    """Return the row of a delay and a grip: the worst of the directions lost."""
+    calm = [each for each, _ in ways]
     pairs = [
-        " / ".join(_marked(1e3 * m, m <= each.allowed_m) for m in (each.soon_m, each.late_m))
-        for each in seen
+        "/".join(
+            _marked(
+                1e3 * max(found), all(m <= e.allowed_m for m, e in zip(found, seen, strict=True))
+            )
+            for found in zip(*((each.soon_m, each.late_m) for each in seen), strict=True)
+        )
+        for seen in zip(*(lengths for _, lengths in ways), strict=True)
     ]
-    least_m, most_m = min(e.allowed_m for e in seen), max(e.allowed_m for e in seen)
-    peak = max(each.peak_n for each in seen) / calm.peak_n
-    step_n = max(each.step_n for each in seen)
-    damped_s = [max(times) for times in zip(*(each.damped_s for each in seen), strict=True)]
+    allowed = [1e3 * each.allowed_m for _, lengths in ways for each in lengths]
+    numbers = [worst(each) for each in ways]
+    peak, step_n, half_s, _, damped_s = (max(each) for each in zip(*numbers, strict=True))
     cells = [
-        f"{1e3 * grip[0]:g}",
-        f"{grip[1]:g}",
-        grip[2],
-        _marked(1e3 * calm.late_m, calm.late_m <= calm.allowed_m),
-        f"{1e3 * least_m:.1f} to {1e3 * most_m:.1f}",
+        f"{1e3 * delay_s:g}",
+        f"{squeeze_n:g}",
+        _marked(1e3 * max(e.late_m for e in calm), all(e.late_m <= e.allowed_m for e in calm)),
+        " to ".join(dict.fromkeys(f"{mm:.1f}" for mm in (min(allowed), max(allowed)))),
         *pairs,
         _marked(peak, peak <= PEAK, digits=2),
-        _marked(step_n, step_n <= BLOW_N, digits=2),
-        f"{1e3 * max(each.below_half_s for each in seen):.0f}",
-        " / ".join(_marked(1e3 * one_s, one_s <= 0.1, digits=0) for one_s in damped_s),
+        f"{step_n:.2f}",
+        f"{1e3 * half_s:.0f}",
+        _marked(1e3 * damped_s, damped_s <= 0.1, digits=0),
     ]
     return f"| {' | '.join(cells)} |"
+
+
+def line(grip: tuple[float, float, str], tried_: Tried) -> str:
+    """Return the line of a delay, a grip and the direction lost, as CSV."""
+    calm, seen = tried_
+    allowed = [1e3 * each.allowed_m for each in seen]
+    peak, step_n, half_s, *damped_s = worst(tried_)
+    millimetres = [1e3 * m for each in seen for m in (each.soon_m, each.late_m)]
+    cells = [
+        *(f"{1e3 * grip[0]:g}", f"{grip[1]:g}", grip[2]),
+        *(f"{mm:.1f}" for mm in (1e3 * calm.late_m, min(allowed), max(allowed), *millimetres)),
+        *(f"{peak:.2f}", f"{step_n:.2f}"),
+        *(f"{1e3 * time_s:.0f}" for time_s in (half_s, *damped_s)),
+    ]
+    return ",".join(cells)
+
+
+def worst(tried_: Tried) -> tuple[float, ...]:
+    """Return peak, step [N], time below half, to damping at one end and at both [s]: the worst
+    over all lengths.
+    """
+    calm, seen = tried_
+    return (
+        max(each.peak_n for each in seen) / calm.peak_n,
+        max(each.step_n for each in seen),
+        max(each.below_half_s for each in seen),
+        *(max(times) for times in zip(*(each.damped_s for each in seen), strict=True)),
+    )
 
 
 def _marked(number: float, held: bool, *, digits: int = 1) -> str:
@@ -123,19 +165,25 @@ def main() -> None:
     cases = [Case(*grip, length_s) for grip in grips for length_s in (0.0, *LENGTHS_S)]
     with Pool(os.cpu_count()) as pool:
         seen = dict(zip(cases, pool.map(tried, cases, chunksize=3), strict=True))
-    rows = [
-        row(grip, seen[Case(*grip, 0.0)], [seen[Case(*grip, length_s)] for length_s in LENGTHS_S])
+    found = {
+        grip: (seen[Case(*grip, 0.0)], [seen[Case(*grip, length_s)] for length_s in LENGTHS_S])
         for grip in grips
+    }
+    TABLE.write_text("\n".join([",".join(NAMES), *(line(*each) for each in found.items())]) + "\n")
+    rows = [
+        row(delay_s, squeeze_n, [found[delay_s, squeeze_n, way] for way in WAYS])
+        for delay_s, squeeze_n in itertools.product(DELAYS_S, SQUEEZES_N)
     ]
-    head = HEAD.format(
-        peak=PEAK,
-        step=BLOW_N,
-        passive=sum(each.passive for each in seen.values()),
-        count=len(seen),
-        titles=" | ".join((*TITLES, *(f"{length_s:g} s" for length_s in LENGTHS_S))),
-        rule="|".join("---" for _ in (*TITLES, *LENGTHS_S)),
+    passive = sum(each.passive for each in seen.values())
+    PAGE.write_text(page(rows, passive, len(seen)), "utf-8")
+
+
+def page(rows: list[str], passive: int, count: int) -> str:
+    """Return the text of the page."""
+    head = HEAD.format(peak=PEAK, step=BLOW_N, passive=passive, count=count)
+    return (
+        "\n".join([head + f"| {' | '.join(TITLES)} |", "|---" * len(TITLES) + "|", *rows]) + "\n"
     )
-    PAGE.write_text(head + "\n".join(rows) + "\n", "utf-8")
 
 
 if __name__ == "__main__":

@@ -84,8 +84,8 @@ def _expected(claim: Claim) -> str:
         return _shown(claim.printed, claim.unit)
     low, high = claim.at_least, claim.at_most
     if low is not None:
-        return f"at least {_shown(low, claim.unit)}"
-    return f"at most {_shown(high, claim.unit)}" if high is not None else "-"
+        return f">= {_shown(low, claim.unit)}"
+    return f"<= {_shown(high, claim.unit)}" if high is not None else "-"
 
 
 def _shown(value: float | None, unit: str) -> str:

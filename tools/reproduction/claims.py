@@ -10,6 +10,8 @@ from reproduction.read_numbers import channel, number, ratio
 
 CUT_OFF = "cut-off read as the filter's pole in rad/s; one frame late, forward Euler, ZOH"
 REAL = "real devices add friction, quantisation and limits that the model lacks"
+LAG = "holds and filter delay once around amount to 2 T_VE with Butterworth 25/50 Hz"
+PARSEVAL = "the proof bounds the final energy, not the path; chirp amplitude is not given"
 COINCIDENCE = "a coincidence: the lag of this filter and hold happens to be 2 T_VE"
 MEASURED = f"{REAL}; {CUT_OFF}"
 
@@ -17,7 +19,7 @@ MEASURED = f"{REAL}; {CUT_OFF}"
 APPENDIX_A = (
     Claim(
         "A 4.1, Eq. 18",
-        "aliasing with M = 2 gives out T α² (2 Ω_max - π)/π (summed over its closed form, "
+        "aliasing with M = 2 releases T α² (2 Ω_max - π)/π (summed over its closed form, "
         "Ω_max = 2.4)",
         "none: a sum over the wave itself",
         ratio(
@@ -37,20 +39,18 @@ APPENDIX_A = (
           printed=0.0),
     Claim("A 3, Eq. 9 and 13", "without aliasing the rate drop is passive at all t (lowest "
           "balance at the end of a frame over the energy of the wave)",
-          "Parseval's theorem gives the balance at the end of time only; on the way a packet may "
-          "carry more than the wave had brought until then",
+          "Parseval's theorem bounds the final balance, not the path",
           number("A8", "band_limited_lowest"), at_least=-1e-6),
     Claim("A 4.2, Eq. 21", "the slave side reflects with gain 1 for any K and T_VE (largest "
           "distance from 1)", "trapezoid, loop solved, without damping: all-pass",
           number("A8", "reflection_server"), printed=0.0, within=1e-6),
     Claim("A 4.2, Eq. 21", "a similar argument holds for the master side (largest gain)",
-          "a device without damping under a force held for a tick generates energy: "
-          "(2m/T + b)/(2m/T - b) at half the tick rate, b = 25 Ns/m, m = 0.15 kg",
+          "a held device without damping: (2m/T + b)/(2m/T - b) at half the tick rate, "
+          "b = 25 Ns/m, m = 0.15 kg",
           number("A8", "reflection_device"), at_most=1.0),
     Claim("A 4.2, Fig. 3", "the allowed cut-off falls with M (K = 2000 N/m, M = 10 over 2)",
-          "one step of computational delay, trapezoid; with the loop solved there is no limit "
-          "from M = 3 on, so the text's \"in the absence of computational delay\" does not give "
-          "this figure",
+          "one step of computational delay, trapezoid; with the loop solved no limit "
+          "from M = 3 on",
           ratio(number("A3", "one_step_delay_k_2000_m_10"),
                 number("A3", "one_step_delay_k_2000_m_2")), at_most=1.0,
           only="under a condition that the text excludes: with the computational delay"),
@@ -60,10 +60,10 @@ APPENDIX_A = (
           "stiff walls at large M",
           number("A3", "one_step_delay_points_below_the_passive_bound"), at_most=0.0),
     Claim("A 5, Eq. 24", "the channel is a spring of b/T_VE (b = 25 Ns/m)",
-          "holds and filter delay once around amount to 2 T_VE with Butterworth 25/50 Hz",
+          LAG,
           channel("A4", 25, 3500.0), printed=1250.0, unit="N/m", only=COINCIDENCE),
     Claim("A 5, Eq. 24", "the channel is a spring of b/T_VE (b = 80 Ns/m)",
-          "as above", channel("A4", 80, 3500.0), printed=4000.0, unit="N/m", only=COINCIDENCE),
+          LAG, channel("A4", 80, 3500.0), printed=4000.0, unit="N/m", only=COINCIDENCE),
     Claim("A 5, Eq. 24", "the channel is a spring of b/T_VE (b = 25 Ns/m, another filter)",
           "Butterworth 50/100 Hz: the channel is a spring of 2b/τ, τ the lag once around",
           channel("A4", 25, 3500.0, prefix="other_filter_"), printed=1250.0, unit="N/m"),
@@ -81,8 +81,7 @@ APPENDIX_A = (
           "loop solved, trapezoid; *can*: at some frequencies",
           number("A4", "high_share_b_80_stiffer"), at_least=0.01),
     Claim("A 6, Fig. 5", "contacts at least four times as stiff as with direct coupling",
-          "largest over all damping, b = 80 Ns/m, m = 0.15 kg, b_hd = 1 Ns/m: neither b nor the "
-          "device are given for this figure",
+          "largest over all damping, b = 80 Ns/m, m = 0.15 kg, b_hd = 1 Ns/m; neither is given",
           ratio(number("A5", "largest_waves_b_80"), number("A5", "largest_direct")),
           at_least=4.0),
     Claim("A 6, Fig. 6", "stable with the 25 Hz filter (spectral radius)",
@@ -94,14 +93,14 @@ APPENDIX_A = (
           "with the loop solved the 250 Hz filter is stable",
           number("A7", "spectral_radius_loop_solved"), at_least=1.0),
     Claim("A 6, Fig. 8", "the 10 Hz filter keeps the balance at zero or above throughout",
-          "the proof bounds the energy at the end, not on the way; chirp amplitude is not given",
+          PARSEVAL,
           number("A8", "minimum_10_hz_j"), at_least=0.0, unit="J"),
     Claim("A 6, Fig. 8", "the 25 Hz filter keeps the balance at zero or above throughout",
-          "as above", number("A8", "minimum_25_hz_j"), at_least=0.0, unit="J"),
+          PARSEVAL, number("A8", "minimum_25_hz_j"), at_least=0.0, unit="J"),
     Claim("A 6, Fig. 8", "the 50 Hz filter may keep the final balance positive",
-          "as above", number("A8", "final_50_hz_j"), at_least=0.0, unit="J"),
+          PARSEVAL, number("A8", "final_50_hz_j"), at_least=0.0, unit="J"),
     Claim("A 6, Fig. 8", "the 250 Hz filter may keep the final balance positive",
-          "as above", number("A8", "final_250_hz_j"), at_least=0.0, unit="J"),
+          PARSEVAL, number("A8", "final_250_hz_j"), at_least=0.0, unit="J"),
 )  # fmt: skip
 STATICS = "trivially: a steady press is in equilibrium whatever the coupling and the delay"
 K2 = "k_max_pole_50_delay_"
@@ -157,7 +156,7 @@ APPENDIX_B = (
           "the end of a frame over what went in)", "200 random waves of 50 packets, M = 8",
           number("B5", "hold_lowest_balance"), at_least=0.0),
     Claim("B 4, Fig. 2", "the cut-off of the filter is 50 Hz (largest stiffness, T_d = T_n)",
-          "read as printed, half the power at 50 Hz: nothing is stable; the figures fit a pole of "
+          "read as -3 dB at 50 Hz nothing is stable; the figures fit a pole of "
           "50 rad/s, 8 Hz", number("B2", "k_max_cutoff_50_hz_3_db_delay_1"), at_least=100.0,
           unit="N/m"),
     Claim("B 4, Fig. 2", "the cut-off of the filter is 50 Hz (largest stiffness over that of the "

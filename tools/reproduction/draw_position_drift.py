@@ -45,7 +45,7 @@ def table(result: Values) -> list[str]:
     found, given = result["numbers"], result["parameters"]
     lines = [
         "| link, 16 ms each way | feedback | RMS | at the end | force at the end "
-        "| energy spent | least balance |",
+        "| energy spent | minimum balance |",
         "|---|---|---|---|---|---|---|",
     ]
     for link in given["links"]:

@@ -2,16 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pages beside the figures, written from the committed results."""
 
+import re
 import textwrap
+from collections import Counter
+from itertools import groupby
 from pathlib import Path
 
-from reproduction.claim import Numbers, row
+from reproduction.claim import Claim, Numbers, row
 from reproduction.claims import CLAIMS
 from reproduction.draw_position_drift import table
 from reproduction.files import read
 from reproduction.registry import FIGURES
 
 GENERATED = "<!-- written by make figures -->\n"
+CASE = re.compile(r",? (\(.*|T_d = .*)$")  # of a claim
+SHORT = 24  # characters: no note is worth while
 
 
 def known_numbers(folder: Path) -> Numbers:
@@ -25,51 +30,93 @@ def claims_page(numbers: Numbers) -> str:
         GENERATED,
         "# Claims of the dissertation",
         "",
-        "Our values come from the results beside the [figures](README.md); nothing is fitted.",
-        "A number counts as reproduced within 5 % (15 % where the claim is that something hardly",
-        "matters, 0.1 % for the optimised α). *At least* and *at most* are how we read a claim in",
-        "words, such as *stiffer* or *much smaller*. Experiments were made on real devices.",
-        "*The number agrees* stands where it does and the claim is still not supported, with the",
-        "reason: a condition, a coincidence, the window of a plot, a part that is not passive, or",
-        "a triviality.",
-        "",
-        "| where | claim | printed | ours | what decides | verdict |",
+        "What the dissertation claims, and what the results beside the [figures](README.md) show.",
+        "Nothing is fitted. The claimed experiments used real devices. A number is reproduced if",
+        "it is within 5 % (15 % for claims that something hardly matters, 0.1 % for the optimised",
+        "α). Bounds are our reading of words such as *stiffer*. *The number agrees* means that it",
+        "supports the claim only with the stated reservation. Several cases of a claim are",
+        "separated by semicolons.",
+    ]
+    for appendix, claims in groupby(CLAIMS, key=lambda claim: claim.where[0]):
+        lines += ["", f"## App. {appendix}", "", *_claims_table(list(claims), numbers)]
+    return "\n".join(lines) + "\n"
+
+
+def _claims_table(claims: list[Claim], numbers: Numbers) -> list[str]:
+    """Return the notes that several claims share, and a row for each claim."""
+    texts = [text for claim in claims for text in (*claim.choice.split("; "), claim.only)]
+    uses = Counter(text for text in texts if text)
+    marks = {text: f"({index})" for index, text in enumerate(_shared(uses), start=1)}
+    lines = [f"- {mark} {text}" for text, mark in marks.items()]
+    lines += [""] if lines else []
+    lines += [
+        "| where | claim | printed | ours | deciding assumption | verdict |",
         "|---|---|---|---|---|---|",
     ]
-    for claim in CLAIMS:
-        printed, ours, verdict = row(claim, numbers)
-        says, choice = (text.replace("|", "\\|") for text in (claim.says, claim.choice))
-        lines.append(f"| {claim.where} | {says} | {printed} | {ours} | {choice} | {verdict} |")
-    return "\n".join(lines) + "\n"
+    for _, cases in groupby(claims, key=lambda each: (each.where, _stem(each), each.choice)):
+        lines.append(_claims_row(list(cases), marks, numbers))
+    return lines
+
+
+def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> str:
+    """Return the row of a claim, its cases one after another in every cell."""
+    first = cases[0]
+    found = []
+    for case in cases:
+        printed, ours, verdict = row(case, numbers)
+        if case.only:
+            verdict = verdict.replace(case.only, marks.get(case.only, case.only))
+        found.append((printed, ours, verdict))
+    stem, says = _stem(first), first.says
+    if len(cases) > 1:
+        says = f"{stem} ({'; '.join(case.says[len(stem) :].strip(' ,()') for case in cases)})"
+    choice = "; ".join(marks.get(text, text) for text in first.choice.split("; "))
+    printed, ours, verdict = (
+        texts[0] if len(set(texts)) == 1 else "; ".join(texts)
+        for texts in zip(*found, strict=True)
+    )
+    cells = (first.where[2:], says, printed, ours, choice, verdict)
+    return "| " + " | ".join(text.replace("|", "\\|") for text in cells) + " |"
+
+
+def _stem(claim: Claim) -> str:
+    """Return the words of a claim without its case."""
+    return CASE.sub("", claim.says)
+
+
+def _shared(uses: Counter[str]) -> list[str]:
+    """Return the longer texts that are used more than once, in their order."""
+    return [text for text, count in uses.items() if count > 1 and len(text) > SHORT]
 
 
 def index_page() -> str:
     """Return README.md of the folder."""
     lines = [
         GENERATED,
-        "# The dissertation's figures, computed again",
+        "# The dissertation's figures, recomputed",
         "",
-        "Written by `make figures`. Beside every picture stands a JSON file with its data, its",
-        "numbers and the parameters it was made with.",
-        "[claims.md](claims.md): what is claimed, and what we find.",
-        "",
+        "`make figures` writes the figures, and this page. Below each figure stand the choices",
+        "that it depends on; a JSON file has data, numbers and parameters. The dissertation's",
+        "claims against our results: [claims](claims.md).",
     ]
-    for name, figure in FIGURES.items():
-        lines += [
-            f"## {_place(name)}: {figure.title}",
-            "",
-            figure.remark + f" [Data]({name}.json).",
-            "",
-            f"![{figure.title}]({name}.svg)",
-            "",
-        ]
-    return "\n".join(lines[:-1]) + "\n"
+    for appendix, names in groupby(FIGURES, key=_appendix):
+        lines += ["", f"## {appendix}"]
+        for name in names:
+            number = f"Fig. {_figure(name)}" if _figure(name) else ""
+            title = ": ".join(filter(None, (number, FIGURES[name].title)))
+            lines += ["", f"### {title}", "", f"![{number or title}]({name}.svg)"]
+            lines += ["", f"[Data]({name}.json)"]
+    return "\n".join(lines) + "\n"
 
 
-def _place(name: str) -> str:
-    """Return where the dissertation has a figure."""
-    known = name[1:].isdigit()
-    return f"App. {name[0]}, Fig. {name[1:]}" if known else "Beside the dissertation"
+def _appendix(name: str) -> str:
+    """Return the appendix of the dissertation that a figure belongs to."""
+    return f"App. {name[0]}" if _figure(name) else "Beside the dissertation"
+
+
+def _figure(name: str) -> str:
+    """Return the number that a figure has there; empty: it has none."""
+    return name[1:] if name[1:].isdigit() else ""
 
 
 def drift_page(folder: Path) -> str:
@@ -79,9 +126,9 @@ def drift_page(folder: Path) -> str:
         GENERATED,
         f"# {result['title']}",
         "",
-        f"K_p = {result['parameters']['gain']:g} sqrt(W)/m, two users; both devices together: how",
-        "much closer than their avatars they are (RMS over the session, mean of the last 0.5 s),",
-        "the force of each, what the feedback gave out, and the least balance of a user's ports.",
+        f"K_p = {result['parameters']['gain']:g} sqrt(W)/m, two users. Both devices together: how",
+        "much closer they are than their avatars (RMS, mean of the last 0.5 s), force of each,",
+        "the energy spent by the feedback, and the minimum energy balance of a user's ports.",
         *textwrap.wrap(result["remark"], 95),
         "",
         *table(result),
