@@ -87,7 +87,7 @@ def _opened(s: Any, p: Any) -> tuple[Any, Any]:
     another package.
     """
     far = {name: math.inf for name, limit in p.limits._asdict().items() if type(limit) is float}
-    far |= {"soft_start_s": LEAST_S, "tick_s": p.limits.tick_s, "brake_stiffness": 0.0}
+    far |= {"soft_start_s": LEAST_S, "tick_s": p.limits.tick_s, "brakes": False}
     p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
     if isinstance(p.port, PluggedParams):
         p = p._replace(port=p.port._replace(device=lifted(p.port.device)))

@@ -122,7 +122,7 @@ def changed_user(
         of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
         silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))
         arrivals = arrivals._replace(silence=silence)
-    of_limits = q.limits._replace(brake_stiffness=p.limits.brake_stiffness)
+    of_limits = q.limits._replace(brakes=p.limits.brakes, brake_stiffness=p.limits.brake_stiffness)
     of_arrivals = p.arrivals._replace(timeout_s=timeout_s)
     q = q._replace(port=of_port, limits=of_limits, arrivals=of_arrivals)
     return s._replace(port=port, arrivals=arrivals), q

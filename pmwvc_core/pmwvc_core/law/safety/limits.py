@@ -70,17 +70,18 @@ class LimitsParams(NamedTuple):
     soft_start_s: float
     tick_s: float
     reach: float  # [m]
-    brake_stiffness: float  # [N/m] 0: no brake
+    brakes: bool
+    brake_stiffness: float  # [N/m]
 
 
 def limits_params(
     safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
 ) -> LimitsParams:
-    """Return the limits of a force loop."""
+    """Return the limits of a force loop; a brake of no stiffness is none."""
     return LimitsParams(
         safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
         max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
-        reach, brake,
+        reach, brake > 0.0, brake,
     )  # fmt: skip
 
 
@@ -98,8 +99,8 @@ def limits(
     server has answered; ``sensed``: the device knows its motion; ``interrupted``: no waves come,
     here or at the server; ``unreceived``: the server has had none of this user for too long.
     """
-    brake, holds, brakes = s.brake, False, p.brake_stiffness > 0.0
-    if brakes:
+    brake, holds = s.brake, False
+    if p.brakes:
         brake, holds = holding(brake, interrupted, x, s.f, p.tick_s, p.brake_stiffness)
     good = within(f, LARGEST) and within(x, LARGEST) and within(xd, LARGEST)
     if not good:
@@ -109,7 +110,7 @@ def limits(
     lost = coupled and missing_s > LOST_S
     gone = coupled and not sensed and (ever or lost)
     overdue = silence_s > p.release_s
-    silent = active and silence_s > s.silence_s and (interrupted or overdue or not brakes)
+    silent = active and silence_s > s.silence_s and (interrupted or overdue or not p.brakes)
     fast = active and speed > p.damper_velocity**2
     faulty = s.faulty or (active and speed > p.fault_velocity**2)
     outside = active and not within(x, p.reach)
@@ -158,7 +159,7 @@ def _faded(
     """
     recovers, quiet, gain = s.damped and not damped, s.quiet and s.ready, s.gain
     returns = (quiet if recovers else s.returns) and force
-    if recovers and not (quiet and p.brake_stiffness > 0.0):
+    if recovers and not (quiet and p.brakes):
         gain *= s.push
     if released:
         gain = max(gain - p.tick_s / LET_GO_S, 0.0)
