@@ -16,7 +16,8 @@ from reproduction.registry import FIGURES
 
 GENERATED = "<!-- written by make figures -->\n"
 CASE = re.compile(r",? (\(.*|T_d = .*)$")  # of a claim
-SHORT = 24  # characters: no note is worth while
+AMOUNT = re.compile(r"(?<=differs) by .*$|(?<=reproduced) \(.*\)$")  # the columns before show it
+SHORT = 16  # characters: no note is worth while
 
 
 def known_numbers(folder: Path) -> Numbers:
@@ -66,7 +67,7 @@ def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> 
         printed, ours, verdict = row(case, numbers)
         if case.only:
             verdict = verdict.replace(case.only, marks.get(case.only, case.only))
-        found.append((printed, ours, verdict))
+        found.append((printed, ours, AMOUNT.sub("", verdict)))
     stem, says = _stem(first), first.says
     if len(cases) > 1:
         says = f"{stem} ({'; '.join(case.says[len(stem) :].strip(' ,()') for case in cases)})"
@@ -96,16 +97,15 @@ def index_page() -> str:
         "# The dissertation's figures, recomputed",
         "",
         "`make figures` writes the figures, and this page. Below each figure stand the choices",
-        "that it depends on; a JSON file has data, numbers and parameters. The dissertation's",
-        "claims against our results: [claims](claims.md).",
+        "that it depends on; data, numbers and parameters of `A3.svg` are in `A3.json`. The",
+        "dissertation's claims against our results: [claims](claims.md).",
     ]
     for appendix, names in groupby(FIGURES, key=_appendix):
         lines += ["", f"## {appendix}"]
         for name in names:
             number = f"Fig. {_figure(name)}" if _figure(name) else ""
             title = ": ".join(filter(None, (number, FIGURES[name].title)))
-            lines += ["", f"### {title}", "", f"![{number or title}]({name}.svg)"]
-            lines += ["", f"[Data]({name}.json)"]
+            lines += ["", f"### {title}", "", f"![{name}]({name}.svg)"]
     return "\n".join(lines) + "\n"
 
 

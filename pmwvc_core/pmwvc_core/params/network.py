@@ -29,29 +29,27 @@ class LinkParams(Validated):
             *("none", "uniform", "normal", "pareto", "paretonormal", "gamma", "lognormal"),
             *("quantiles", "table", "trace"),
         ),
-        "spread of the delay: uniform (delay +- jitter_s); normal, pareto, paretonormal (standard "
-        "deviation jitter_s); gamma (mean jitter_s) and lognormal (median jitter_s), added to the "
-        "delay; quantiles; table (drawn from the delays of a file); trace (follows a file)",
+        "spread of the delay; jitter_s is half the width (uniform), the standard deviation "
+        "(normal, pareto, paretonormal), mean (gamma) or median (lognormal); table: delays drawn "
+        "from a file; trace: follows a file",
     )
     jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none", usual=USUAL_S)
     jitter_shape: float = parameter(
         0.0,
         "0..100",
-        "shape: of gamma (0: 2), sigma of lognormal (0: 0.5), tail index of pareto and "
+        "shape of gamma (0: 2), sigma of lognormal (0: 0.5), tail index of pareto and "
         "paretonormal, above 2 (0: 3)",
     )
     jitter_correlation: float = _correlation("the jitter")
     jitter_quantiles: str = parameter(
         "",
         "-",
-        "quantiles: probability:seconds from 0 to 1, separated by blanks and joined by straight "
-        "lines, added to the delay: 0:0.001 0.5:0.002 0.99:0.01 1:0.02",
+        "quantiles: probability:seconds from 0 to 1: 0:0.001 0.5:0.002 1:0.02",
     )
     trace_file: str = parameter(
         "",
         "-",
-        "trace, table: file with columns time and delay, or IRTT JSON; a trace is followed in a "
-        "loop",
+        "trace, table: file with columns time and delay, or IRTT JSON",
     )
     trace_scale: float = parameter(
         1.0,
@@ -133,15 +131,13 @@ class LinkParams(Validated):
     keep_order: bool = parameter(
         True,
         "-",
-        "a later packet waits for an earlier one; with jitter that makes the delay longer and "
-        "narrower (normal, 20 and 5 ms: 20.5 +- 4.6 ms at 125 packets/s, 23.0 +- 3.6 at 500)",
+        "a later packet waits for an earlier one, so jitter makes the delay longer and narrower",
     )
     schedule: str = parameter(
         "",
         "-",
-        "changes on a timeline from the first packet, TIME SETTINGS; ... each with a network by "
-        "name, name=value, delay_s=from..to (a ramp), outage, base or repeat: "
-        "5 outage; 5.5 lte; 20 delay_s=0.02..0.2 loss=0.1; 30 base",
+        "changes on a timeline from the first packet, TIME SETTINGS; ...: 5 outage; 5.5 lte; "
+        "20 delay_s=0.02..0.2 loss=0.1; 30 base; 40 repeat",
     )
     effects: str = parameter(
         "", "-", "effects of other packages, name:number=value:... each, separated by blanks"
