@@ -65,18 +65,13 @@ class LinkParams(Validated):
     )
     loss: float = _probability("probability that a packet is lost")
     loss_correlation: float = _correlation("the loss")
-    ge_p: float = _probability(
-        "Gilbert-Elliott: probability to change from the good to the bad state, a packet"
-    )
+    ge_p: float = _probability("Gilbert-Elliott: probability of a change from good to bad state")
     ge_r: float = _probability(
-        "Gilbert-Elliott: probability to change back; a stay in the bad state lasts 1/ge_r "
-        "packets",
+        "Gilbert-Elliott: probability of the change back",
         1.0,
     )
-    ge_bad: float = _probability(
-        "Gilbert-Elliott: probability of loss in the bad state (1-h)", 1.0
-    )
-    ge_good: float = _probability("Gilbert-Elliott: probability of loss in the good state (1-k)")
+    ge_bad: float = _probability("Gilbert-Elliott: loss in the bad state (1-h)", 1.0)
+    ge_good: float = _probability("Gilbert-Elliott: loss in the good state (1-k)")
     markov_p13: float = _probability("four-state loss: from received (1) to lost in a burst (3)")
     markov_p31: float = _probability("four-state loss: from lost in a burst to received", 1.0)
     markov_p32: float = _probability("four-state loss: from lost to received within a burst (2)")
