@@ -8,7 +8,7 @@ from collections import Counter
 from itertools import groupby
 from pathlib import Path
 
-from reproduction.claim import Claim, Numbers, row
+from reproduction.claim import REPRODUCED, Claim, Numbers, row
 from reproduction.claims import CLAIMS
 from reproduction.draw_position_drift import table
 from reproduction.files import read
@@ -44,23 +44,37 @@ def claims_page(numbers: Numbers) -> str:
 
 
 def _claims_table(claims: list[Claim], numbers: Numbers) -> list[str]:
-    """Return the notes that several claims share, and a row for each claim."""
+    """Return the claims that are reproduced, the notes that the others share, and their rows."""
+    cases = [list(c) for _, c in groupby(claims, key=lambda c: (c.where, _stem(c), c.choice))]
+    reproduced = [each for each in cases if _reproduced(each, numbers)]
+    others = [each for each in cases if each not in reproduced]
+    claims = [claim for each in others for claim in each]
     texts = [text for claim in claims for text in (*claim.choice.split("; "), claim.only)]
     uses = Counter(text for text in texts if text)
     marks = {text: f"({index})" for index, text in enumerate(_shared(uses), start=1)}
-    lines = [f"- {mark} {text}" for text, mark in marks.items()]
-    lines += [""] if lines else []
+    rows = [_claims_row(each, {}, numbers) for each in reproduced]
+    lines = [
+        "Reproduced:",
+        "",
+        *(f"- {where}: {says}: {ours}" for where, says, _, ours, *_ in rows),
+    ]
+    lines += ["", "The others:", "", *(f"- {mark} {text}" for text, mark in marks.items()), ""]
     lines += [
         "| where | claim | printed | ours | deciding assumption | verdict |",
         "|---|---|---|---|---|---|",
     ]
-    for _, cases in groupby(claims, key=lambda each: (each.where, _stem(each), each.choice)):
-        lines.append(_claims_row(list(cases), marks, numbers))
+    for each in others:
+        cells = (text.replace("|", "\\|") for text in _claims_row(each, marks, numbers))
+        lines.append("| " + " | ".join(cells) + " |")
     return lines
 
 
-def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> str:
-    """Return the row of a claim, its cases one after another in every cell."""
+def _reproduced(cases: list[Claim], numbers: Numbers) -> bool:
+    return all(row(case, numbers)[2].startswith(REPRODUCED) for case in cases)
+
+
+def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> tuple[str, ...]:
+    """Return the cells of a claim, its cases one after another in every cell."""
     first = cases[0]
     found = []
     for case in cases:
@@ -76,8 +90,7 @@ def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> 
         texts[0] if len(set(texts)) == 1 else "; ".join(texts)
         for texts in zip(*found, strict=True)
     )
-    cells = (first.where[2:], says, printed, ours, choice, verdict)
-    return "| " + " | ".join(text.replace("|", "\\|") for text in cells) + " |"
+    return first.where[2:], says, printed, ours, choice, verdict
 
 
 def _stem(claim: Claim) -> str:
