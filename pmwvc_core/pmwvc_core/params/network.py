@@ -14,7 +14,7 @@ def _probability(description: str, default: float = 0.0) -> float:
 
 
 def _correlation(of: str) -> float:
-    text = f"correlation of {of} of one packet with that of the next"
+    text = f"correlation of {of} from packet to packet"
     return parameter(0.0, ">= 0 and < 1", text)  # type: ignore[no-any-return]
 
 
