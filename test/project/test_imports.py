@@ -49,8 +49,7 @@ CORE = {
     "network": BASE,
     "master": BASE | {"law"},
     "server": BASE | {"law"},
-    "baselines": BASE | {"server", "network"},  # the same users, contacts and links
-    "controllers": BASE | {"law", "master", "server", "baselines"},
+    "controllers": BASE | {"law", "master", "server", "network"},
     "scenario": BASE | {"controllers", "network", "server"},
     "made": BASE | {"law", "plant", "master", "server", "controllers", "scenario", "frame"},
     "frame": BASE | {"law", "made", "plant", "master", "server", "controllers", "scenario"},
@@ -78,18 +77,17 @@ ANALYSIS = {
     "budget": {"traces"},
     "consistency": {"traces"},
     "events": {"traces"},
-    "export": set(),
     "verdicts": {"traces", "budget", "events", "prediction", "recording"},
     "recording": set(),
     "replay": {"recording", "traces"},
     "charts": set(),
     "filters": set(),
-    "delays": {"models"},
     "maps": {"arrays", "models"},
-    "transparency": {"arrays", "delays", "models"},
+    "transparency": {"arrays", "models"},
     "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
     "compare": {
-        "budget", "models", "prediction", "recording", "traces", "transparency", "verdicts",
+        "arrays", "budget", "models", "prediction", "recording", "traces", "transparency",
+        "verdicts",
     },
     "figures": {
         "budget", "charts", "compare", "filters", "maps", "recording", "traces", "transparency",
@@ -98,7 +96,7 @@ ANALYSIS = {
     "report": {"budget", "charts", "compare", "figures", "prediction", "traces", "verdicts"},
 }  # fmt: skip
 # Below each folder of the recording: what it may import of the recording; its files import all.
-RECORDING = {"format": set(), "mcap": set()}
+RECORDING = {"format": set()}
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 
 

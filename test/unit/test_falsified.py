@@ -19,7 +19,7 @@ from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.account import Role
 from pmwvc_core.controllers.library import has_waves, record_of
-from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.simulation.session import simulate_one
 
 ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")

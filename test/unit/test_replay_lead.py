@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from pmwvc_analysis.replay.limits import Limit
-from pmwvc_bringup.commands.replay import lead
+from pmwvc_analysis.replay.run import Limit
+from pmwvc_bringup.commands.compare import lead
 
 
 def user(force, first=None, **others):

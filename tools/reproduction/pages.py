@@ -32,10 +32,10 @@ def claims_page(numbers: Numbers) -> str:
         "# Claims of the dissertation",
         "",
         "What the dissertation claims, and what the results beside the [figures](README.md) show.",
-        "Nothing is fitted; the claimed experiments used real devices. A number is reproduced if it",
-        "is within 5 % (15 % for claims that something hardly matters, 0.1 % for the optimised α).",
-        "Bounds are our reading of words such as *stiffer*. *The number agrees*, but only with the",
-        "reservation stated. Bounds and choices of every claim: `tools/reproduction/claims*.py`.",
+        "Nothing is fitted; the claimed experiments used real devices. A number is reproduced if",
+        "it is within 5 % (15 % for claims that something hardly matters, 0.1 % for the optimised",
+        "α). Bounds are our reading of words such as *stiffer*. *The number agrees*, but with the",
+        "reservation stated. Bounds and choices of all claims: `tools/reproduction/claims*.py`.",
     ]
     for appendix, claims in groupby(CLAIMS, key=lambda claim: claim.where[0]):
         lines += ["", f"## App. {appendix}", "", *_claims_table(list(claims), numbers)]

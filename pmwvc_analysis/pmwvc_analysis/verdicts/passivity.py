@@ -32,7 +32,7 @@ from pmwvc_analysis.verdicts.open_balances import bounded, hidden, within
 from pmwvc_core.numeric import Array
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 # where the work of the force on the device counts

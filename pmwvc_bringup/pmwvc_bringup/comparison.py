@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The sessions of a comparison, simulated as one batch or run live one after the other, and the
+report of all of them: its files, and its table on the terminal.
+"""
+
+import dataclasses
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from pmwvc_analysis.compare import settings
+from pmwvc_analysis.compare.files import JSON, read_comparison, read_entries
+from pmwvc_analysis.compare.measures import Entry, measured
+from pmwvc_analysis.report.comparison_report import COLUMNS, PAGE, write
+from pmwvc_bringup.combinations import Combination
+from pmwvc_bringup.command import Result
+from pmwvc_bringup.output import doing
+from pmwvc_bringup.scenarios import to_yaml
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.quantities import cell
+from pmwvc_core.traces import SessionTraces
+
+
+def folder_of(number: int, one: Combination) -> str:
+    """Return the folder of a session below that of the comparison."""
+    plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]
+    return f"runs/{number:02d}-{plain}"
+
+
+def tuned(chosen: Sequence[Combination], show: Callable[[float], None]) -> list[Combination]:
+    """Return the combinations with the baselines of each tuned for its scenario."""
+    found = []
+    for number, one in enumerate(chosen):
+
+        def part(ratio: float, *, before: int = number) -> None:
+            show((before + ratio) / len(chosen))
+
+        scenario, words = settings.tuned(one.scenario, part, given=one.given)
+        found.append(dataclasses.replace(one, scenario=scenario, tuning=words))
+    return found
+
+
+def simulated(
+    chosen: Sequence[Combination], folder: Path, show: Callable[[float], None]
+) -> list[Entry]:
+    """Simulate all, batched; write each as a session without pictures."""
+    from pmwvc_analysis.recording.from_traces import record_traces
+    from pmwvc_analysis.session_files import write_summary
+    from pmwvc_analysis.verdicts.verdicts import summary
+    from pmwvc_core.simulation.session import simulate
+
+    every = [one.scenario for one in chosen]
+    traces = simulate(every, keep=lambda kept, _: kept, progress=lambda part: show(0.5 * part))
+    entries = []
+    for number, (one, each) in enumerate(zip(chosen, traces, strict=True), start=1):
+        below = folder_of(number, one)
+        record_traces(folder / below, each, one.scenario)
+        write_summary(folder / below, summary(each, one.scenario))
+        entries.append(_entry(one, each, below))
+        show(0.5 + 0.5 * number / len(chosen))
+    return entries
+
+
+def live(
+    chosen: Sequence[Combination], folder: Path, console: Console, *, figures: bool
+) -> list[Entry]:
+    """Run one session of nodes after the other, each by a runner of its own."""
+    from pmwvc_analysis.recording.reader import read_session
+
+    entries = []
+    for number, one in enumerate(chosen, start=1):
+        below = folder_of(number, one)
+        console.print(f"{number} of {len(chosen)}: {one.label}", markup=False)
+        with tempfile.TemporaryDirectory() as scratch:
+            file = Path(scratch, "scenario.yaml")
+            file.write_text(to_yaml(one.scenario), "utf-8")
+            words = ["-m", "pmwvc_bringup.cli", "run", str(file), "--out", str(folder / below)]
+            words += [] if figures else ["--no-figures"]
+            code = subprocess.run([sys.executable, *words], check=False).returncode
+        if code == 130:
+            raise KeyboardInterrupt
+        if code:
+            raise PmwvcError(f"{one.label}: the session did not run (exit code {code}); see above")
+        entries.append(_entry(one, read_session(folder / below), below))
+    return entries
+
+
+def _entry(one: Combination, traces: SessionTraces, below: str) -> Entry:
+    return measured(Entry(one.label, one.settings, traces, one.scenario, below, one.tuning))
+
+
+def report(
+    folder: Path, title: str, entries: Sequence[Entry], console: Console, *, notes: list[str],
+    figures: bool = True,
+) -> Result:  # fmt: skip
+    """Write tables and report, print table and notes; the document is ``comparison.json``."""
+    about = {"kind": "comparison", "lead": "", "notes": notes}
+    with doing("writing the report"):
+        found = write(folder, title, entries, about, figures=figures)
+    return print_report(folder, [*lines(found), *notes], console, figures=figures)
+
+
+def print_report(
+    folder: Path, texts: Sequence[str], console: Console, *, figures: bool = True
+) -> Result:
+    """Print lines and where the report is; the document is ``comparison.json``."""
+    for line in [*texts, f"report: {folder / (PAGE if figures else JSON)}"]:
+        console.print(line, markup=False)
+    return Result(document=(folder / JSON).read_text("utf-8"))
+
+
+def again(folder: Path, console: Console) -> Result:
+    """Judge the sessions of a comparison anew and write its report."""
+    before = read_comparison(folder)
+    title, notes = str(before["title"]), list(before.get("notes", []))
+    with doing("reading the recordings"):
+        entries = read_entries(folder)
+    return report(folder, title, entries, console, notes=notes)
+
+
+def lines(found: Mapping[str, Any]) -> list[str]:
+    """Return the table of a comparison for a terminal."""
+    sessions = found["sessions"]
+    width = max(len("session"), *(len(session["label"]) for session in sessions))
+    columns = [(name, head, factor) for name, _, head, factor in COLUMNS if head]
+    heads = "  ".join(f"{head:>14}" for _, head, _ in columns)
+    table = [f"{'session':{width}}  {heads}  verdict"]
+    passivity = {True: "", False: ", not passive", None: ", passivity not judged"}
+    for session in sessions:
+        values = ((session[name], factor) for name, _, factor in columns)
+        numbers = ("-" if value is None else cell(value, factor, 4) for value, factor in values)
+        verdict = "stable" if session["stable"] else session["instability"] or "not judged"
+        cells = "  ".join(f"{number:>14}" for number in numbers)
+        row = f"{session['label']:{width}}  {cells}  {verdict}"
+        table.append(row + passivity[session["passive"]])
+    table.append(f"{'':{width}}  parameters")
+    for session in sessions:
+        texts = [
+            f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
+            for name, value in session["parameters"].items()
+        ]
+        tuning = f" ({session['tuning']})" if session["tuning"] else ""
+        table.append(f"{session['label']:{width}}  {', '.join(texts) or 'none'}{tuning}")
+    return [*table, *found["conclusion"]]

@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The high-pass filter that feeds the outgoing wave back (App. D), for any anti-aliasing filter:
+its design, and its effect on velocity, lag and noise. Its passivity: :mod:`.aliasing`.
+
+Unless the parameters give it, the filter follows from H_LP, the response of the anti-aliasing one:
+
+* order 1, H_HP = (z - 1)/(z - alpha): the alpha that makes |H_LP + s H_HP|^2 as flat as can be,
+  min over alpha of max over 512 frequencies of | |H_LP + s H_HP|^2 - 1 |, with alpha below the
+  pole of H_LP (App. D section 4). Published is 0.92913; this gives 0.9274, and the error function
+  behind it is not stated.
+* order n >= 2, Butterworth: the lowest cut-off with |H_LP| + s |H_HP| <= 1 everywhere. Near rest
+  1 - |H_LP| rises with the power 2m of the frequency (m the order of H_LP; 1 for
+  ``integrate_and_dump``) and |H_HP| with the power n, so that n >= 2m is what it takes: no filter
+  of first order has this margin (a little less than 2m may fail by less than rounding).
+* complementary, H_1 and H_2 a Butterworth pair of order n, |H_1|^2 + |H_2|^2 = 1 (bilinear, so
+  exactly that): any cut-off will do; it is half the packet rate, above which no packet can carry
+  anything. Both branches go through their filter twice: H_LP = H_1^2 with the anti-aliasing filter
+  between, H_HP = H_2^2.
+
+Equations: docs/theory.md 7.8, 7.9.
+"""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array, Complex
+from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
+from pmwvc_core.wave.aliasing import TOLERANCE, minimum_between
+from pmwvc_core.wave.filter_design import (
+    bilinear_sections,
+    half_power_hz,
+    response,
+    sections_response,
+    warped_rad_s,
+)
+
+POINTS_IN_PHASE = 512  # frequencies of App. D section 4
+POINTS = 8192  # of a search, half of them near rest
+CUTOFF_RATIO = 1.001  # of a cut-off: what may lie between two of them
+HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
+HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
+SLOW = 1e-6  # angle [rad per tick] at which a lag is read
+
+
+def passing(params: MasterParams, side: str) -> Array:
+    """Return the sections ``(sections, 6)`` of H_HP (``high``; of ``complementary`` one of the two
+    H_2) or H_1 (``low``); ParameterError where no such filter exists.
+    """
+    return sections_of(chosen(params).velocity_filter, params.tick_s, side)
+
+
+def chosen(params: MasterParams) -> MasterParams:
+    """Return parameters with ``alpha`` or ``cutoff_hz`` given; ParameterError where no such filter
+    exists.
+    """
+    whole = _completed(params.velocity_filter, params.filter, params.tick_s, params.rate_drop)
+    return dataclasses.replace(params, velocity_filter=whole)
+
+
+@functools.lru_cache(maxsize=1024)
+def _completed(
+    own: VelocityFilterParams, low: FilterParams, tick_s: float, rate_drop: int
+) -> VelocityFilterParams:
+    """Return parameters with a cut-off; kept, as a node asks before and when it changes over."""
+    if own.cutoff_hz is not None:
+        if own.cutoff_hz * tick_s > HIGHEST:
+            raise ParameterError(
+                f"velocity_filter.cutoff_hz = {own.cutoff_hz}: must be <= "
+                f"{HIGHEST / tick_s:g} Hz at this tick"
+            )
+        return own
+    if own.alpha is not None:
+        return own
+    if own.splits:
+        cutoff_hz = min(0.5 / rate_drop, HIGHEST_DESIGNED) / tick_s
+        return dataclasses.replace(own, cutoff_hz=cutoff_hz)
+    if not low.is_on:
+        raise ParameterError(
+            "filter.kind = none: an anti-aliasing filter is what a velocity filter is designed "
+            "for; take one, or give velocity_filter.cutoff_hz"
+        )
+    angle = np.pi * np.arange(POINTS_IN_PHASE) / POINTS_IN_PHASE
+    if own.order > 1:
+        rising = (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)
+        angle = np.pi * np.concatenate([np.geomspace(1e-6, 1.0, POINTS // 2), rising])
+    values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
+    if own.order > 1:
+        cutoff_hz = _lowest_cutoff(own, np.abs(values), angle, tick_s)
+        return dataclasses.replace(own, cutoff_hz=cutoff_hz)
+    edge = half_power_hz(low, tick_s=tick_s)
+    below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
+    alpha = flattest_alpha(values, angle, share=own.share, below=below)
+    return dataclasses.replace(own, alpha=alpha)
+
+
+def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: float) -> float:
+    """Return the alpha of (z - 1)/(z - alpha), 0 < alpha < ``below``, that makes
+    |H_LP + s H_HP|^2 deviate least from 1 over angles ``(points,)`` [rad per tick].
+    """
+    z = np.exp(1j * angle)
+
+    def error(alpha: float) -> float:
+        high = (z - 1.0) / (z - alpha)
+        return float(np.max(np.abs(np.abs(low + share * high) ** 2 - 1.0)))
+
+    grid = np.linspace(0.0, below, 97)[1:-1]
+    start = int(np.argmin([error(float(alpha)) for alpha in grid]))
+    around = grid[max(start - 1, 0)], grid[min(start + 1, len(grid) - 1)]
+    return minimum_between(error, float(around[0]), float(around[1]))[0]
+
+
+def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: float) -> float:
+    """Return the lowest cut-off [Hz] with the any-environment margin, by bisection."""
+    warped = np.tan(0.5 * np.minimum(angle, np.pi * (1.0 - 1e-9)))
+
+    def excess(cutoff_hz: float) -> float:
+        ratio = math.tan(math.pi * cutoff_hz * tick_s) / warped
+        high = 1.0 / np.sqrt(1.0 + ratio ** (2 * own.order))
+        return float((low + own.share * high).max()) - 1.0
+
+    few, many = 1e-8 / tick_s, HIGHEST_DESIGNED / tick_s / CUTOFF_RATIO
+    if excess(many) > TOLERANCE:
+        raise ParameterError(
+            f"velocity_filter.share = {own.share}: no high-pass filter of order {own.order} "
+            "leaves |H_LP| + share |H_HP| <= 1 with this anti-aliasing filter; take a higher "
+            "order (twice that of the anti-aliasing filter), a smaller share, or kind = "
+            "complementary, or give cutoff_hz"
+        )
+    while many / few > 1.0 + 1e-9:
+        middle = math.sqrt(few * many)
+        few, many = (middle, many) if excess(middle) > 0.1 * TOLERANCE else (few, middle)
+    return many * CUTOFF_RATIO
+
+
+@functools.lru_cache(maxsize=1024)
+def sections_of(own: VelocityFilterParams, tick_s: float, side: str) -> Array:
+    """Return the sections of the filter of completed parameters; ``side`` is what passes."""
+    if own.alpha is not None:
+        return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
+    assert own.cutoff_hz is not None  # completed
+    cutoff = warped_rad_s(own.cutoff_hz, tick_s)
+    return bilinear_sections(own.order, cutoff, tick_s, side)
+
+
+def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Complex]:
+    """Return the responses of the branch to the environment and back, and of that fed back (all
+    of it, not the share), for parameters that :func:`chosen` has completed.
+    """
+    tick_s, own = params.tick_s, params.velocity_filter
+    angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
+    low = response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
+    high = sections_response(sections_of(own, tick_s, "high"), angle)
+    if not own.splits:
+        return low, high
+    pair = sections_response(sections_of(own, tick_s, "low"), angle)
+    return low * pair**2, high**2
+
+
+def velocity_gain(params: MasterParams, frequency_hz: Array) -> Complex:
+    """Return what is left of the velocity in the force, F_m/(b xd) while nothing comes back.
+
+    Exact and complementary (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
+    """
+    _, high = branches(params, frequency_hz)
+    fed = params.velocity_filter.share * high
+    if params.velocity_filter.in_force:
+        return np.asarray(1.0 - 2.0 * fed)
+    return np.asarray((1.0 - fed) / (1.0 + fed))
+
+
+def slow_lags(params: MasterParams) -> tuple[float, float]:
+    """Return what the filter adds to the lag of slow motion once around, pressing on a wall and
+    with nothing touched [s].
+
+    Near rest H_HP is tau p, p the derivative in time (order 1; zero for higher orders). A wall
+    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free: shorter by as much. The
+    equivalent form takes 2 s b tau off the felt mass, which is b lag/2.
+    """
+    if not params.velocity_filter.is_on:
+        return 0.0, 0.0
+    own, tick_s = chosen(params).velocity_filter, params.tick_s
+    angle = np.array([SLOW])
+    fed = sections_response(sections_of(own, tick_s, "high"), angle)[0]
+    if own.splits:
+        passed = sections_response(sections_of(own, tick_s, "low"), angle)[0] ** 2
+        longer = -float(passed.imag) / SLOW * tick_s
+        return longer, longer
+    answered = float(own.share) * float(fed.imag) / SLOW * tick_s
+    return (0.0, -4.0 * answered) if own.in_force else (answered, -answered)
+
+
+def noise_gain(params: MasterParams) -> float:
+    """Return the length of the noise that the difference of a rounded position makes in the
+    force, beside that without a filter (rms; white rounding errors).
+    """
+    turn = np.arange(16384) / 16384
+    power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2
+    gain = velocity_gain(params, turn / params.tick_s)
+    return float(np.sqrt(np.mean(np.abs(gain) ** 2 * power) / 2.0))
