@@ -11,10 +11,10 @@ from pmwvc_core.compiled import compiled
 from pmwvc_core.law.black_box import compensations
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
-from pmwvc_core.law.black_box.secant import resting_seen
+from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
 from pmwvc_core.law.family import NOTHING
-from pmwvc_core.law.motion import Body, body_law, wall_law
+from pmwvc_core.law.motion import Body, body_law
 from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.server_port import Came, Environment, UserPort, environment_step, joined
@@ -55,8 +55,8 @@ def leaves(value):
 def port(side, axes):
     rest = (0.0,) * axes
     law = ContactLaw(900.0, 1.0, -float(side), 0.05 * side, 0.002)
-    springs = tuple(Spring(0.0, 0.0 if k else 0.05 * side, not k, False) for k in range(axes))
-    contact = Contact(law, True, springs)
+    springs = tuple(Spring(0.0, 0.0 if k else 0.05 * side, not k) for k in range(axes))
+    contact = Contact(law, springs)
     avatar = Avatar(False, impedance(12.5), rest, rest, rest, contact, rest)
     brake = AvatarBrake(resting_brake(rest), 0.0)
     return UserPort(avatar, brake, rest, rest, rest, 0.0, 0.0, -1.0, ())
@@ -82,8 +82,10 @@ def test_every_black_box(axes):
     identity = tuple(tuple(row) for row in np.eye(axes).tolist())
     params = compensations.compensation_params(ServerParams(period_s=H))
     for (asked, law, sloped), treated in zip(boxes(ports, axes), TREATED, strict=True):
-        p = BlackBoxParams(law, params, wall_law(H), True, 0.0, H, sloped, not sloped, identity)
-        users = tuple(resting_seen(rest, 12.5 / H) for _ in ports)
+        p = BlackBoxParams(
+            law, params, body_law(float("inf"), 0.0, H), True, 0.0, H, sloped, not sloped, identity
+        )
+        users = tuple(Seen(resting_secant(rest, 12.5 / H, False), rest, rest, rest) for _ in ports)
         sums = Accounts(0.0, 0.0, 0.0, 0.0)
         box = BlackBox(rest, rest, asked, treated, users, 0.0, -1.0, sums)
         there = [

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from support.laws import assert_same, in_bulk
 
-from pmwvc_core.law.channel.arrivals import (
-    ArrivalsParams,
-    arrivals_of,
-    arrive,
-    received_j,
-    start_of,
-)
+from pmwvc_core.law.channel.arrivals import ArrivalsParams, arrive, start_of
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
@@ -21,7 +15,6 @@ from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_measure,
-    port_packet,
     port_send,
     port_tick,
 )
@@ -36,7 +29,7 @@ from pmwvc_core.law.server.server_port import (
 )
 from pmwvc_core.law.wave.wave import impedance
 from pmwvc_core.law.without_waves import couplings, pspm, tdpa
-from pmwvc_core.law.without_waves.ends import AvatarEndParams, DeviceEndParams, resting_end
+from pmwvc_core.law.without_waves.ends import AvatarEndParams, DeviceEnd, DeviceEndParams
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
 from pmwvc_core.params.baselines import TdpaParams
@@ -53,17 +46,17 @@ def frame(end, arrivals, e, packet, x, xd, silent, p, q, rules):
     e = environment_step(q, e, (came,))
     one, lost_j = left(e.ports[0])
     one, _ = joined(one, sent.position, e.body)
-    end = port_packet(end, arrivals, packet, p)
-    end = port_answer(end, packet.wave, silent, H, p)
+    end = port_answer(end, arrivals, packet, packet.wave, silent, H, p)
     end, _, f = port_tick(end, arrivals, x, xd, p)
     end = port_applied(end, f, p)
-    return end, arrivals, e, one, f, lost_j, received_j(arrivals)
+    return end, arrivals, e, one, f, lost_j, arrivals.received_j
 
 
 @pytest.mark.parametrize("kind", ["direct", "virtual_coupling", "tdpa", "pspm"])
 @pytest.mark.parametrize("axes", [1, 3])
 def test_both_ends(kind: str, axes: int) -> None:
     nothing, nobody = (0.0,) * axes, Nothing(0)
+    spring = pspm.ModulatedSpring(nothing, 0.005)
     state, law, kept = {
         "direct": (
             couplings.Held(nothing),
@@ -71,16 +64,15 @@ def test_both_ends(kind: str, axes: int) -> None:
             nobody,
         ),
         "virtual_coupling": (
-            couplings.resting_coupling(axes),
+            couplings.AvatarSeen(nothing, nothing),
             couplings.VirtualCoupling(300.0, 3.0),
             nobody,
         ),
         "tdpa": (
-            tdpa.resting_tdpa(axes), tdpa.tdpa_law(TdpaParams(), TICK_S), tdpa.RESTING_OBSERVER
+            tdpa.TdpaDevice(nothing, nothing), tdpa.tdpa_law(TdpaParams(), TICK_S), tdpa.Observer()
         ),
         "pspm": (
-            pspm.resting_pspm(axes, 0.005), pspm.Pspm(500.0, 2.0, 0.005),
-            pspm.resting_spring(axes, 0.005),
+            pspm.PspmDevice(spring, nothing), pspm.Pspm(500.0, 2.0, 0.005), spring,
         ),
     }[kind]  # fmt: skip
     contact = contact_of(ContactParams(), side=-1, size=0.1, axes=axes)
@@ -89,10 +81,10 @@ def test_both_ends(kind: str, axes: int) -> None:
     body = Body(nothing, nothing)
     port, _ = joined(port, (-0.06, *nothing[1:]), body)
     e = Environment((port,), body, 0.0, 0)
-    end, p = resting_end(state, axes), DeviceEndParams(TICK_S, law)
+    end, p = DeviceEnd(nothing, nothing, state), DeviceEndParams(TICK_S, law)
     q = AvatarEndParams((law,), body_law(0.5, 1.0, H), kind in ("virtual_coupling", "pspm"))
     rules = ArrivalsParams(0.05, 1.0, False, False, PlayoutParams(1.0, 0.1, 0.0))
-    arrivals = arrivals_of(start_of(False, axes, 0.05, H), nothing)
+    arrivals = start_of(False, axes, 0.05, H)
     rng, bulk = np.random.default_rng(axes), in_bulk(frame)
     energy_j, x = 0.0, np.array((-0.06, *nothing[1:]))
     for n in range(200):

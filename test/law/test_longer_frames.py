@@ -4,12 +4,7 @@
 
 import pytest
 
-from pmwvc_core.law.wave.filter_and_hold import (
-    filter_params,
-    filter_sample,
-    filter_step,
-    resting_filter,
-)
+from pmwvc_core.law.wave.filter_and_hold import filter_sample, filter_step, made_filter
 from pmwvc_core.params import FilterParams
 
 M = 8
@@ -18,8 +13,7 @@ M = 8
 @pytest.mark.parametrize(("ticks", "sent"), [(6, 6 / 8), (8, 1.0), (9, 1.0), (13, 1.0)])
 def test_a_frame_is_divided_by_m_or_by_its_own_ticks_if_it_has_more(ticks, sent):
     params = FilterParams(kind="integrate_and_dump")
-    p = filter_params(params, tick_s=0.001, rate_drop=M)
-    s = resting_filter(params, 1, p)
+    s, p = made_filter(params, 1, 0.001, M)
     for _ in range(2):  # the second frame knows nothing of the first
         for _ in range(ticks):
             s, _ = filter_step(s, (1.0,), p)

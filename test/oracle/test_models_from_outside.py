@@ -24,7 +24,7 @@ from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.controllers.plugged import DeviceAnswer
 from pmwvc_core.law.server.contacts import couple
-from pmwvc_core.law.server.coupling import OneStepDelay, one_step_delay
+from pmwvc_core.law.server.coupling import OneStepDelay
 from pmwvc_core.law.vectors import minus, plus, scaled
 from pmwvc_core.server.couplings import COUPLINGS
 
@@ -116,7 +116,7 @@ def remembering(p, avatars, body, law):
         before = MEANS.get(index, scaled(a.f, 0.0))
         MEANS[index] = scaled(plus(before, a.f), 0.5)
         softer.append(a._replace(f=MEANS[index]))
-    return one_step_delay(OneStepDelay(0.0, law.period_s), tuple(softer), body, law)
+    return couple(OneStepDelay(0.0, law.period_s), tuple(softer), body, law)
 
 
 @couple.member(Failing)
@@ -128,7 +128,7 @@ def failing(p, avatars, body, law):
 def ordered(p, avatars, body, law):
     first, *others = avatars
     softer = (first, *(a._replace(f=scaled(a.f, 0.5)) for a in others))
-    return one_step_delay(OneStepDelay(0.0, p.h), softer, body, law)
+    return couple(OneStepDelay(0.0, p.h), softer, body, law)
 
 
 def controller(name):

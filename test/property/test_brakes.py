@@ -22,8 +22,8 @@ from pmwvc_core.law.safety.brakes import (
     brake_stored_j,
     braked,
     holding,
+    loose_brake,
     resting_brake,
-    resting_hand_brake,
     unbraked,
 )
 from pmwvc_core.law.server.server_port import Came, environment_step
@@ -50,7 +50,7 @@ class Hand:
     """The brake at a device."""
 
     def __init__(self, axes=1):
-        self.s, self.k = resting_hand_brake((0.0,) * axes), brake_stiffness(B)
+        self.s, self.k = loose_brake((0.0,) * axes), brake_stiffness(B)
 
     def step(self, waits, x, f):
         """Go one tick on; tell whether anything is held."""

@@ -170,7 +170,7 @@ def test_lossy_late_and_silent_links_leave_only_the_deficit_of_the_hold(
             silent=ends.rng.random() < 0.3 * bad,
             ticks=int(ends.rng.integers(1, M + 1)) if early else M,
         )
-        ends.port.on_packet(ends.packet)  # settles the frame
+        ends.port.settle()
         deficit = ends.port.energies["position_owed"]
         assert ends.balance + deficit >= -ends.tolerance()
         assert deficit <= ends.largest_deficit + ends.tolerance()

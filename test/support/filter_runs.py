@@ -7,12 +7,11 @@ import numpy as np
 from pmwvc_core.ends.forms import value, vector
 from pmwvc_core.law.wave.filter_and_hold import (
     Hold,
-    filter_params,
     filter_sample,
     filter_step,
     hold,
     load,
-    resting_filter,
+    made_filter,
 )
 from pmwvc_core.params import FilterParams
 from support.strategies import TICK_S
@@ -30,8 +29,8 @@ class Stage:
     """A filter with its state; floats, or arrays of several axes."""
 
     def __init__(self, params, *, rate_drop=8, axes=1):
-        self.p = filter_params(params, tick_s=TICK_S, rate_drop=rate_drop)
-        self.s, self.axes = resting_filter(params, axes, self.p), axes
+        self.s, self.p = made_filter(params, axes, TICK_S, rate_drop)
+        self.axes = axes
 
     def step(self, u):
         self.s, y = filter_step(self.s, vector(u, self.axes), self.p)

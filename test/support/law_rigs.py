@@ -10,26 +10,20 @@ from dataclasses import replace
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.ends.forms import known, value, vector
-from pmwvc_core.law.channel.arrivals import arrivals_of, arrive
+from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_energies,
     port_measure,
-    port_opened,
-    port_packet,
     port_send,
     port_signals,
     port_tick,
 )
-from pmwvc_core.law.safety.limits import (
-    LARGEST,
-    limits,
-    limits_params,
-    limits_restart,
-    resting_limits,
-)
+from pmwvc_core.law.position.feedback import position_packet
+from pmwvc_core.law.safety.brakes import loose_brake
+from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_params, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
     environment_energies,
@@ -57,7 +51,8 @@ class ForceLimits:
         self.axes, self.params = axes, SafetyParams(**params)
         self._times = tick_s, packet_s, LARGEST, 0.0
         self.p = limits_params(self.params, *self._times)
-        self.s = resting_limits((0.0,) * axes, self.p)
+        nothing = (0.0,) * axes
+        self.s = Limits(nothing, loose_brake(nothing), self.p.timeout_s)
 
     def __call__(self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, ticks=1):
         f, x, xd = (vector(signal, self.axes) for signal in (f, x, xd))
@@ -93,10 +88,9 @@ class Port:
             controller=controller, channel=channel, dof=axes, server=server
         )
         self.user, self.p = made_user(self._user, self._session)
-        rest = (0.0,) * axes
-        self.arrivals = arrivals_of(self.user.arrivals, rest)
-        self.s, self._number, self._epoch = port_opened(self.user.port), 0, None
-        self.account = 0.0
+        self.arrivals, self.s = self.user.arrivals, self.user.port
+        self._number, self._epoch = 0, None
+        self._newest, self.account = self.user.newest, 0.0
 
     def configure(self, master):
         old, self._user = self._user, replace(self._user, master=master)
@@ -119,12 +113,14 @@ class Port:
 
     def receive(self, wave):
         """Take a wave that stands for the frame that begins."""
-        frame_s, wave = self._user.master.frame_s, vector(wave, self.axes)
-        self.s = port_answer(self.s, wave, False, frame_s, self.p.port)
+        self._answered(vector(wave, self.axes), False)
 
     def silence(self):
-        rest = (0.0,) * self.axes
-        self.s = port_answer(self.s, rest, True, self._user.master.frame_s, self.p.port)
+        self._answered((0.0,) * self.axes, True)
+
+    def _answered(self, wave, silent):
+        given = self.arrivals, self._newest, wave, silent, self._user.master.frame_s
+        self.s = port_answer(self.s, *given, self.p.port)
 
     def step(self, x, xd):
         """Return the force that a tick asks for [N]."""
@@ -146,7 +142,14 @@ class Port:
         self._epoch = packet.epoch
         came = known(packet, self.axes, fresh=fresh, lost=lost)._replace(extra=())
         self.arrivals = arrive(self.arrivals, came, 0, self.p.arrivals)
-        self.s = port_packet(self.s, self.arrivals, came, self.p.port)
+        self._newest = came
+        if hasattr(self.arrivals, "playout"):  # which has the wave
+            self.receive(0.0)
+
+    def settle(self):
+        """Have position feedback settle the frame that ends, by the newest packet once more."""
+        of = self.s.position, self._newest, True, self.p.port.position
+        self.s = self.s._replace(position=position_packet(*of))
 
     def come(self, integral, energy_j, duration_s):
         """Take a segment of the strict channel in."""

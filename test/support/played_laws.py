@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.port.master import Sample, port_opened
+from pmwvc_core.law.port.master import Sample
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.plant.device import device_step
@@ -52,15 +51,10 @@ class Laws:
 
     @property
     def start(self):
-        rest = (0.0,) * self.axes
         users, devices, hands, *_ = zip(*self.made.ends, strict=True)
-        users, guests = (
-            tuple(s._replace(arrivals=arrivals_of(s.arrivals, rest)) for s in each)
-            for each in (users, self.made.server.guests)
-        )
         return Session(
-            tuple(s._replace(port=port_opened(s.port)) for s in users),
-            self.made.server._replace(guests=guests),
+            users,
+            self.made.server,
             devices,
             hands,
             *((Link(0, ()),) * len(devices),) * 2,

@@ -12,20 +12,13 @@ from pmwvc_analysis.models.elements import Elements, elements, lifted
 from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.law.channel import arrivals, playout
-from pmwvc_core.law.channel.arrivals import (
-    ArrivalsParams,
-    anew,
-    arrivals_of,
-    arrive,
-    start_of,
-    wave_of,
-)
-from pmwvc_core.law.channel.packet import Sent, pack, packing_params, resting_packing
+from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
+from pmwvc_core.law.channel.packet import Packing, Sent, pack, packing_params
 from pmwvc_core.law.channel.playout import RETURN_S, Moved, PlayoutParams
 from pmwvc_core.params import DeadbandParams
 from support.session_given import session_given
 
-UNMOVED = Moved(0.0, 0.0, 0.0, 0.0, 0.0)
+UNMOVED = Moved()
 
 
 class ReceivingEnd:
@@ -51,7 +44,7 @@ class ReceivingEnd:
         played = PlayoutParams(most_repaid, RETURN_S, store_j)
         strict, once = channel == "strict", channel == "zeroing"
         self.p = ArrivalsParams(timeout_s, longest, once, strict, played)
-        self.s = arrivals_of(start_of(strict, dof, timeout_s, period_s), (0.0,) * dof)
+        self.s = start_of(strict, dof, timeout_s, period_s)
 
     def push(self, packet, now_ns):
         """Take a packet; return it as the laws have it, None where it is refused."""
@@ -81,12 +74,12 @@ class SendingEnd:
 
     def __init__(self, dof=1, *, period_s, **deadband):
         self.dof, self.period_s = dof, period_s
-        self.s, self.p = resting_packing(dof), packing_params(DeadbandParams(**deadband))
+        self.s, self.p = Packing(*((0.0,) * dof,) * 3), packing_params(DeadbandParams(**deadband))
 
     def send(self, wave, now_ns=0, *, anew=False):
         """Add a sample; return its packet, None where the deadband holds it back."""
         sent = Sent(vector(wave, self.dof), (0.0,) * self.dof, -1.0, ())
-        says = now_ns, False, False, anew, False, 0, 0
+        says = now_ns, (False, False), anew, False, 0, 0
         self.s, packet, sends = pack(self.s, sent, self.period_s, *says, self.p)
         return message(packet, 1, 0, (0, 0, 0)) if sends else None
 

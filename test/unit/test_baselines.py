@@ -8,9 +8,8 @@ from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
 from support.law_rigs import Port, Users
 from support.packer import Packer
 
-from pmwvc_core.law.channel.arrivals import received_j
-from pmwvc_core.law.without_waves.pspm import Pspm, aimed, divided, resting_spring, set_to
-from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, informed, observed, overdraft_j
+from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, aimed, divided, set_to
+from pmwvc_core.law.without_waves.tdpa import Observer, informed, observed, overdraft_j
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 
@@ -49,9 +48,9 @@ class TestWhatArrives:
     def taken(self, *packets):
         port, taken = master_of("tdpa"), []
         for each in packets:
-            before = received_j(port.arrivals)
+            before = port.arrivals.received_j
             port.on_packet(each)
-            taken.append(received_j(port.arrivals) - before)
+            taken.append(port.arrivals.received_j - before)
         return taken
 
     def test_only_what_a_sum_has_grown_since_the_newest_packet(self):
@@ -107,7 +106,7 @@ class TestVirtualCoupling:
 
 class TestTimeDomainPassivity:
     def test_an_observer_lets_out_what_came_in_elsewhere(self):
-        observer = informed(RESTING_OBSERVER, 0.5)
+        observer = informed(Observer(), 0.5)
         assert observer.allowance_j == 0.5
         assert overdraft_j(observer, 0.75) == 0.25 and overdraft_j(observer, -1.0) == 0.0
         observer = observed(observer, 0.75, 0.25, 0.25)
@@ -174,26 +173,26 @@ LAW = Pspm(stiffness=500.0, damping=5.0, cap_j=0.02)
 class TestSetPointModulation:
     def test_the_set_point_goes_as_far_as_the_tank_pays(self):
         """K/2 q^2 = 0.01 J with K = 500: q = 6.32 mm, of the 10 mm wanted."""
-        spring = aimed(resting_spring(1, 0.01), (0.01,), (0.0,), LAW)
+        spring = aimed(ModulatedSpring((0.0,), 0.01), (0.01,), (0.0,), LAW)
         assert spring.q[0] == pytest.approx(np.sqrt(2 * 0.01 / 500.0))
         assert spring.tank_j == pytest.approx(0.0, abs=1e-15)
         assert spring.spring_j == pytest.approx(0.01)
 
     def test_towards_the_device_it_is_free_and_earns(self):
-        spring = set_to(resting_spring(1, 0.0), (0.0,), (0.01,), 0.025, LAW)
+        spring = set_to(ModulatedSpring((0.0,), 0.0), (0.0,), (0.01,), 0.025, LAW)
         spring = aimed(spring, (0.01,), (0.01,), LAW)
         assert spring.q == (0.01,)
         assert spring.tank_j == pytest.approx(0.025)
 
     def test_an_overdrawn_tank_moves_only_where_that_pays_back(self):
-        spring = set_to(resting_spring(1, 0.0), (0.0,), (0.01,), -0.1, LAW)
+        spring = set_to(ModulatedSpring((0.0,), 0.0), (0.0,), (0.01,), -0.1, LAW)
         away = aimed(spring, (-0.01,), (0.01,), LAW)
         assert away.q == (0.0,) and away.tank_j == spring.tank_j
         beyond = aimed(spring, (0.02,), (0.01,), LAW)
         assert beyond.q[0] == pytest.approx(0.01) and beyond.tank_j > spring.tank_j
 
     def test_beyond_the_cap_the_peer_gets_it(self):
-        spring = divided(resting_spring(1, 0.05), LAW)
+        spring = divided(ModulatedSpring((0.0,), 0.05), LAW)
         assert (spring.tank_j, spring.sent_j) == (0.02, pytest.approx(0.03))
 
     def test_at_rest_both_springs_and_the_contact_are_in_series(self):

@@ -16,7 +16,6 @@ from pmwvc_core.law.motion import (
     kinetic_j,
     mobility,
     pushed_body,
-    wall_law,
 )
 
 H = 0.008
@@ -54,7 +53,7 @@ def test_the_midpoint_step_balances_work_motion_and_ground(mass, damping, force,
 
 
 def test_a_wall_does_not_give_way():
-    wall, law = Body((0.0,), (0.0,)), wall_law(H)
+    wall, law = Body((0.0,), (0.0,)), body_law(float("inf"), 0.0, H)
     assert pushed_body(wall, (1e3,), law) == (wall, (0.0,), 0.0)
     assert drifted(wall, (0.0,), law) == (wall, 0.0)
     assert (mobility(3.0, law), kinetic_j(wall, law)) == (0.0, 0.0)

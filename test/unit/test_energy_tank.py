@@ -9,7 +9,7 @@ from support.packer import Packer
 
 from pmwvc_core.ends.forms import known
 from pmwvc_core.law.position.energy_tank import (
-    resting_tank,
+    Tank,
     tank_down,
     tank_free_j,
     tank_packet,
@@ -36,7 +36,7 @@ class Held:
 
     def __init__(self, kind, *, most_j):
         self.p = params_of(hold=kind, position=PositionParams(most_j=most_j))
-        self.s, self.ramp = resting_tank((0.0,), self.p.lent_j), M if kind == "foh" else 1
+        self.s, self.ramp = Tank(self.p.lent_j, *((0.0,),) * 4), M if kind == "foh" else 1
         self.hold = Hold((0.0,), (0.0,), (0.0,), 0)
         self.server = Packer(7, period=FRAME_S)
         self.packet = None
@@ -114,6 +114,6 @@ def test_what_is_kept_for_a_first_order_filter_is_the_most_it_can_still_give(pol
     e, h2 = FRAME_S / 2 / worst_case_gain(filtering, tick_s=TICK_S, rate_drop=M), r * (1 - q * q)
     assert k == pytest.approx((e + k) * q * q * i / (i - (e + k) * h2), rel=1e-6)
     p = params_of(filter=filtering)
-    tank, _ = tank_send(resting_tank((0.0,), p.lent_j), (0.1,), p)
+    tank, _ = tank_send(Tank(p.lent_j, *((0.0,),) * 4), (0.1,), p)
     # Nothing was taken in: only the reserve is missing, and no packet goes out.
     assert -tank.saved_j == pytest.approx(k * 0.01, rel=0.02)

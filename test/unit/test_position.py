@@ -203,8 +203,8 @@ def _energies(s, p):
 def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
     rig, rng = Rig(params(kind)), np.random.default_rng(4)
     port = rig.port
-    port.s = port.s._replace(filters=Filtered(NOTHING, Amplifier(0), NOTHING, (0.0,), (0.0,)))
-    filters = FilteredParams(NOTHING, NOTHING, NOTHING, port.p.port.impedance)
+    port.s = port.s._replace(filters=Filtered(NOTHING, Amplifier(0), (0.0,), (0.0,)))
+    filters = FilteredParams(NOTHING, NOTHING, port.p.port.impedance)
     port.p = port.p._replace(port=port.p.port._replace(filters=filters))
     brought = hand = sent = 0.0
     for _ in range(100):

@@ -11,9 +11,7 @@ from pmwvc_analysis.models.elements import lifted, stacked
 from pmwvc_analysis.models.links import Line, UnderWay
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
-from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.counts import resting_counts
-from pmwvc_core.law.port.master import port_opened
 from pmwvc_core.law.server.contacts import offset_of
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.made.server import resting_server, server_params
@@ -75,7 +73,6 @@ def _made(
         key = index, *map(id, own)
         if key not in kept:
             s, p = made_user(touching, of, answer_tick=line.answer.phase)
-            s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
             device = simulated_params(user.device, scenario.tick_s)
             # With the parameters, so that their numbers stay those of this user.
             kept[key] = (*_opened(s, p), resting_device(rest, device), device, own)
@@ -83,8 +80,6 @@ def _made(
         guests += [touching] * len(line.ports)
     q = server_params(guests, of, server)
     at_server = resting_server(guests, of, q)
-    present = [g._replace(arrivals=arrivals_of(g.arrivals, rest)) for g in at_server.guests]
-    at_server = at_server._replace(guests=tuple(present))
     states, params, devices, of_devices = zip(*ends, strict=True)
     none = ((),) * len(lines)
     q = q._replace(environment=_unlimited(q.environment))

@@ -12,9 +12,9 @@ from pmwvc_core.controllers import accounts
 from pmwvc_core.controllers import record as rules
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.law.family import NOTHING
-from pmwvc_core.law.without_waves.couplings import Direct, Held, VirtualCoupling, resting_coupling
-from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
-from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
+from pmwvc_core.law.without_waves.couplings import AvatarSeen, Direct, Held, VirtualCoupling
+from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, PspmDevice
+from pmwvc_core.law.without_waves.tdpa import Observer, TdpaDevice, tdpa_law
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, forward
@@ -48,7 +48,7 @@ VIRTUAL_COUPLING = Controller(
         baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
     ),
     sprung=True,
-    device_rest=lambda baseline, axes: resting_coupling(axes),
+    device_rest=lambda baseline, axes: AvatarSeen((0.0,) * axes, (0.0,) * axes),
     avatar_rest=lambda baseline, axes: NOTHING,
     linear="virtual_coupling",
     coupling=HELD,
@@ -60,8 +60,8 @@ TDPA = Controller(
     "later; a device at rest dissipates none.",
     waves=False,
     law=lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
-    device_rest=lambda baseline, axes: resting_tdpa(axes),
-    avatar_rest=lambda baseline, axes: RESTING_OBSERVER,
+    device_rest=lambda baseline, axes: TdpaDevice((0.0,) * axes, (0.0,) * axes),
+    avatar_rest=lambda baseline, axes: Observer(),
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
         rules.check_tdpa,
@@ -83,8 +83,10 @@ PSPM = Controller(
         baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
     ),
     sprung=True,
-    device_rest=lambda baseline, axes: resting_pspm(axes, baseline.pspm.initial_j),
-    avatar_rest=lambda baseline, axes: resting_spring(axes, baseline.pspm.initial_j),
+    device_rest=lambda baseline, axes: PspmDevice(
+        ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j), (0.0,) * axes
+    ),
+    avatar_rest=lambda baseline, axes: ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j),
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
     rule=Rule(
@@ -145,13 +147,12 @@ def accounts_of_user(controller: str, channel: str, master: MasterParams) -> tup
     if record.device is not None or not record.waves:
         return record.accounts
     strict, position = is_strict(controller, channel), master.position
-    filtered, in_force = master.velocity_filter.is_on, master.velocity_filter.in_force
-    lent = strict or position.as_published
+    velocity, lent = master.velocity_filter, strict or position.as_published
+    of_velocity = accounts.FORCE_FILTER if velocity.in_force else accounts.VELOCITY_FILTER
     kept = (
         (strict, accounts.OF_STRICT),
-        (filtered and not in_force, (accounts.VELOCITY_FILTER,)),
+        (velocity.is_on, (of_velocity,)),
         (master.bank.is_on, accounts.OF_BANK),
-        (filtered and in_force, (accounts.FORCE_FILTER,)),
         (position.is_on, accounts.OF_POSITION[: 1 if lent else None]),
     )
     return tuple(entry for is_on, of in kept if is_on for entry in of)

@@ -25,17 +25,10 @@ from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server import server_port
-from pmwvc_core.law.server.contacts import (
-    Contact,
-    contact_force,
-    contact_heat,
-    contact_unwrapped,
-    offset_of,
-    slid,
-)
-from pmwvc_core.law.server.coupling import object_pushed
+from pmwvc_core.law.server.contacts import Contact, contact_force, contact_heat, offset_of, slid
+from pmwvc_core.law.server.coupling import object_pushed, pulled
 from pmwvc_core.law.server.server_port import Environment
-from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, squared, zero
 from pmwvc_core.law.without_waves.ends import port_without_waves
 
 
@@ -96,25 +89,17 @@ def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
     (backward Euler): a force [N] and a damper [N s/m]. A spring K and damper B to the device are
     drive = K (position - x_s) + B velocity, impedance = K h + B.
     """
-    free, start = scaled(drive, 1.0 / impedance), step.contact
-    f = contact_unwrapped(start, free, step.body.xd, impedance, step.period_s)
-    xd = minus(free, scaled(f, 1.0 / impedance))
-    contact, dropped_j = slid(start, scaled(xd, step.period_s))
-    return _moved(step, xd, f, contact, dropped_j)
+    xd, f, contact, lost_j = pulled(step.contact, drive, impedance, step.body, step.period_s)
+    return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)
 
 
 def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
     """Put an avatar where its device was when it was last heard, with that velocity [m/s]."""
     place = plus(step.body.x, offset_of(step.contact))
     contact, dropped_j = slid(step.contact, minus(step.position, place))
-    f = contact_force(contact, minus(velocity, step.body.xd))
-    return _moved(step, velocity, f, contact, dropped_j)
-
-
-def _moved(step: AvatarStep, xd: Vector, f: Vector, contact: Contact, dropped_j: float) -> Moved:
-    heat_w = contact_heat(contact, minus(xd, step.body.xd))
-    x_s = plus(step.body.x, offset_of(contact))
-    return Moved(x_s, xd, f, contact, dropped_j + step.period_s * heat_w)
+    rate = minus(velocity, step.body.xd)
+    f, lost_j = contact_force(contact, rate), step.period_s * contact_heat(contact, rate)
+    return Moved(plus(step.body.x, offset_of(contact)), velocity, f, contact, lost_j + dropped_j)
 
 
 class Plugged(NamedTuple):
@@ -160,10 +145,13 @@ def _send(
 
 
 @master.port_answer.member(Plugged)
-def _answer(s: Plugged, wave: Vector, silent: bool, frame_s: float, p: PluggedParams) -> Plugged:
+def _answer(
+    s: Plugged, arrivals: Any, packet: Packet, wave: Vector, silent: bool, frame_s: float,
+    p: PluggedParams,
+) -> Plugged:  # fmt: skip
     wave = zero(wave) if silent else wave
     received_j = s.received_j + squared(wave) * (0.5 * frame_s)
-    packet = s.packet._replace(wave=wave)
+    packet = (packet if packet.number > 0 else s.packet)._replace(wave=wave)
     return s._replace(packet=packet, silent=silent, answered=True, received_j=received_j)
 
 
@@ -233,7 +221,6 @@ def _environment_energies(p: PluggedServerParams, s: Environment) -> Vector:
     return kinetic_j(s.body, p.body), server_port.potential_j(s), *map(sum, of_users)
 
 
-master.port_packet.member(Plugged)(lambda s, arrivals, packet, p: s._replace(packet=packet))
 master.port_signals.member(Plugged)(lambda s: (zero(s.x),) * 3)
 released_brake.member(Kept)(lambda s: Kept(s.rest, s.rest))
 server_port.port_shown.member(PluggedServerParams)(port_without_waves)

@@ -17,7 +17,7 @@ from pmwvc_core.ends.forms import message
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame.rows import ServerRow
-from pmwvc_core.law.channel.arrivals import arrivals_of, arrive, waits
+from pmwvc_core.law.channel.arrivals import arrive, told
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, left
 from pmwvc_core.law.server_step import ABSENT, server_step
@@ -56,10 +56,7 @@ class ServerEnd(ServerView):
         first, step = (SERVER_EPOCH, 1) if epoch is None else (epoch, 0)
         self._epochs = [first + step * number for number in range(count)]
         self.p = self._made(self.params.period_s)
-        s = resting_server(self._users, session, self.p, call)
-        rest = (0.0,) * dof
-        guests = (guest._replace(arrivals=arrivals_of(guest.arrivals, rest)) for guest in s.guests)
-        self.s = s._replace(guests=tuple(guests))
+        self.s = resting_server(self._users, session, self.p, call)
         self.faults = self._found_faults()
         inboxes = []
         for user in self._users:
@@ -182,7 +179,7 @@ class ServerEnd(ServerView):
             rest = zero(port.x_s)
             sent = Sent(rest, rest, port.account_j, port.extra)
             packing = p.guests[user].packing
-            about = now_ns, False, waits(guest.arrivals), guest.anew, False, 0, 1
+            about = now_ns, (False, told(guest.arrivals)[1]), guest.anew, False, 0, 1
             packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, packing)
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)

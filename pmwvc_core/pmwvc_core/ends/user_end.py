@@ -21,8 +21,7 @@ from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import End, Inbox
 from pmwvc_core.frame.rows import DeviceSample, FrameReport, Row
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
-from pmwvc_core.law.channel.arrivals import arrivals_of
-from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_opened, port_signals
+from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_signals
 from pmwvc_core.law.user_tick import begin, send, user_tick
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
@@ -48,9 +47,7 @@ class UserEnd(End):
         self._user, self._session, self._epoch, self._dof = user, session, epoch, session.dof
         self._schedule, self._workspace_m = schedule, workspace_m
         self._accounts: list[str] = []
-        s, self.p = self._made()
-        arrivals = arrivals_of(s.arrivals, (0.0,) * self._dof)
-        self.s = s._replace(arrivals=arrivals, port=port_opened(s.port))
+        self.s, self.p = self._made()
         times_s = {"period_s": session.server.period_s, "timeout_s": user.safety.timeout_s}
         self.inbox = Inbox(session, user.impedance, from_server=True, **times_s)
         super().__init__([self.inbox])

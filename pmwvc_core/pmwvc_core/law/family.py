@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Families of laws: one name for laws of which the type of the state (or of the parameters, where
-there is no state) says which is meant; compiled, it is known beforehand and costs nothing.
-
-A law joins with ``@family.member(State)``; a plug-in does the same. Every type without a law of
-its own, such as :class:`Nothing`, has the default of the family.
+there is no state) says which is meant; compiled, it is known beforehand and costs nothing. A law
+joins with ``@family.member(State)``; a plug-in does the same.
 """
 
 from collections import defaultdict
@@ -38,11 +36,6 @@ def no_accounts(first: Any, *others: Any) -> Any:
     return ()
 
 
-def none_j(first: Any, *others: Any) -> float:
-    """Return no energy [J]."""
-    return 0.0
-
-
 def never(first: Any, *others: Any) -> bool:
     """Tell that it is not so."""
     return False
@@ -67,3 +60,6 @@ class Family:
     def __call__(self, first: Any, *others: Any) -> Any:
         """Call the law for the type of the first argument."""
         return self.members[type(first)](first, *others)
+
+
+opened = Family("opened", same)  # (s) -> s at its start, its lists made here: for compiled laws

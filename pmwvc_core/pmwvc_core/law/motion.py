@@ -4,9 +4,8 @@
 
 m x'' + b x' = F over a time t, with z = b t / m, and the limits 1 and 1/2 for z -> 0::
 
-    xd(t) = e^-z xd + (t/m) phi1(z) F
-    x(t)  = x + t phi1(z) xd + (t^2/m) phi2(z) F
-    phi1(z) = (1 - e^-z)/z,  phi2(z) = (z - 1 + e^-z)/z^2
+    xd(t) = e^-z xd + (t/m) phi1(z) F               phi1(z) = (1 - e^-z)/z
+    x(t)  = x + t phi1(z) xd + (t^2/m) phi2(z) F    phi2(z) = (z - 1 + e^-z)/z^2
 
 The object, m_o x'' + b_o x' = sum of the contact forces (App. B, Eq. 1), goes one step on exactly
 under forces held over the step (sampled couplings), or by the midpoint rule (implicit coupling),
@@ -14,9 +13,7 @@ which keeps the account of kinetic energy to rounding::
 
     m_o (v1 - v0)/h + b_o v = F,   v = (v0 + v1)/2,   x1 = x0 + h v
 
-A wall never moves: whatever the force, velocity zero, no energy taken.
-
-Equations: docs/theory.md 1.7, 4.2.
+A wall never moves, and takes no energy. Equations: docs/theory.md 1.7, 4.2.
 """
 
 import math
@@ -83,15 +80,9 @@ class Body(NamedTuple):
 
 
 def body_law(mass: float, damping: float, period_s: float) -> BodyLaw:
-    """Return the law of a free object."""
-    return BodyLaw(
-        mass, damping, period_s, 2.0 * mass / period_s, motion(mass, damping, period_s), False
-    )
-
-
-def wall_law(period_s: float) -> BodyLaw:
-    """Return the law of a wall."""
-    return BodyLaw(math.inf, 0.0, period_s, math.inf, Motion(0.0, 0.0, 0.0, 0.0), True)
+    """Return the law of a free object, or of a wall: an infinite mass."""
+    of_step, fixed = motion(mass, damping, period_s), math.isinf(mass)
+    return BodyLaw(mass, damping, period_s, 2.0 * mass / period_s, of_step, fixed)
 
 
 def changed_body(s: Body, old: BodyLaw, new: BodyLaw) -> Body:

@@ -10,24 +10,13 @@
     the answers       to those who are present
     the target        where the object is to be brought, once all have been together
 
-A silent user is rendered a matched damper; braked on the strict channel, also while it hears
-nothing of the server.
+A silent user is rendered a matched damper; braked on the strict channel.
 """
 
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import (
-    anew,
-    arrive,
-    interrupted,
-    lacks,
-    missed,
-    received_j,
-    sparing,
-    waits,
-    wave_of,
-)
+from pmwvc_core.law.channel.arrivals import anew, arrive, interrupted, missed, spare, told, wave_of
 from pmwvc_core.law.channel.packet import (
     Packet,
     Packing,
@@ -97,12 +86,10 @@ def server_step(
         each(_come, (s.guests, before.ports, packets, p.guests), now_ns, missed_s, before.body, p)
     )
     dissipated_j = total(before.dissipated_j, lost)
-    after = environment_step(
-        p.environment, before._replace(ports=ports, dissipated_j=dissipated_j), came
-    )
-    guests, ports, answers = columns(
-        each(_gone, (guests, after.ports, p.guests), now_ns, p.period_s)
-    )
+    before = before._replace(ports=ports, dissipated_j=dissipated_j)
+    after = environment_step(p.environment, before, came)
+    rows = guests, after.ports, p.guests
+    guests, ports, answers = columns(each(_gone, rows, now_ns, p.period_s))
     together = True
     for i in range(len(guests)):
         together = together and guests[i].presence == COUPLED
@@ -145,7 +132,7 @@ def _come(
             presence, brakes = COUPLED, interrupted(arrivals, now_ns)
             if silent or unreceived:
                 presence = DAMPING
-    came = Came(wave, arrivals.position, brakes, received_j(arrivals), extra)
+    came = Came(wave, arrivals.position, brakes, arrivals.received_j, extra)
     return Guest(presence, flips, arrivals, s.packing, extra), port, came, lost_j
 
 
@@ -156,13 +143,13 @@ def _gone(
     arrivals, packing = s.arrivals, s.packing
     if s.presence == ABSENT:
         return s, port, (no_packet(zero(port.x_s), port.extra), False)
-    arrivals, passed_j = sparing(arrivals, period_s, q.arrivals)
+    arrivals, passed_j = spare(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
         packing = packing._replace(energy_j=packing.energy_j + passed_j)
         port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     sent = Sent(port.v_s, minus(port.x_s, port.offset), port.account_j, port.extra)
     packing, packet, sends = pack(
-        packing, sent, period_s, now_ns, lacks(arrivals), waits(arrivals), s.anew, False,
-        arrivals.silence.number, 0, q.packing,
+        packing, sent, period_s, now_ns, told(arrivals), s.anew, False, arrivals.silence.number,
+        0, q.packing,
     )  # fmt: skip
     return s._replace(arrivals=arrivals, packing=packing), port, (packet, sends)

@@ -8,15 +8,14 @@
     every tick              packets that have come; motion -> port -> limits -> force
     answer tick             the newest wave to the port, once a frame
 
-Frames begin at the multiples of their length M. Where M changes, or ticks were skipped, the frame
-that begins is as long as it takes to the next multiple, so that both ends keep their phases. A
-frame whose first ticks were skipped starts, and takes its answer, with the first tick that runs.
-The caller sends and begins frames (``send``, ``begin``), with other parameters where they change.
+Frames begin at the multiples of their length M, so that both ends keep their phases: where M
+changes, or ticks were skipped, a frame is as long as it takes to the next multiple. The caller
+sends and begins frames (``send``, ``begin``), with other parameters where they change.
 """
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, lacks, missed, waits
+from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, missed, told
 from pmwvc_core.law.channel.packet import (
     Packet,
     Packing,
@@ -34,7 +33,6 @@ from pmwvc_core.law.port.master import (
     port_answer,
     port_applied,
     port_measure,
-    port_packet,
     port_send,
     port_tick,
 )
@@ -85,7 +83,7 @@ def send(
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
     packing, packet, sends = pack(
-        s.packing, sent, s.frame_s, now_ns, lacks(arrivals), waits(arrivals), False, leaves,
+        s.packing, sent, s.frame_s, now_ns, told(arrivals), False, leaves,
         arrivals.silence.number, s.limits.events, p.packing,
     )  # fmt: skip
     return s._replace(packing=packing, arrivals=arrivals, port=port), packet, sends
@@ -127,11 +125,11 @@ def user_tick(
     if tick >= next_answer:
         next_answer += p.rate_drop
         if known_server:
-            port = port_packet(port, arrivals, s.newest, p.port)
             least_s = max(p.limits.timeout_s, arrivals.silence.limit_ns / 1e9)
             limit = limit._replace(silence_s=least_s)
         arrivals, wave = answer_of(arrivals, s.frame_s, p.arrivals)
-        port = port_answer(port, wave, is_silent(arrivals.silence, now_ns), s.frame_s, p.port)
+        silent = is_silent(arrivals.silence, now_ns)
+        port = port_answer(port, arrivals, s.newest, wave, silent, s.frame_s, p.port)
         coupled = coupled or limit.ready
     if tick > s.due:
         arrivals = missed(arrivals, (tick - s.due) * p.tick_s)

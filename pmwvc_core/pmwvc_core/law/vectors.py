@@ -8,6 +8,7 @@
 
 import math
 from collections.abc import Callable
+from operator import add, mul, sub
 from typing import Any, TypeAlias
 
 Vector: TypeAlias = tuple[float, ...]
@@ -15,19 +16,13 @@ Vector: TypeAlias = tuple[float, ...]
 
 def each(law: Callable[..., Any], rows: tuple[tuple[Any, ...], ...], *shared: Any) -> Any:
     """Return ``(law(rows[0][i], rows[1][i], ..., *shared) for every i)`` as a tuple."""
-    if len(rows[0]) == 1:
-        return (law(*[row[0] for row in rows], *shared),)
-    return tuple(law(*of_one, *shared) for of_one in zip(*rows, strict=True))
+    return tuple([law(*of_one, *shared) for of_one in zip(*rows, strict=True)])
 
 
-def chain(
-    law: Callable[..., Any], states: tuple[Any, ...], u: float, params: tuple[Any, ...]
-) -> Any:
-    """Return the states and the output of laws one behind the other: each is ``law(state, input,
-    params) -> (state, output)``, and takes the output of the one before.
-    """
+def chain(law: Callable[..., Any], s: tuple[Any, ...], u: float, params: tuple[Any, ...]) -> Any:
+    """Return states and output of ``law(state, input, params) -> (state, output)`` in a row."""
     after = []
-    for state, p in zip(states, params, strict=True):
+    for state, p in zip(s, params, strict=True):
         state, u = law(state, u, p)
         after.append(state)
     return tuple(after), u
@@ -40,30 +35,22 @@ def columns(rows: tuple[tuple[Any, ...], ...]) -> Any:
 
 def plus(a: Vector, b: Vector) -> Vector:
     """Return a + b."""
-    if len(a) == 1:
-        return (a[0] + b[0],)
-    return tuple(x + y for x, y in zip(a, b, strict=True))
+    return tuple(map(add, a, b))
 
 
 def minus(a: Vector, b: Vector) -> Vector:
     """Return a - b."""
-    if len(a) == 1:
-        return (a[0] - b[0],)
-    return tuple(x - y for x, y in zip(a, b, strict=True))
+    return tuple(map(sub, a, b))
 
 
 def times(a: Vector, b: Vector) -> Vector:
     """Return the products of each axis."""
-    if len(a) == 1:
-        return (a[0] * b[0],)
-    return tuple(x * y for x, y in zip(a, b, strict=True))
+    return tuple(map(mul, a, b))
 
 
 def scaled(a: Vector, factor: float) -> Vector:
     """Return a times a number."""
-    if len(a) == 1:
-        return (a[0] * factor,)
-    return tuple(x * factor for x in a)
+    return tuple([x * factor for x in a])
 
 
 def between(a: Vector, b: Vector, ratio: float) -> Vector:
@@ -73,11 +60,16 @@ def between(a: Vector, b: Vector, ratio: float) -> Vector:
 
 def zero(like: Vector) -> Vector:
     """Return the vector of zeros with as many axes."""
-    return each(_nothing, (like,))
+    return filled(like, 0.0)
 
 
-def _nothing(x: float) -> float:
-    return 0.0
+def filled(like: Vector, value: float) -> Vector:
+    """Return the vector with the same number along as many axes."""
+    return each(_value, (like,), value)
+
+
+def _value(x: float, value: float) -> float:
+    return value
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -121,7 +113,4 @@ def total(start: float, values: Vector) -> float:
 
 def is_zero(a: Vector) -> bool:
     """Tell whether every element is zero."""
-    nothing = True
-    for i in range(len(a)):
-        nothing = nothing and a[i] == 0.0
-    return nothing
+    return a == zero(a)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The laws of the server made from parameters, at rest, and what changes in flight."""
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
@@ -13,10 +14,10 @@ from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
 from pmwvc_core.law.black_box.compensations import compensation_params
-from pmwvc_core.law.black_box.secant import resting_seen
+from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.channel.arrivals import start_of
-from pmwvc_core.law.channel.packet import packing_params, resting_packing
-from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body, wall_law
+from pmwvc_core.law.channel.packet import Packing, packing_params
+from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
@@ -63,20 +64,18 @@ def object_of(server: ServerParams) -> BodyLaw:
             f"server.environment = {server.environment!r}: needs controller = pmwvc with "
             f"server.coupling = unknown; here there are {', '.join(KNOWN)}"
         )
-    if environment.movable:
-        return body_law(server.object_mass, server.object_damping, server.period_s)
-    return wall_law(server.period_s)
+    mass = server.object_mass if environment.movable else math.inf
+    return body_law(mass, server.object_damping, server.period_s)
 
 
 def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> Contact:
     """Return the contact of an avatar that has not joined."""
-    face, grips = 0.5 * side * size, contact.grips
+    face = 0.5 * side * size
     law = ContactLaw(
         contact.contact_stiffness, contact.contact_damping, -float(side), face, contact.gap_m
     )
-    first = Spring(0.0, face, True, False) if grips else Spring(0.0, 0.0, False, False)
-    across = Spring(0.0, 0.0, False, False)
-    return Contact(law, grips, (first,) + (across,) * (axes - 1))
+    first = Spring(0.0, face, True) if contact.grips else Spring(0.0, 0.0, False)
+    return Contact(law, (first,) + (Spring(0.0, 0.0, False),) * (axes - 1))
 
 
 def server_params(
@@ -105,8 +104,9 @@ def server_params(
             _, law = of_environment.made(server, _contacts(users, session), session.dof)
         sloped, moves = of_environment.sloped, weights(server.integrator, server.period_s)
         identity = tuple(map(tuple, np.eye(session.dof).tolist()))
+        wall = body_law(math.inf, 0.0, server.period_s)
         environment = BlackBoxParams(
-            law, compensation_params(server), wall_law(server.period_s), strict, *moves, sloped,
+            law, compensation_params(server), wall, strict, *moves, sloped,
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
@@ -164,7 +164,9 @@ def _resting_box(
         faults, absent = Faults("server.environment", name), (False,) * len(users)
         state = Outside(PLUGINS.make(name, setup), deque(), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
-    seen = tuple(resting_seen(rest, b / server.period_s) for b in least)
+    seen = tuple(
+        Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least
+    )
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
     return BlackBox(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
 
@@ -189,7 +191,7 @@ def resting_server(
         ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
-        guests.append(Guest(ABSENT, False, arrivals, resting_packing(axes), (0.0,) * up))
+        guests.append(Guest(ABSENT, False, arrivals, Packing(rest, rest, rest), (0.0,) * up))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = _resting_box(users, session, contacts, call)

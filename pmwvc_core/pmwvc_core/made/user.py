@@ -13,17 +13,17 @@ from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, rec
 from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.channel.packet import LATENESSES, no_packet, packing_params, resting_packing
+from pmwvc_core.law.channel.packet import LATENESSES, Packing, no_packet, packing_params
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.master import NEVER_NS
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
-from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
-from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
+from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness, loose_brake
+from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, limits_params
 from pmwvc_core.law.user_tick import User, UserParams
-from pmwvc_core.law.without_waves.ends import DeviceEndParams, resting_end
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import MasterParams
 from pmwvc_core.scenario import scenario as scenarios
@@ -82,7 +82,7 @@ def made_user(
         port = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
         of_port = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
     elif record.law is not None:
-        port = resting_end(law, axes)
+        port = DeviceEnd(nothing, nothing, law)
         of_port = DeviceEndParams(tick_s, record.law(values, tick_s))
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
@@ -90,9 +90,10 @@ def made_user(
     reach = LARGEST if workspace_m is None else REACH * workspace_m
     of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
+    limits = Limits(nothing, loose_brake(nothing), of_limits.timeout_s)
     s = User(
-        0, 0, master.rate_drop, master.frame_s, resting_packing(axes), arrivals, packet, 0, port,
-        resting_limits(nothing, of_limits), nothing, NEVER_NS, 0, NEVER, False,
+        0, 0, master.rate_drop, master.frame_s, Packing(*(nothing,) * 3), arrivals, packet, 0,
+        port, limits, nothing, NEVER_NS, 0, NEVER, False,
     )  # fmt: skip
     packing = packing_params(master.deadband)
     return s, UserParams(
@@ -154,17 +155,14 @@ def _changed_filters(s: Any, p: Any, q: Any, rest: Any, *, anew: bool) -> tuple[
     """Return the filters of a port and their parameters; which there are never changes."""
     if not isinstance(q, FilteredParams):
         return s, q
-    near, far, force = s.near, s.far, s.force
-    if anew:
-        near, force = (  # at rest, but they go on counting
-            each._replace(kept_j=old.kept_j) if hasattr(each, "kept_j") else each
-            for each, old in ((rest.near, near), (rest.force, force))
-        )
-    else:
-        q = q._replace(near=p.near, force=p.force)
+    near, far = s.near, s.far
+    if not anew:
+        q = q._replace(near=p.near)
+    elif hasattr(near, "kept_j"):
+        near = rest.near._replace(kept_j=near.kept_j)  # at rest, but it goes on counting
     if isinstance(far, Bank):
         local = changed_local(far.local, p.far.local, q.far.local)
         if q.far[:4] != p.far[:4]:  # another split starts at zero
             far = rest.far._replace(energies=far.energies)
         far = far._replace(local=local)
-    return Filtered(near, far, force, s.held, s.gains), q
+    return Filtered(near, far, s.held, s.gains), q

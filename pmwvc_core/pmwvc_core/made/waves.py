@@ -16,8 +16,8 @@ from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.port.master import PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
-from pmwvc_core.law.position.energy_tank import resting_tank
-from pmwvc_core.law.position.error import PositionParams, resting_error
+from pmwvc_core.law.position.energy_tank import Tank
+from pmwvc_core.law.position.error import PositionError, PositionParams, Posted
 from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave import filter_and_hold as rates
@@ -54,13 +54,14 @@ def made_waves(
     lent_j = 0.0
     if master.position.is_on:
         of_position = position_params(master, impedance_, strict=strict)
-        error, lent_j = resting_error(rest), of_position.lent_j
+        lent_j = of_position.lent_j
+        error = PositionError([Posted(0, rest, 0.0)], *(rest,) * 9)
         if strict:
             position = OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
         elif master.position.as_published:
             position = Published(error, 0.0)
         else:
-            position = Budgeted(error, resting_tank(rest, lent_j))
+            position = Budgeted(error, Tank(lent_j, *(rest,) * 4))
     if strict:
         state = StrictMaster(
             lent_j, 0.0, 0.0, 0.0,
@@ -69,9 +70,8 @@ def made_waves(
         )  # fmt: skip
         of = of_filters, of_position, master.position.is_on, lent_j, playout
         return state, StrictMasterParams(impedance_, master.tick_s, *of)
-    chosen = rates.filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    filter_, chosen = rates.made_filter(master.filter, axes, master.tick_s, master.rate_drop)
     hold = rates.Hold(rest, rest, rest, 0)
-    filter_ = rates.resting_filter(master.filter, axes, chosen)
     plain = PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5)
     times = master.tick_s, master.frame_s, master.rate_drop if master.ramps else 1
     return plain, PlainMasterParams(impedance_, *times, chosen, of_filters, of_position)
@@ -92,7 +92,7 @@ def _made_filters(
     if not own.is_on and not master.bank.is_on:
         return NOTHING, NOTHING
     near: tuple[Any, Any] = NOTHING, NOTHING
-    force, far = near, near
+    far = near
     if own.is_on:
         high, twice = rates.sections_of(passing(master, "high")), own.splits
         low = rates.sections_of(passing(master, "low")) if twice else ()
@@ -100,7 +100,7 @@ def _made_filters(
         velocity = at_port.VelocityParams(high, low, own.share, master.tick_s)
         lows, highs = ((rates.resting_cascade(each),) * axes for each in (low, high))
         if own.in_force:
-            force = at_port.InForce(highs, 0.0), velocity
+            near = at_port.InForce(highs, 0.0), velocity
         else:
             near = at_port.InWaves(lows, lows, highs, rest, rest, 0.0), velocity
     if master.bank.is_on:
@@ -109,10 +109,9 @@ def _made_filters(
         model: Any = filter_bank.SpringDamper(local.stiffness, local.damping, *place)
         if local.is_plugin:
             model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
-        bank = filter_bank.bank_of(master, model)
-        far = filter_bank.resting_bank(axes, bank), bank
-    states, params = zip(near, far, force, strict=True)
-    return Filtered(*states, rest, at_port.same_gain(b, 0.0)), FilteredParams(*params, b)
+        far = filter_bank.made_bank(master, model, axes)
+    states, params = zip(near, far, strict=True)
+    return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)
 
 
 def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:

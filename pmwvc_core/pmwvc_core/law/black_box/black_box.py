@@ -13,19 +13,12 @@ the power of decoding with another force than F, which :mod:`.compensations` tre
 environment does not answer the port is a matched damper (v = 0).
 
 The waves move the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns
-repays 0.3 of the difference in the next step.
-
-Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
+repays 0.3 of the difference in the next step. Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box.compensations import (
-    PortWave,
-    Treatment,
-    compensated,
-    compensation_energies,
-)
+from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated, compensation_energies
 from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
 from pmwvc_core.law.black_box.touched import ahead, exchange, visited
 from pmwvc_core.law.motion import BodyLaw
@@ -43,19 +36,7 @@ from pmwvc_core.law.server.server_port import (
     port_shown,
     taken_port,
 )
-from pmwvc_core.law.vectors import (
-    Vector,
-    columns,
-    dot,
-    each,
-    is_zero,
-    length,
-    minus,
-    plus,
-    scaled,
-    squared,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_j, wave_v, wave_velocity
 
 MEMORY_S = 0.5  # in which the longest way fades
@@ -87,7 +68,7 @@ class BlackBoxParams(NamedTuple):
     """Parameters of a black box and its ports."""
 
     environment: Any
-    compensation: Treatment
+    compensation: Terms
     body: BodyLaw  # its period is the time step
     brakes: bool  # of the avatars (the strict channel)
     old_s: float  # weights of old and new velocity in an avatar's displacement
@@ -125,7 +106,7 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Came, ...]) -> Environm
         environment_j += sums[i].environment_j
         late_j += sums[i].late_j
         contained_j += sums[i].contained_j
-        withheld_j += 0.5 * h * (squared(waves[i].v) - squared(returned[i]))
+        withheld_j += wave_j(waves[i].v, h) - wave_j(returned[i], h)
     accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
     box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
@@ -139,19 +120,19 @@ def _start(s: UserPort, old_s: float) -> Vector:
 def _taken(
     s: Seen, port: UserPort, start: Vector, velocity: Vector, force: Vector, answered: bool,
     p: BlackBoxParams,
-) -> tuple[UserPort, PortWave, Accounts]:  # fmt: skip
+) -> tuple[UserPort, Pair, Accounts]:  # fmt: skip
     """Give a port velocity and force; return its waves, zero where it is contained, and sums."""
     a, h, rest = port.avatar, p.body.period_s, zero(start)
     if not a.present:
-        return port, PortWave(rest, rest, 0.0), Accounts(0.0, 0.0, 0.0, 0.0)
+        return port, Pair(rest, rest, 0.0), Accounts(0.0, 0.0, 0.0, 0.0)
     if answered and s.usable and not s.jumped:
         exact = wave_velocity(a.impedance, a.u, force)
         late_w = dot(force, minus(exact, velocity))
-        wave = PortWave(a.u, wave_v(a.impedance, a.u, force), late_w)
+        wave = Pair(a.u, wave_v(a.impedance, a.u, force), late_w)
         sums = Accounts(h * dot(force, velocity), h * late_w, 0.0, 0.0)
     else:
         velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
-        force, wave = damper(a.impedance, velocity), PortWave(rest, rest, 0.0)
+        force, wave = damper(a.impedance, velocity), Pair(rest, rest, 0.0)
         sums = Accounts(0.0, 0.0, 0.0, wave_j(a.u, h))
     avatar = a._replace(xd=velocity, f=force)
     x_s = plus(start, scaled(velocity, p.new_s))
@@ -163,9 +144,8 @@ def _held(
     stored_j: float, users: tuple[Seen, ...], before: tuple[UserPort, ...],
     ports: tuple[UserPort, ...], p: BlackBoxParams,
 ) -> float:  # fmt: skip
-    """Return what can still come out: the environment's energy and that of late decoding [J].
-    Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again;
-    with a slope it gives out up to G/b times what the environment does.
+    """Return what can still come out [J]: what is stored, up to G/b times that with a slope, and
+    |F|^2 h/(2b), which decoding with F(n-1) took while a force built up.
     """
     most, late_j = 0.0, 0.0
     for i in range(len(ports)):
@@ -209,5 +189,5 @@ def _energies(p: BlackBoxParams, s: Environment) -> Vector:
 @port_shown.member(BlackBoxParams)
 def _shown(p: BlackBoxParams, s: Environment, user: int) -> PortShown:
     port = s.ports[user]
-    touches = port.avatar.present and not is_zero(port.avatar.f)
+    touches = port.avatar.present and port.avatar.f != zero(port.avatar.f)
     return PortShown(port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0)

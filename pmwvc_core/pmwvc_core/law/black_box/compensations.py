@@ -6,13 +6,11 @@ takes the waves of all users in a step, and returns those to be sent.
 as published (Eq. 14, 15), for comparison only: it injects energy (J taken for W)
     dE(n) = dE(n-1) + T [F(n) F(n-1) - F(n)^2]/b        of each user, from the start [J]
     v     = sgn(v) sqrt(v^2 - 2 dE(n))                  where dE(n) < 0
-
 corrected in its sign: it only shortens waves; a deficit below zero is credit
     deficit(n) = deficit(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
     pay(n)  = min(max(deficit, 0), sum |v|^2/2),   each v in proportion to its length
     so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit: passive where the environment is, for all
     users together
-
 port ledger: all users together get back no more than they gave, and a declared allowance
     tank += h sum |u_i|^2/2,   cost = h sum |v_i|^2/2
     v_i  *= sqrt(tank/cost)    where cost > tank, all by the same factor
@@ -32,7 +30,7 @@ from pmwvc_core.law.wave.wave import wave_j
 from pmwvc_core.params import ServerParams
 
 
-class PortWave(NamedTuple):
+class Pair(NamedTuple):
     """The signals of one user's port in a step; zeros where nobody is there."""
 
     u: Vector  # [sqrt(W)] received
@@ -40,7 +38,7 @@ class PortWave(NamedTuple):
     late_w: float  # F . (xd as it should have been - xd as decoded), mostly < 0
 
 
-class Treatment(NamedTuple):
+class Terms(NamedTuple):
     """Parameters of any compensation: time step, allowance and cap."""
 
     period_s: float
@@ -70,20 +68,20 @@ class JointLedger(NamedTuple):
 
 
 Waves = tuple[Vector, ...]
-PortWaves = tuple[PortWave, ...]
+Pairs = tuple[Pair, ...]
 
 
-def compensation_params(params: ServerParams) -> Treatment:
+def compensation_params(params: ServerParams) -> Terms:
     """Return the parameters of any compensation."""
     h = params.period_s
-    return Treatment(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
+    return Terms(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
 
 
-def _shortened(wave: PortWave, ratio: float) -> Vector:
+def _shortened(wave: Pair, ratio: float) -> Vector:
     return scaled(wave.v, ratio)
 
 
-def _untreated(s: Any, waves: PortWaves, held_j: float, p: Treatment) -> tuple[Any, Waves]:
+def _untreated(s: Any, waves: Pairs, held_j: float, p: Terms) -> tuple[Any, Waves]:
     return s, each(_shortened, (waves,), 1.0)
 
 
@@ -94,14 +92,12 @@ compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -
 
 
 @compensated.member(AsPublished)
-def _printed(
-    s: AsPublished, waves: PortWaves, held_j: float, p: Treatment
-) -> tuple[AsPublished, Waves]:
+def _printed(s: AsPublished, waves: Pairs, held_j: float, p: Terms) -> tuple[AsPublished, Waves]:
     late_j, longer = columns(each(_longer, (s.late_j, waves), p.period_s))
     return AsPublished(late_j), longer
 
 
-def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
+def _longer(late_j: float, wave: Pair, h: float) -> tuple[float, Vector]:
     late_j += h * wave.late_w
     old = squared(wave.v)
     ratio = math.sqrt((old - 2.0 * min(late_j, 0.0)) / old) if old > 0.0 else 0.0
@@ -109,9 +105,7 @@ def _longer(late_j: float, wave: PortWave, h: float) -> tuple[float, Vector]:
 
 
 @compensated.member(Corrected)
-def _corrected(
-    s: Corrected, waves: PortWaves, held_j: float, p: Treatment
-) -> tuple[Corrected, Waves]:
+def _corrected(s: Corrected, waves: Pairs, held_j: float, p: Terms) -> tuple[Corrected, Waves]:
     deficit_w, have_w = s.deficit_w, 0.0
     for i in range(len(waves)):
         deficit_w -= waves[i].late_w
@@ -122,14 +116,12 @@ def _corrected(
 
 
 @compensation_energies.member(Corrected)
-def _deficit(s: Corrected, p: Treatment) -> Vector:
+def _deficit(s: Corrected, p: Terms) -> Vector:
     return (p.period_s * s.deficit_w,)
 
 
 @compensated.member(JointLedger)
-def _ledger(
-    s: JointLedger, waves: PortWaves, held_j: float, p: Treatment
-) -> tuple[JointLedger, Waves]:
+def _ledger(s: JointLedger, waves: Pairs, held_j: float, p: Terms) -> tuple[JointLedger, Waves]:
     have_j, cost_j = s.tank_j, 0.0
     for i in range(len(waves)):
         have_j += wave_j(waves[i].u, p.period_s)
@@ -145,5 +137,5 @@ def _ledger(
 
 
 @compensation_energies.member(JointLedger)
-def _tank(s: JointLedger, p: Treatment) -> Vector:
+def _tank(s: JointLedger, p: Terms) -> Vector:
     return (s.tank_j, s.granted_j, s.capped_j)

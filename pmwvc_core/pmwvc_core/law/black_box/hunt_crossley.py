@@ -7,7 +7,7 @@ Who comes in inside begins without force: there the face is as deep as that. Mov
 = xd it gives out no more than it got: K d^n is the slope of a convex potential.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pmwvc_core.law.black_box import touched
 from pmwvc_core.law.black_box.touched import Vectors
@@ -28,7 +28,7 @@ class Dent(NamedTuple):
 class SoftBody(NamedTuple):
     """The contacts of all users; the body, which stands still."""
 
-    dents: tuple[Dent, ...]
+    visitors: tuple[Dent, ...]
     body: Body
 
 
@@ -40,12 +40,8 @@ class SoftBodyParams(NamedTuple):
     face: float
 
 
-@touched.visited.member(SoftBody)
-def _visited(s: SoftBody, there: Any, begins: Any, positions: Vectors) -> SoftBody:
-    return s._replace(dents=each(_visit, (s.dents, there, begins, positions)))
-
-
-def _visit(s: Dent, there: bool, begins: bool, position: Vector) -> Dent:
+@touched.visit.member(Dent)
+def _visit(s: Dent, there: bool, begins: bool, position: Vector, centre: Vector) -> Dent:
     if begins:
         return Dent(True, s.inward[0] * position[0], 0.0, s.stiffness, s.inward)
     return s._replace(there=there)
@@ -56,12 +52,12 @@ def _moved(
     s: SoftBody, positions: Vectors, velocities: Vectors, h: float, p: SoftBodyParams
 ) -> tuple[SoftBody, Vectors, float]:
     """Return the forces, and the sum of K d^(n+1)/(n+1) [J]."""
-    dents, forces = columns(each(_pressed, (s.dents, positions, velocities), p))
+    dents, forces = columns(each(_pressed, (s.visitors, positions, velocities), p))
     stored_j, n = 0.0, p.exponent + 1.0
     for i in range(len(dents)):
         if dents[i].there:
             stored_j += dents[i].stiffness * dents[i].depth ** n / n
-    return s._replace(dents=dents), forces, stored_j
+    return s._replace(visitors=dents), forces, stored_j
 
 
 def _depth(s: Dent, position: Vector, p: SoftBodyParams) -> float:
@@ -78,13 +74,8 @@ def _pressed(s: Dent, position: Vector, xd: Vector, p: SoftBodyParams) -> tuple[
     return s._replace(there=True, depth=depth), force
 
 
-@touched.local_line.member(SoftBody)
-def _line(s: SoftBody, at: Vectors, weight_s: float, p: SoftBodyParams) -> tuple[Vectors, Vectors]:
-    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.dents, at), weight_s, p))
-    return found
-
-
-def _slope(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tuple[Vector, Vector]:
+@touched.local_line.member(Dent)
+def _line(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tuple[Vector, Vector]:
     depth = _depth(s, position, p)
     if not s.there or depth <= 0.0:
         return zero(position), zero(position)
@@ -92,6 +83,3 @@ def _slope(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tup
     rise = p.exponent * s.stiffness * depth ** (p.exponent - 1.0) * weight_s
     slope = scaled(s.inward, s.inward[0] * (rise + p.damping * elastic))
     return scaled(s.inward, elastic), slope
-
-
-touched.exchange.member(SoftBody)(touched.exchange_known)

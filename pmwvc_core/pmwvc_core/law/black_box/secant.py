@@ -19,10 +19,9 @@ A step into a one-sided contact that is stiffer than known counts ``LEAP`` times
 environment in which a user moved without force is taken as one-sided: its force keeps its sign,
 and where it ended there is a face.
 
-A force that jumps while hardly anything moved is a fault of the environment. With s the longest
-way in this step of any avatar or of the object (fading over 0.5 s), a change since the last
-force that was used, n steps ago, is accepted up to the stiffest contact that the port can learn,
-and soon where it stays::
+A force that jumps while hardly anything moved is a fault. With s the longest way in this step of
+any avatar or of the object (fading over 0.5 s), a change since the last force used, n steps ago,
+is accepted up to the stiffest contact that the port can learn, and soon where it stays::
 
     |F - F-| <= 100 (b/T) s + b n ``KICK_M_S``
 
@@ -196,20 +195,14 @@ KICK_M_S = 0.4  # change of force over b
 class Seen(NamedTuple):
     """What the port knows of one user."""
 
-    there: bool
+    secant: Secant  # with F-, the last force that was used
     x: Vector  # of the avatar at the end of the last step: another one means that it began anew
     f: Vector
-    secant: Secant  # with F-, the last force that was used
     at: Vector  # [m] where the environment answered last
-    steps: int  # since F-
-    usable: bool  # the force that the environment answered in the last step with, if it did
-    jumped: bool
-
-
-def resting_seen(position: Vector, scale: float) -> Seen:
-    """Return a user who is not there; ``scale`` is b/T with the smallest impedance [N/m]."""
-    secant = resting_secant(position, scale, False)
-    return Seen(False, position, zero(position), secant, position, 0, True, False)
+    there: bool = False
+    steps: int = 0  # since F-
+    usable: bool = True  # the force that the environment answered in the last step with, if any
+    jumped: bool = False
 
 
 def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
@@ -219,7 +212,7 @@ def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
     begins, secant, at, steps = there and not stayed, s.secant, s.at, s.steps
     if begins:
         secant, at, steps = resting_secant(x, secant.scale, secant.expected), x, 0
-    return Seen(there, x, f, secant, at, steps, True, False), there, begins, x
+    return Seen(secant, x, f, at, there, steps, True, False), there, begins, x
 
 
 def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]:
@@ -247,4 +240,4 @@ def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> S
     good = usable and found
     secant = learn(s.secant, position, force, good)
     steps = 0 if good else steps
-    return Seen(s.there, s.x, s.f, secant, position, steps, usable, usable and not found)
+    return Seen(secant, s.x, s.f, position, s.there, steps, usable, usable and not found)

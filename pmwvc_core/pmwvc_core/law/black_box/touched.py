@@ -29,21 +29,25 @@ from pmwvc_core.law.server.contacts import (
 )
 from pmwvc_core.law.server.coupling import rows_of
 from pmwvc_core.law.server.springs import Answer, Row, solved_axis
-from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, columns, each, filled, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, free_velocity
 
 Vectors = tuple[Vector, ...]
 
 
-def _no_line(s: Any, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
-    rest = each(zero, (positions,))
-    return rest, rest
-
-
-visited = Family("visited")  # (s, there, begins, positions) -> s: who is there, who begins anew
 moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces, stored [J])
-# (s, positions, weight_s, p) -> (forces at rest, slopes)
-local_line = Family("local_line", _no_line)
+# Of one user's contact, (s, there, begins, position, centre) -> s: there or not, or begun anew
+visit = Family("visit")
+local_line = Family("local_line")  # likewise, (s, position, weight_s, p) -> (force at rest, slope)
+
+
+def _visited(s: Any, there: Any, begins: Any, positions: Vectors) -> Any:
+    visitors = each(visit, (s.visitors, there, begins, positions), s.body.x)
+    return s._replace(visitors=visitors)
+
+
+# (s, there, begins, positions) -> s: who is there, who begins anew
+visited = Family("visited", _visited)
 
 
 class Visitor(NamedTuple):
@@ -76,13 +80,8 @@ class FreeCube(NamedTuple):
     body: Body
 
 
-@visited.member(Wall, FreeCube)
-def _at(s: Any, there: Any, begins: Any, positions: Vectors) -> Any:
-    visitors = each(_visited, (s.visitors, there, begins, positions), s.body.x)
-    return s._replace(visitors=visitors)
-
-
-def _visited(s: Visitor, there: bool, begins: bool, position: Vector, centre: Vector) -> Visitor:
+@visit.member(Visitor)
+def _visit(s: Visitor, there: bool, begins: bool, position: Vector, centre: Vector) -> Visitor:
     """Begin a contact without force, or end it; what its spring held is lost."""
     if begins:
         return Visitor(True, position, attached(s.contact, minus(position, centre)))
@@ -140,13 +139,8 @@ def _carried(
     return Visitor(True, position, contact), force
 
 
-@local_line.member(Wall)
-def _slopes(s: Wall, positions: Vectors, weight_s: float, p: Any) -> tuple[Vectors, Vectors]:
-    found: tuple[Vectors, Vectors] = columns(each(_slope, (s.visitors, positions), weight_s))
-    return found
-
-
-def _slope(s: Visitor, position: Vector, weight_s: float) -> tuple[Vector, Vector]:
+@local_line.member(Visitor)
+def _line(s: Visitor, position: Vector, weight_s: float, p: Any) -> tuple[Vector, Vector]:
     rest = zero(position)
     if not s.there:
         return rest, rest
@@ -154,13 +148,8 @@ def _slope(s: Visitor, position: Vector, weight_s: float) -> tuple[Vector, Vecto
     force = contact_force(contact, rest)
     if not touching(contact):
         return force, rest
-    ones = each(_one, (rest,))
-    rise = minus(contact_force(contact, ones), force)
-    return force, plus(rise, scaled(ones, contact.law.stiffness * weight_s))
-
-
-def _one(x: float) -> float:
-    return 1.0
+    rise = minus(contact_force(contact, filled(rest, 1.0)), force)
+    return force, plus(rise, filled(rest, contact.law.stiffness * weight_s))
 
 
 def _springs_j(visitors: tuple[Visitor, ...]) -> float:
@@ -182,21 +171,20 @@ class Reply(NamedTuple):
     xd: Vector
 
 
-# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
-exchange = Family("exchange")
-
-
-@exchange.member(Wall, FreeCube)
-def exchange_known(
+def _exchange(
     s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: Any
 ) -> tuple[Any, Reply]:
-    """Ask an environment of the library."""
     if p.sloped:
-        forces, slopes = local_line(s, starts, p.new_s, p.environment)
+        lines = each(local_line, (s.visitors, starts), p.new_s, p.environment)
+        forces, slopes = columns(lines)
         velocities = each(solved_line, (avatars, forces, slopes), p.identity)
     positions = each(ahead, (starts, velocities), p.new_s)
     s, forces, stored_j = moved_by(s, positions, velocities, p.body.period_s, p.environment)
     return s, Reply(True, velocities, forces, stored_j, s.body.x, s.body.xd)
+
+
+# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
+exchange = Family("exchange", _exchange)
 
 
 def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:

@@ -11,9 +11,7 @@ strict   segments of displacement and energy, played out
 ======== ==========================================================================================
 
 A playout without the free energy for what is undelivered is *short*; the other direction then
-passes on what it can spare.
-
-Equations: docs/theory.md 17.19.
+passes on what it can spare. Equations: docs/theory.md 17.19.
 """
 
 from typing import Any, NamedTuple
@@ -21,7 +19,6 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
 from pmwvc_core.law.channel.packet import (
     LATENESSES,
-    NEVER_NS,
     SMOOTHED,
     Counting,
     Packet,
@@ -42,7 +39,7 @@ from pmwvc_core.law.channel.playout import (
     play,
     resting_playout,
 )
-from pmwvc_core.law.family import Family, never, none_j, same
+from pmwvc_core.law.family import Family, never, opened, same
 from pmwvc_core.law.vectors import Vector, length, squared, zero
 
 SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
@@ -78,6 +75,7 @@ class StrictArrivals(NamedTuple):
     counting: Counting
     position: Vector  # [m] of the newest packet
     wanted: bool  # the other end lacks energy
+    received_j: float  # by how much the sums have grown
 
 
 def _plays_on(s: Any, h: float, p: Any) -> tuple[Any, Vector]:
@@ -88,24 +86,25 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
     return s, 0.0
 
 
-# (start, nothing) -> s, its lists made here; nothing is the vector of zeros
-arrivals_of = Family("arrivals_of", same)
+def _nothing_told(s: Any) -> tuple[bool, bool]:
+    return False, False
+
+
 arrive = Family("arrive")  # (s, packet, now_ns, p) -> s: an accepted packet
 wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt(W)])
 # (s, h, p) -> (s, wave of a frame); a playout goes on by itself
 answer_of = Family("answer_of", _plays_on)
-sparing = Family("sparing", _none_spared)  # (s, h, p) -> (s, energy that the other end lacks [J])
+spare = Family("spare", _none_spared)  # (s, h, p) -> (s, energy that the other end lacks [J])
 anew = Family("anew", same)  # (s) -> s: the peer placed its position by the newest packet
 missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
-waits = Family("waits", never)  # (s) -> nothing is at hand, so the other end is told
-lacks = Family("lacks", never)  # (s) -> energy is short
-received_j = Family("received_j", none_j)  # (s) -> energy by the sums of packets, without waves
+# (s) -> what the other end is told: energy is short; nothing is at hand
+told = Family("told", _nothing_told)
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
-@arrivals_of.member(StrictArrivals)
-def _opened(s: StrictArrivals, nothing: Vector) -> StrictArrivals:
-    return s._replace(playout=resting_playout(nothing, s.playout.moved))
+@opened.member(StrictArrivals)
+def _opened(s: StrictArrivals) -> StrictArrivals:
+    return s._replace(playout=resting_playout(zero(s.position), s.playout.moved))
 
 
 def start_of(
@@ -113,11 +112,10 @@ def start_of(
 ) -> PlainArrivals | StrictArrivals:
     """Return arrivals before the first packet, which come every so often [s]."""
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
-    silence = Silence(NEVER_NS, limit_ns, period_s, 0.0, NEVER_NS, 0)
+    silence, counting = Silence(limit_ns, period_s), Counting(nothing, period_s, period_s)
     if strict:
-        playout = resting_playout(nothing, Moved(0.0, 0.0, 0.0, 0.0, 0.0))
-        counting = Counting(nothing, 0.0, 0, False, period_s, period_s, False)
-        return StrictArrivals(silence, playout, counting, nothing, False)
+        playout = resting_playout(nothing, Moved())
+        return StrictArrivals(silence, playout, counting, nothing, False, 0.0)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
 
@@ -146,7 +144,8 @@ def _segment(s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) 
     else:
         playout = begin(playout)
     playout = add(playout, moved, paid_j, lasted_s)
-    return StrictArrivals(silence, playout, counting, packet.position, packet.short)
+    received_j = s.received_j + paid_j
+    return StrictArrivals(silence, playout, counting, packet.position, packet.short, received_j)
 
 
 @wave_of.member(PlainArrivals)
@@ -187,8 +186,8 @@ def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
     return release(s, max(free_j(s) - _needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)
 
 
-@sparing.member(StrictArrivals)
-def _sparing(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, float]:
+@spare.member(StrictArrivals)
+def _spare(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, float]:
     playout, energy_j = spared(s.playout, h, s.wanted)
     return s._replace(playout=playout), energy_j
 
@@ -203,21 +202,11 @@ def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
     return s._replace(playout=pass_by(s.playout, lasted_s))
 
 
-@waits.member(StrictArrivals)
-def _waits_strict(s: StrictArrivals) -> bool:
-    return s.playout.pace.silent_s > REPORTED_S
-
-
-@lacks.member(StrictArrivals)
-def _lacks_strict(s: StrictArrivals) -> bool:
-    return is_short(s.playout)
+@told.member(StrictArrivals)
+def _told_strict(s: StrictArrivals) -> tuple[bool, bool]:
+    return is_short(s.playout), s.playout.pace.silent_s > REPORTED_S
 
 
 @interrupted.member(StrictArrivals)
 def _interrupted_strict(s: StrictArrivals, now_ns: int) -> bool:
     return is_unreceived(s.silence, now_ns) or pace_brakes(s.playout.pace)
-
-
-@received_j.member(PlainArrivals)
-def _received(s: PlainArrivals) -> float:
-    return s.received_j

@@ -16,13 +16,10 @@ The lag follows the lateness of segments; the first one of a step, of length dt,
     shift <- shift - c dt/LATE_S    where it comes c too late
     shift <- shift + a dt/EARLY_S   where a was still in store
 
-except within ``BURST_S`` after an outage, a standstill or the start, where all but one segment is
-skipped, as is what exceeds ``LONGEST_S`` else.
-
-A segment has its integral and the reserve of energy that its smoothest wave takes, |dU|^2/(2 dt).
-The first knot is the beginning of the first segment, at zero. Lists of knots are never changed.
-
-Equations: docs/theory.md 17.18.
+except within ``BURST_S`` after an outage or the start, where all but one segment is skipped, as is
+what exceeds ``LONGEST_S`` else. A segment has its integral and the reserve of energy that its
+smoothest wave takes, |dU|^2/(2 dt). The first knot is the beginning of the first segment, at zero.
+Lists of knots are never changed. Equations: docs/theory.md 17.18.
 """
 
 from typing import NamedTuple, TypeAlias

@@ -9,7 +9,7 @@ what a receiver notes and believes of them. A packet is what the laws see of a m
     held back where  |w - w_sent| <= ratio |w_sent|
 
 A wave that differs too little from the one sent last to be felt needs no packet (Hinterseer et
-al., 2008), unless the next one would then stand for too long; that carries the mean of both.
+al., 2008), unless the next one, with the mean of both, would then stand for too long.
 
 The other end is silent after three intervals of its packets (a longer one counts at once) and,
 on the strict channel, the lateness that they usually have. A packet also tells whether its sender
@@ -23,9 +23,7 @@ where packets stood for different times::
     J <- J + dJ     dJ = packet's J - J,   0 <= dJ <= what that wave carries
 
 The first packet of a sender, or after the avatar was placed anew, counts with its own wave alone.
-Times of this end's clock are whole nanoseconds.
-
-Equations: docs/theory.md 17.11, 17.24.
+Times of this end's clock are whole nanoseconds. Equations: docs/theory.md 17.11, 17.24.
 """
 
 import math
@@ -80,14 +78,14 @@ class Sent(NamedTuple):
 class Packing(NamedTuple):
     """The sums of a sender, and the last packet as far as the next one depends on it."""
 
-    number: int
     integral: Vector  # [sqrt(W) s]
-    energy_j: float
-    held_s: float  # time of the samples held back since the last packet
-    sent_integral: Vector  # up to them
+    sent_integral: Vector  # up to the samples held back since the last packet
     wave: Vector  # of the last packet
-    flags: int  # of the last packet
-    events: int  # of the limits, as noted last
+    number: int = 0
+    energy_j: float = 0.0
+    held_s: float = 0.0  # time of the samples held back
+    flags: int = 0  # of the last packet
+    events: int = 0  # of the limits, as noted last
 
 
 class PackingParams(NamedTuple):
@@ -103,17 +101,12 @@ def packing_params(deadband: DeadbandParams) -> PackingParams:
     return PackingParams(float(ratio), deadband.longest_s * (1.0 + ROUNDING))
 
 
-def resting_packing(axes: int) -> Packing:
-    """Return a sender that has sent nothing."""
-    zero = (0.0,) * axes
-    return Packing(0, zero, 0.0, 0.0, zero, zero, 0, 0)
-
-
 def pack(
-    s: Packing, sent: Sent, period_s: float, now_ns: int, short: bool, waits: bool, anew: bool,
+    s: Packing, sent: Sent, period_s: float, now_ns: int, told: tuple[bool, bool], anew: bool,
     leaves: bool, echo: int, events: int, p: PackingParams,
 ) -> tuple[Packing, Packet, bool]:  # fmt: skip
     """Add a sample; return its packet, and whether that is sent: anything new in it needs one."""
+    short, waits = told
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
     flags = (events != s.events) * 8 + waits * 4 + anew * 2 + leaves
@@ -131,7 +124,7 @@ def pack(
         if held_s > 0.0:
             period_s += held_s
             wave = scaled(minus(integral, s.sent_integral), 1.0 / period_s)
-        s = Packing(number, integral, energy_j, 0.0, integral, wave, flags, events)
+        s = Packing(integral, integral, wave, number, energy_j, 0.0, flags, events)
     own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
     packet = Packet(
         number, now_ns, period_s, wave, integral, own, sent.position, short, waits, anew, leaves,
@@ -149,22 +142,19 @@ LONGEST_PERIOD_S = 10.0
 class Silence(NamedTuple):
     """When packets came, and how they usually do."""
 
-    accepted_ns: int  # the newest; NEVER_NS before the first
     limit_ns: int  # from then on the other end is silent
     interval_s: float  # for which packets stand
-    lateness_s: float  # mean deviation of their arrivals from it
-    unreceived_ns: int  # since when the other end waits; NEVER_NS where it does not
-    number: int  # of the newest packet; 0: none yet
+    lateness_s: float = 0.0  # mean deviation of their arrivals from it
+    accepted_ns: int = NEVER_NS  # the newest
+    unreceived_ns: int = NEVER_NS  # since when the other end waits
+    number: int = 0  # of the newest packet; 0: none yet
 
 
 def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
     """Note a packet by its number; ``waits``: its sender has no waves of this end."""
-    unreceived_ns = s.unreceived_ns
-    if not waits:
-        unreceived_ns = NEVER_NS
-    elif unreceived_ns == NEVER_NS:
-        unreceived_ns = now_ns
-    return s._replace(accepted_ns=now_ns, unreceived_ns=unreceived_ns, number=number)
+    since_ns = now_ns if s.unreceived_ns == NEVER_NS else s.unreceived_ns
+    since_ns = since_ns if waits else NEVER_NS
+    return s._replace(accepted_ns=now_ns, unreceived_ns=since_ns, number=number)
 
 
 def is_silent(s: Silence, now_ns: int) -> bool:
@@ -186,12 +176,12 @@ class Counting(NamedTuple):
     """What was believed of a sender up to its newest packet."""
 
     integral: Vector  # [sqrt(W) s]
-    energy_j: float
-    sent_ns: int  # the sender's clock
-    anew: bool
     least_s: float  # shortest and longest time for which packets stood
     most_s: float
-    begun: bool
+    energy_j: float = 0.0
+    sent_ns: int = 0  # the sender's clock
+    anew: bool = False
+    begun: bool = False
 
 
 def counted(
@@ -201,18 +191,18 @@ def counted(
     integral, energy and length. ``passed_s``: since the packet before, by this end's clock.
     """
     lasted_s = period_s = packet.period_s
-    noted = Counting(packet.integral, packet.energy_j, packet.sent_ns, packet.anew, period_s,
-                     period_s, True)  # fmt: skip
+    own_j, sent_ns = packet.energy_j, packet.sent_ns
+    noted = Counting(packet.integral, period_s, period_s, own_j, sent_ns, packet.anew, True)
     own = scaled(packet.wave, period_s)
     if packet.fresh or not s.begun:  # what it sent before it was followed does not count
         return noted, False, own, 0.0, period_s
     least_s, most_s = min(s.least_s, period_s), max(s.most_s, period_s)
     if packet.lost > 0:
-        others_s = (packet.sent_ns - s.sent_ns) * 1e-9 - period_s
+        others_s = (sent_ns - s.sent_ns) * 1e-9 - period_s
         lasted_s += min(max(others_s, packet.lost * least_s), packet.lost * most_s)
     lasted_s = min(lasted_s, passed_s + LONGEST_PERIOD_S)
     moved = shortened(minus(packet.integral, s.integral), longest * lasted_s)
-    paid_j = min(max(packet.energy_j - s.energy_j, 0.0), 0.5 * longest**2 * lasted_s)
+    paid_j = min(max(own_j - s.energy_j, 0.0), 0.5 * longest**2 * lasted_s)
     noted = noted._replace(integral=plus(s.integral, moved), energy_j=s.energy_j + paid_j)
     if packet.anew != s.anew:
         return noted, False, own, min(wave_j(packet.wave, period_s), paid_j), period_s

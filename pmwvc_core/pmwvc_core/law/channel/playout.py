@@ -22,7 +22,6 @@ After an outage that made the ends brake, it stays undelivered instead. Repaymen
 (:func:`.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows over
 ``rises_s``. Invariants at every step: given + released <= received + E0 (``store_j``), and
 U(min(p, e)) + guessed = integral played + undelivered + mistaken.
-
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
 """
 
@@ -57,11 +56,11 @@ MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use 
 class Moved(NamedTuple):
     """Energies since the start [J]."""
 
-    received_j: float
-    given_j: float
-    released_j: float  # used otherwise
-    discarded_j: float  # given up
-    lent_j: float  # of E0
+    received_j: float = 0.0
+    given_j: float = 0.0
+    released_j: float = 0.0  # used otherwise
+    discarded_j: float = 0.0  # given up
+    lent_j: float = 0.0  # of E0
 
 
 class Playout(NamedTuple):
@@ -144,9 +143,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
             mistaken = zero(mistaken)
     wave, moved = scaled(integral, 1.0 / duration_s), s.moved
     moved = moved._replace(received_j=moved.received_j + energy_j)
-    return Playout(
-        pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved
-    )  # fmt: skip
+    return Playout(pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved)
 
 
 def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:

@@ -13,9 +13,7 @@ Where the device measures its own velocity, xd^ is that, and e counts beyond hal
 
 The work is counted over a position z: ``EDGE`` of the way from x^ to the edge crossed last, and x
 itself for ``SLOW_S`` after a jump of several counts. The count is the smallest step seen; below
-``LEAST_M`` the position counts as exact.
-
-Equations: docs/theory.md 17.6, 17.9, 17.21.
+``LEAST_M`` the position counts as exact. Equations: docs/theory.md 17.6, 17.9, 17.21.
 """
 
 from typing import NamedTuple
@@ -55,9 +53,8 @@ def rough_count(s: Counts) -> float:
 
 
 def counts(s: Counts, x: float, xd: float, h: float) -> tuple[Counts, tuple[float, float, float]]:
-    """Take what was measured after a tick of length h [s]; return the change of the position over
-    it as the wave has it and as the force's work counts it [m], and the velocity for the force
-    [m/s].
+    """Take what was measured after a tick of h [s]; return the way in it as the wave has it and as
+    the force's work counts it [m], and the velocity for the force [m/s].
     """
     before, jump = s.x, x - s.seen
     step = abs(jump)

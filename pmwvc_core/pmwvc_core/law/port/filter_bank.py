@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Filter bank with a local model of interaction on the high-pass part of the outgoing wave, at
-the rate of the force loop (App. E).
+the rate of the force loop (App. E, Fig. 3).
 
-Fig. 3::
+::
 
     u_m --> low_up ---> anti-aliasing filter, packets --> server
         '-> high_up --> u2 --> local model --> v2 --> high_down -,
@@ -11,7 +11,6 @@ Fig. 3::
 
 ``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The returning
 wave is bounded only by (|LP1| + |LP2| |HP|) |u_m|, above 1 for the filters of Table 1.
-
 ``complementary``: one first-order pair splits and recombines, |H1|^2 + |H2|^2 = 1. Then |u1|^2 +
 |u2|^2 <= |u_m|^2 and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
 local model.
@@ -25,10 +24,10 @@ port decodes u2 and encodes the force of the model::
 Spring and damper by the implicit midpoint rule: F0 = K x, G = K T_c/2 + B, x+ = x + T_c xd, so
 that F xd T_c is the gain of the spring plus B xd^2 T_c. The model acts everywhere, or while the
 device is on one side of ``begins_m``; where it ends, the energy of the spring is dropped.
-
 Equations: docs/theory.md 1.6, 8.1, 8.2, 8.3, 8.4.
 """
 
+from operator import mul
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
@@ -151,7 +150,7 @@ class Bank(NamedTuple):
     high_up: tuple[Cascade, ...]
     high_down: tuple[Cascade, ...]
     local: Any
-    energies: tuple[float, float, float, float]  # to and from server and local model [J]
+    energies: Vector  # to and from server and local model [J]
 
 
 class BankFilters(NamedTuple):
@@ -165,22 +164,14 @@ class BankFilters(NamedTuple):
     tick_s: float
 
 
-def bank_of(master: MasterParams, local: Any) -> BankFilters:
-    """Return the parameters of the bank of a master around a local model."""
+def made_bank(master: MasterParams, local: Any, axes: int) -> tuple[Bank, BankFilters]:
+    """Return the bank of a master around a local model, at rest, and its parameters."""
     found = bank_filters(master.bank, tick_s=master.tick_s)
     filters = found.low_up, found.low_down, found.high_up, found.high_down
-    low_up, low_down, high_up, high_down = (
-        () if each is None else sections_of(each) for each in filters
-    )
-    return BankFilters(low_up, low_down, high_up, high_down, local, master.tick_s)
-
-
-def resting_bank(axes: int, p: BankFilters) -> Bank:
-    """Return a bank at rest."""
-    filters = p.low_up, p.low_down, p.high_up, p.high_down
-    low_up, low_down, high_up, high_down = ((resting_cascade(each),) * axes for each in filters)
-    local, nothing = resting_local(p.local, axes), (0.0, 0.0, 0.0, 0.0)
-    return Bank(low_up, low_down, high_up, high_down, local, nothing)
+    sections = [() if each is None else sections_of(each) for each in filters]
+    cascades = [(resting_cascade(each),) * axes for each in sections]
+    s = Bank._make([*cascades, resting_local(local, axes), (0.0,) * 4])
+    return s, BankFilters._make([*sections, local, master.tick_s])
 
 
 @port_filters.part_in.member(Bank)
@@ -193,13 +184,9 @@ def _bank_in(
     local, v0, gains = local_offer(s.local, x, p.local, b)
     up, down = each(rest_of, (s.high_up,), p.high_up), each(rest_of, (s.high_down,), p.high_down)
     answer = plus(down, scaled(plus(v0, along(b, gains, up)), gain_of(p.high_down)))
-    through = each(_through, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
+    through = each(mul, (gains,), gain_of(p.high_up) * gain_of(p.high_down))
     s = s._replace(low_down=low_down, local=local, energies=energies)
     return s, w, answer, through
-
-
-def _through(gain: float, of_filters: float) -> float:
-    return gain * of_filters
 
 
 @port_filters.part_up.member(Bank)

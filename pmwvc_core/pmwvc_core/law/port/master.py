@@ -3,10 +3,9 @@
 """What every controller does at the master's end, in the order of a frame and of a tick; what it
 sees of the device; and the master's end of the plain wave channel.
 
-A member is chosen by the type of its state. ``p`` are the parameters of the port. What has come in
+A member is chosen by the type of its state; ``p`` are the parameters of the port. What has come in
 (``arrivals``) belongs to the tick; the strict channel plays its waves out from there. A sample
-that is too old, or none, is no sample: the loop has the position last seen and no velocity, and
-the limits let no force through.
+that is too old is none: the loop has the position last seen and no velocity.
 
 Every tick on the plain channel (App. B Fig. 1)::
 
@@ -17,24 +16,20 @@ Every tick on the plain channel (App. B Fig. 1)::
 so that F_m xd = (u_m^2 - v_m^2)/2; v_m = v without port filters (:mod:`.port_filters`). Where the
 safety limits let another force F through, u_m is shortened until |u_m|^2/2 <= |w + g u_m|^2/2 + F
 xd. What even u_m = 0 does not cover, ``deficit_j``, is withheld from later waves. A silent server
-is a wave v = 0: F_m = b xd.
-
-Equations: docs/theory.md 10.1.
+is a wave v = 0: F_m = b xd. Equations: docs/theory.md 10.1.
 """
 
 import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.family import Family, same
+from pmwvc_core.law.family import Family, opened
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, wave_shortened
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
-    position_opened,
     position_packet,
     position_send,
-    position_there,
     position_up,
 )
 from pmwvc_core.law.vectors import Vector, dot, each, minus, zero
@@ -49,15 +44,14 @@ def _waves(s: Any) -> Any:
 port_measure = Family("port_measure")  # (s, x, xd, p) -> s: motion at a frame start
 # (s, arrivals, frame_s, number, held_j, p) -> (s, arrivals, Sent); held_j: what the brake stores
 port_send = Family("port_send")
-port_packet = Family("port_packet")  # (s, arrivals, packet, p) -> s: the newest, once a frame
-port_answer = Family("port_answer")  # (s, wave, silent, frame_s, p) -> s: its wave, or a silence
+# (s, arrivals, packet, wave, silent, frame_s, p) -> s: the newest packet, of number 0 before the
+# first, and its wave, or a silence; once a frame
+port_answer = Family("port_answer")
 port_tick = Family("port_tick")  # (s, arrivals, x, xd, p) -> (s, arrivals, force wanted [N])
 port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the limits let through
 port_signals = Family("port_signals", _waves)  # (s) -> (u_m, u_m_lp, v_m)
 # (s, arrivals, p) -> energies since the start [J]: of u_m, sent, received, v_m, and the port's own
 port_energies = Family("port_energies")
-port_opened = Family("port_opened", same)  # (s) -> s: lists made here, where a session is compiled
-
 
 LATE_NS = 5_000_000  # a sample older than this is counted
 STALE_NS = 20_000_000  # one older than this is none: the device is silent
@@ -81,10 +75,7 @@ def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
 
 def known_motion(x: Vector, xd: Vector, last: Vector) -> tuple[Vector, Vector]:
     """Return position and velocity; what is not finite is the last position and no velocity."""
-    for i in range(len(x)):
-        if not math.isfinite(x[i] + xd[i]):
-            return each(_finite, (x, last)), each(_finite, (xd, zero(xd)))
-    return x, xd
+    return each(_finite, (x, last)), each(_finite, (xd, zero(xd)))
 
 
 def _finite(value: float, otherwise: float) -> float:
@@ -139,18 +130,16 @@ def _send(
     return s, arrivals, Sent(wave, s.x, -1.0, ())
 
 
-@port_packet.member(PlainMaster)
-def _packet(s: PlainMaster, arrivals: Any, packet: Packet, p: PlainMasterParams) -> PlainMaster:
-    return s._replace(position=position_packet(s.position, packet, p.position))
-
-
 @port_answer.member(PlainMaster)
 def _answer(
-    s: PlainMaster, wave: Vector, silent: bool, frame_s: float, p: PlainMasterParams
-) -> PlainMaster:
+    s: PlainMaster, arrivals: Any, packet: Packet, wave: Vector, silent: bool, frame_s: float,
+    p: PlainMasterParams,
+) -> PlainMaster:  # fmt: skip
     """Take the newest wave; it stands for the frame that begins. A silence is a wave of zero."""
-    wave = zero(wave) if silent else wave
-    position, v_rx_j = position_there(s.position, not silent), s.v_rx_j + wave_j(wave, p.frame_s)
+    wave, position = zero(wave) if silent else wave, s.position
+    if packet.number > 0:
+        position = position_packet(position, packet, not silent, p.position)
+    v_rx_j = s.v_rx_j + wave_j(wave, p.frame_s)
     return s._replace(hold=load(s.hold, wave), position=position, v_rx_j=v_rx_j)
 
 
@@ -194,6 +183,7 @@ def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
     return own + filters_energies(s.filters, p.filters) + position_energies(s.position)
 
 
-@port_opened.member(PlainMaster)
-def _opened(s: PlainMaster) -> PlainMaster:
-    return s._replace(position=position_opened(s.position))
+@opened.member(PlainMaster)
+def opened_port(s: Any) -> Any:
+    """Have position feedback make its list."""
+    return s._replace(position=opened(s.position))

@@ -8,8 +8,7 @@ with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
 
     v_m = w + v0 + g u_m,   u_m = (sqrt(2b) xd - w - v0)/(1 + g)
 
-Order within a tick:
-``answered``, then ``wave_shortened`` where the limits let another force
+Order within a tick: ``answered``, then ``wave_shortened`` where the limits let another force
 through, and ``filters_up``. By default nothing is between.
 
 The velocity filter; s is the share that comes back (half in App. D):
@@ -29,25 +28,33 @@ Equations: docs/theory.md 7.1, 7.2, 7.3.
 """
 
 import math
+from operator import add
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family, no_accounts, passed
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, squared, zero
+from pmwvc_core.law.vectors import Vector, columns, dot, each, filled, minus, plus, scaled, squared
 from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
 from pmwvc_core.law.wave.wave import along, damper, wave_u
+
+
+def _shortening(u: Vector, held: Vector, answer: Vector, missing: float) -> tuple[float, float]:
+    """Return the longest s <= 1 with |s u|^2 <= |held + s answer|^2 + twice the power, and what is
+    missing then: a s^2 - 2 c s <= p with a = |u|^2 - |answer|^2 > 0, c = held . answer.
+    """
+    a, c = squared(u) - squared(answer), dot(held, answer)
+    most = a - 2.0 * c + missing  # without what is missing: what p has to be for s = 1
+    ratio = 1.0
+    if missing < 0.0:
+        ratio = c + math.sqrt(max(c * c + a * most, 0.0))
+        ratio = max(min(ratio / a if a > 0.0 else ratio, 1.0), 0.0)
+    return ratio, max((a * ratio - 2.0 * c) * ratio - most, 0.0)
 
 
 def _wave_shortened(
     s: Any, u_m: Vector, v_m: Vector, missing: float, b: Any
 ) -> tuple[Vector, Vector, float]:
-    """Shorten u_m to |u|^2 <= |u_m|^2 + missing."""
-    natural = squared(u_m)
-    budget = natural + missing
-    if budget >= natural:
-        return u_m, v_m, 0.0
-    spent = max(budget, 0.0)
-    ratio = math.sqrt(spent / natural) if natural > 0.0 else 1.0
-    return scaled(u_m, min(ratio, 1.0)), v_m, max(spent - budget, 0.0)
+    ratio, deficit = _shortening(u_m, v_m, filled(u_m, 0.0), missing)
+    return scaled(u_m, ratio), v_m, deficit
 
 
 def _bare(s: Any, v: Vector, x: Vector, xd: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector]:
@@ -55,20 +62,7 @@ def _bare(s: Any, v: Vector, x: Vector, xd: Vector, p: Any, b: Any) -> tuple[Any
 
 
 def _no_answer(s: Any, v: Vector, x: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector, Vector]:
-    return s, v, zero(x), same_gain(b, 0.0)
-
-
-def same_gain(impedance: Any, gain: float) -> Vector:
-    """Return a gain for each eigenvalue of an impedance."""
-    return each(_same, (impedance.values,), gain)
-
-
-def _same(value: float, gain: float) -> float:
-    return gain
-
-
-def _sum(gain: float, other: float) -> float:
-    return gain + other
+    return s, v, filled(x, 0.0), filled(b.values, 0.0)
 
 
 def _closed(gain: float) -> float:
@@ -94,9 +88,8 @@ part_velocity = Family("part_velocity", passed)  # (s, xd, p, b) -> (s, velocity
 class Filtered(NamedTuple):
     """A port with filters."""
 
-    near: Any  # to the device
+    near: Any  # to the device: the velocity filter
     far: Any
-    force: Any  # of its velocity
     held: Vector  # w + v0 [sqrt(W)]: what is in v_m whatever u_m is
     gains: Vector  # of their answer
 
@@ -106,7 +99,6 @@ class FilteredParams(NamedTuple):
 
     near: Any
     far: Any
-    force: Any
     impedance: Any
 
 
@@ -116,30 +108,20 @@ def _filtered(
 ) -> tuple[Filtered, Vector, Vector]:
     far, v, answer, gains = part_in(s.far, v, x, p.far, b)
     near, v, own, others = part_in(s.near, v, x, p.near, b)
-    force, for_force = part_velocity(s.force, xd, p.force, b)
-    held, gains = plus(v, plus(answer, own)), each(_sum, (gains, others))
+    near, for_force = part_velocity(near, xd, p.near, b)
+    held, gains = plus(v, plus(answer, own)), each(add, (gains, others))
     natural = wave_u(b, xd, held)
     v_m = plus(held, along(b, each(_closed, (gains,)), natural))
-    return Filtered(near, far, force, held, gains), v_m, for_force
+    return Filtered(near, far, held, gains), v_m, for_force
 
 
 @wave_shortened.member(Filtered)
 def _filtered_shortened(
     s: Filtered, u_m: Vector, v_m: Vector, missing: float, b: Any
 ) -> tuple[Vector, Vector, float]:
-    """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + twice the power: that is
-    a s^2 - 2 c s <= p with a = |u|^2 - |g u|^2 > 0, c = w . g u.
-    """
     answer = along(b, s.gains, u_m)
-    a, c = squared(u_m) - squared(answer), dot(s.held, answer)
-    most = a - 2.0 * c + missing  # without what is missing: what p has to be for s = 1
-    ratio = 1.0
-    if missing < 0.0:
-        ratio = c + math.sqrt(max(c * c + a * most, 0.0))
-        ratio = max(min(ratio / a if a > 0.0 else ratio, 1.0), 0.0)
-    u_m = scaled(u_m, ratio)
-    v_m = plus(s.held, along(b, s.gains, u_m))
-    return u_m, v_m, max((a * ratio - 2.0 * c) * ratio - most, 0.0)
+    ratio, deficit = _shortening(u_m, s.held, answer, missing)
+    return scaled(u_m, ratio), plus(s.held, scaled(answer, ratio)), deficit
 
 
 @filters_up.member(Filtered)
@@ -151,8 +133,7 @@ def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, V
 
 @filters_energies.member(Filtered)
 def _filtered_energies(s: Filtered, p: FilteredParams) -> Vector:
-    outer = part_energies(s.near, p.near) + part_energies(s.far, p.far)
-    return outer + part_energies(s.force, p.force)
+    return part_energies(s.near, p.near) + part_energies(s.far, p.far)
 
 
 class InWaves(NamedTuple):
@@ -189,7 +170,7 @@ def _velocity_in(
     down, passed = columns(each(cascade, (s.down, v), p.low))
     rest = scaled(each(rest_of, (s.back,), p.high), p.share)
     s = s._replace(down=down, w=v, passed=passed)
-    return s, passed, rest, same_gain(b, p.share * gain_of(p.high))
+    return s, passed, rest, filled(b.values, p.share * gain_of(p.high))
 
 
 @part_up.member(InWaves)

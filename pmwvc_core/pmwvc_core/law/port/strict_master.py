@@ -8,7 +8,7 @@ Per tick of length h, with F the force applied and dx the motion measured over i
     u   = sqrt(2b) dx/h - v_m                  once the tick is over;   U <- U + u h
     node <- node + |v|^2 h/2 + F dx            energy in from both sides (dx: ``counts.moved``)
 
-and per packet, for the mean wave w of its frame::
+and per packet, which carries the mean wave w of its frame without an anti-aliasing filter::
 
     paid  = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
             (never what the brake stores)
@@ -16,13 +16,11 @@ and per packet, for the mean wave w of its frame::
 
 So J never exceeds what channel and hand provided; what is late delays the payment, not the
 displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the port is a
-damper. The packet carries w, without an anti-aliasing filter.
+damper. The surplus of one playout goes to the other.
 
 The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a
 deficit (counted ``TWICE``) behind an encoder, ``ASKED`` while a playout is short, and all of b xd
-from ``MUCH`` of unpaid displacement on. The surplus of one playout goes to the other.
-
-Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
+from ``MUCH`` of unpaid displacement on. Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """
 
 import math
@@ -31,17 +29,16 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, spared
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
+from pmwvc_core.law.family import opened
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
-from pmwvc_core.law.port.master import known_motion
+from pmwvc_core.law.port.master import known_motion, opened_port
 from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up
 from pmwvc_core.law.position.feedback import (
     position_down,
     position_energies,
-    position_opened,
     position_packet,
     position_send,
-    position_there,
     position_up,
 )
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, plus, scaled, zero
@@ -156,21 +153,18 @@ def _send(
     return s, a._replace(playout=playout), Sent(wave, s.x, s.u_tx_j, ())
 
 
-@master.port_packet.member(StrictMaster)
-def _packet(
-    s: StrictMaster, a: StrictArrivals, packet: Packet, p: StrictMasterParams
-) -> StrictMaster:
-    """Note the avatar's position, and what the server lacks; the wave is the playout's."""
-    unpaid = 0.0 if s.wanted and not packet.short else s.unpaid
-    position, short = position_packet(s.position, packet, p.position), is_short(a.playout)
-    return s._replace(position=position, unpaid=unpaid, wanted=packet.short, short=short)
-
-
 @master.port_answer.member(StrictMaster)
 def _answer(
-    s: StrictMaster, wave: Vector, silent: bool, frame_s: float, p: StrictMasterParams
-) -> StrictMaster:
-    return s._replace(position=position_there(s.position, not silent))
+    s: StrictMaster, a: StrictArrivals, packet: Packet, wave: Vector, silent: bool,
+    frame_s: float, p: StrictMasterParams,
+) -> StrictMaster:  # fmt: skip
+    """Note the avatar's position, and what the server lacks; the wave is the playout's."""
+    if packet.number == 0:
+        return s
+    unpaid = 0.0 if s.wanted and not packet.short else s.unpaid
+    position = position_packet(s.position, packet, not silent, p.position)
+    short = is_short(a.playout)
+    return s._replace(position=position, unpaid=unpaid, wanted=packet.short, short=short)
 
 
 @master.port_tick.member(StrictMaster)
@@ -222,6 +216,4 @@ def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vect
     return own + filters_energies(s.filters, p.filters) + position_energies(s.position)
 
 
-@master.port_opened.member(StrictMaster)
-def _opened(s: StrictMaster) -> StrictMaster:
-    return s._replace(position=position_opened(s.position))
+opened.member(StrictMaster)(opened_port)

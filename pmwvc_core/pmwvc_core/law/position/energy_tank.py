@@ -16,11 +16,10 @@ cannot pay for is shortened, so that at every packet
 
     storage + received + F xd - sent >= - deficit
 
-F xd comes from the waves. What is *spent* is bounded by the measured work as well,
+F xd comes from the waves. What is *spent* is bounded by the measured work as well, in which an
+encoder errs to the safe side,
 
     spent <= storage + received + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
-
-in which an encoder errs to the safe side (docs/theory.md, section 13).
 
 Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 """
@@ -37,36 +36,27 @@ SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be 
 
 
 class Tank(NamedTuple):
-    """The account of one master; energies since the start [J]."""
+    """The account of one master, at first the storage declared; energies since the start [J]."""
 
     saved_j: float  # free but for parts and limits; below zero while reserves are not covered
-    spent_j: float  # less what came back
-    deficit_j: float  # given out by the hold, brought by no packet yet, paid by nothing saved
-    discarded_j: float  # was more than the account may hold
-    played_j: float  # of v
-    taken_j: float  # of u
-    device_j: float  # of F xd
-    work_j: float  # of the force held times the distance
-    received_j: float  # of packets
-    # What the next step refers to:
+    # What the next step refers to, at first zero:
     x: Vector
-    moved: bool  # x is known
     f: Vector
     v: Vector
     y: Vector
-    of_hold_j: float  # when last looked at, as of_u_j
-    of_u_j: float
-    epoch: int  # of the newest packet, as number and sum_j
-    number: int
-    sum_j: float
-
-
-def resting_tank(nothing: Vector, lent_j: float) -> Tank:
-    """Return a tank with the storage declared."""
-    return Tank(
-        lent_j, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        nothing, False, nothing, nothing, nothing, 0.0, 0.0, -1, 0, 0.0,
-    )  # fmt: skip
+    spent_j: float = 0.0  # less what came back
+    deficit_j: float = 0.0  # given out by the hold, brought by no packet, paid by nothing saved
+    discarded_j: float = 0.0  # was more than the account may hold
+    played_j: float = 0.0  # of v
+    taken_j: float = 0.0  # of u
+    device_j: float = 0.0  # of F xd
+    work_j: float = 0.0  # of the force held times the distance
+    received_j: float = 0.0  # of packets
+    of_hold_j: float = 0.0  # when last looked at, as of_u_j
+    of_u_j: float = 0.0
+    epoch: int = -1  # of the newest packet, as number and sum_j
+    number: int = 0
+    sum_j: float = 0.0
 
 
 def _channel_j(s: Tank) -> float:
@@ -117,8 +107,8 @@ def tank_down(
     """Count the work of the force held until the device is at x [m], and the wave v that the hold
     gives out; return as much of a change wanted of it as can be paid for within 0.1 s [sqrt(W)].
     """
-    work_j = s.work_j + dot(s.f, minus(x, s.x)) if s.moved else s.work_j
-    s = s._replace(played_j=s.played_j + wave_j(v, p.tick_s), work_j=work_j, x=x, moved=True, v=v)
+    work_j = s.work_j + dot(s.f, minus(x, s.x))
+    s = s._replace(played_j=s.played_j + wave_j(v, p.tick_s), work_j=work_j, x=x, v=v)
     if not spends:
         return s, wanted
     wanted, cost = affordable(v, wanted, tank_free_j(s) * (2.0 / SPREAD_S))

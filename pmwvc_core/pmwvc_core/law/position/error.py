@@ -15,7 +15,6 @@ packet that the server answered (its echo), and still to be played::
 
 The residual is lost or distorted motion. ``x_ref`` makes it zero at an avatar's first packet. Both
 ends need equal impedances. K_p is given, or follows the round trip tau: K_p = c sqrt(2b)/tau.
-
 Equations: docs/theory.md 9.1, 9.2, 9.3, 9.8.
 """
 
@@ -41,27 +40,26 @@ class Posted(NamedTuple):
 class PositionError(NamedTuple):
     """What is known of the error. The list is never changed in place."""
 
+    posted: list[Posted]  # at first only what comes before the first packet
     sent: Vector  # integral of the packets so far [sqrt(W) s]
-    sent_s: float  # for which they stand
-    frame_s: float  # of the last one
-    since: Vector  # integral of the waves after it
-    y: Vector  # of the filter when it was sent [sqrt(W)]
-    posted: list[Posted]
-    epoch: int  # of the newest packet; -1: none yet
-    number: int
-    anew: bool
-    x: Vector  # [m] of the avatar
+    since: Vector  # integral of the waves after the last one
+    y: Vector  # of the filter when that was sent [sqrt(W)]
+    x: Vector  # [m] of the avatar, by the newest packet
     wave: Vector  # w T [sqrt(W) s]
     answered: Vector  # U_tx(echo), where it is remembered
-    remembered: bool
-    fresh: bool  # since the last tick
     v: Vector  # of the tick before
     reference: Vector  # [m]
-    referenced: bool
     residual: Vector  # [m]
-    left: int  # ticks for which it is known
-    round_trip_s: float  # lag of slow motion once around; 0: not known yet
-    there: bool  # the server is not silent
+    sent_s: float = 0.0  # for which the packets stand
+    frame_s: float = 0.0  # the last one
+    epoch: int = -1  # of the newest packet; -1: none yet
+    number: int = 0
+    anew: bool = False
+    fresh: bool = False  # it remembers its echo, and no tick was since
+    referenced: bool = False
+    left: int = 0  # ticks for which the residual is known
+    round_trip_s: float = 0.0  # lag of slow motion once around; 0: not known yet
+    there: bool = False  # the server is not silent
 
 
 class PositionParams(NamedTuple):
@@ -80,14 +78,6 @@ class PositionParams(NamedTuple):
     most_j: float
 
 
-def resting_error(rest: Vector) -> PositionError:
-    """Return what is known before the first packet."""
-    return PositionError(
-        rest, 0.0, 0.0, rest, rest, [Posted(0, rest, 0.0)], -1, 0, False, rest, rest, rest, False,
-        False, rest, rest, False, rest, 0, 0.0, False,
-    )  # fmt: skip
-
-
 def error_sent(
     s: PositionError, y: Vector, wave: Vector, number: int, frame_s: float
 ) -> PositionError:
@@ -95,9 +85,7 @@ def error_sent(
     sent, sent_s = plus(s.sent, scaled(wave, frame_s)), s.sent_s + frame_s
     kept = s.posted[1:] if len(s.posted) > KEPT else s.posted
     posted = [*kept, Posted(number, sent, sent_s)]
-    return s._replace(
-        sent=sent, sent_s=sent_s, frame_s=frame_s, since=zero(y), y=y, posted=posted
-    )  # fmt: skip
+    return s._replace(sent=sent, sent_s=sent_s, frame_s=frame_s, since=zero(y), y=y, posted=posted)
 
 
 def error_taken(s: PositionError, u: Vector, h: float) -> PositionError:
@@ -110,10 +98,17 @@ def is_same_avatar(s: PositionError, packet: Packet) -> bool:
     return packet.epoch == s.epoch and packet.anew == s.anew
 
 
-def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> PositionError:
-    """Note the newest packet, where it is news."""
-    if packet.epoch == s.epoch and packet.number == s.number:
-        return s
+def is_news(s: PositionError, packet: Packet) -> bool:
+    """Tell whether a packet is another one than the newest."""
+    return packet.epoch != s.epoch or packet.number != s.number
+
+
+def error_packet(
+    s: PositionError, packet: Packet, there: bool, p: PositionParams
+) -> PositionError:
+    """Note the newest packet, where it is news, and whether the server is there."""
+    if not is_news(s, packet):
+        return s._replace(there=there)
     posted, place, answered, round_trip_s = s.posted, -1, s.answered, s.round_trip_s
     for i in range(len(posted)):
         if posted[i].number == packet.echo and packet.echo > 0:
@@ -128,22 +123,20 @@ def error_packet(s: PositionError, packet: Packet, p: PositionParams) -> Positio
     return s._replace(
         posted=posted, epoch=packet.epoch, number=packet.number, anew=packet.anew,
         x=packet.position, wave=scaled(packet.wave, packet.period_s), answered=answered,
-        remembered=place >= 0, fresh=True, referenced=s.referenced and is_same_avatar(s, packet),
-        round_trip_s=round_trip_s,
+        fresh=place >= 0, referenced=s.referenced and is_same_avatar(s, packet),
+        round_trip_s=round_trip_s, there=there,
     )  # fmt: skip
 
 
 def error_tick(
     s: PositionError, x: Vector, avatar_x: Vector, v: Vector, down: Vector, p: PositionParams
 ) -> tuple[PositionError, Vector]:
-    """Return e [m] for a device at x, once a tick: zero until an avatar's first packet. The avatar
-    is at ``avatar_x``; ``down``: integral of the waves on their way back [sqrt(W) s]; v: of the
-    tick.
+    """Return e [m] of a tick for a device at x: zero until an avatar's first packet. ``down``:
+    integral of the waves on their way back [sqrt(W) s]; v: of the tick.
     """
     rest = reference = s.reference
     referenced, residual, left, error = s.referenced, s.residual, s.left, zero(x)
-    rested = s.fresh and s.remembered
-    if rested:
+    if s.fresh:
         up = plus(scaled(s.y, p.filter_s), s.since)
         up = plus(up, minus(s.sent, s.answered))
         lag = scaled(free_velocity(p.impedance, minus(up, down)), 0.5)
@@ -151,7 +144,7 @@ def error_tick(
         if not referenced:
             reference, referenced = rest, True
     if referenced and p.of_residual:
-        if rested:
+        if s.fresh:
             residual, left = minus(rest, reference), p.residual_ticks
         left -= 1
         error = residual if left >= 0 else error

@@ -3,10 +3,6 @@
 """Position feedback on the returning wave, v_m - K_p e, and who pays for it; by default there is
 none.
 
-Ports call, once a frame, ``position_packet`` (the newest packet, with the avatar's position), then
-``position_there`` (whether the server is); every tick ``position_down`` and ``position_up``;
-``position_send`` at a frame start.
-
 On the plain channel e = x_m - x_s - x_ref (``printed``, ``budgeted``) or its residual
 (``integral``). ``printed`` pays for nothing and can generate energy; the others change v_m, and
 shorten packets, as the energy tank allows (:mod:`.energy_tank`), which begins with ``lent_j``.
@@ -18,15 +14,13 @@ what is free, spread over ``SPREAD_S``. Between packets the avatar's position fo
 There in free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e
 counts as far as the avatar feels a force (by the server's wave and the way of the avatar in the
 packets), in full from ``FORCE_N`` on. A gain that adapts grows by up to ``MOST`` as less is left
-of the loan, so that slow presses return what they took (17.17).
-
-Equations: docs/theory.md 17.8, 17.16.
+of the loan, so that slow presses return what they took. Equations: docs/theory.md 17.8, 17.16.
 """
 
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.family import Family, no_accounts, passed, same
+from pmwvc_core.law.family import Family, no_accounts, opened, passed, same
 from pmwvc_core.law.position.energy_tank import (
     SPREAD_S,
     Tank,
@@ -45,6 +39,7 @@ from pmwvc_core.law.position.error import (
     error_sent,
     error_taken,
     error_tick,
+    is_news,
     is_same_avatar,
 )
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
@@ -54,14 +49,13 @@ MOST = 2.0  # times the gain, with less left than a share of the loan
 FULL, LEAST = 0.75, 0.25  # shares of the loan: the gain itself is used above, MOST times it below
 FORCE_N = 0.05  # at the avatar: the whole error counts; below it the square of the ratio of it
 
-position_packet = Family("position_packet", same)  # (s, packet, p) -> s
-position_there = Family("position_there", same)  # (s, there) -> s
+# (s, packet, there, p) -> s: the newest, with the avatar's position; whether the server is there
+position_packet = Family("position_packet", same)
 # (s, v, x, free_j, waiting, p) -> (s, v): free_j of the node, and the integral that the playout
 # holds [sqrt(W) s], on the strict channel
 position_down = Family("position_down", passed)
 position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of a tick that goes on
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
-position_opened = Family("position_opened", same)  # (s) -> s, its lists made here
 position_energies = Family("position_energies", no_accounts)  # (s) -> sums and levels [J]
 
 
@@ -87,13 +81,13 @@ def _error(
 
 
 @position_packet.member(Published)
-def _published_packet(s: Published, packet: Packet, p: PositionParams) -> Published:
-    return s._replace(error=error_packet(s.error, packet, p))
+def _published_packet(s: Published, packet: Packet, there: bool, p: PositionParams) -> Published:
+    return s._replace(error=error_packet(s.error, packet, there, p))
 
 
 @position_packet.member(Budgeted)
-def _budgeted_packet(s: Budgeted, packet: Packet, p: PositionParams) -> Budgeted:
-    return Budgeted(error_packet(s.error, packet, p), tank_packet(s.tank, packet, p))
+def _budgeted_packet(s: Budgeted, packet: Packet, there: bool, p: PositionParams) -> Budgeted:
+    return Budgeted(error_packet(s.error, packet, there, p), tank_packet(s.tank, packet, p))
 
 
 @position_down.member(Published)
@@ -149,10 +143,10 @@ class OnStrict(NamedTuple):
 
 
 @position_packet.member(OnStrict)
-def _strict_packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
-    if packet.epoch == s.error.epoch and packet.number == s.error.number:
-        return s
-    x, under, left_s = s.x, s.under, s.left_s
+def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: PositionParams) -> OnStrict:
+    error, x, under, left_s = error_packet(s.error, packet, there, p), s.x, s.under, s.left_s
+    if not is_news(s.error, packet):
+        return s._replace(error=error)
     if is_same_avatar(s.error, packet):
         left_s = packet.period_s
         wave = scaled(minus(packet.integral, s.integral), 2.0)
@@ -162,7 +156,6 @@ def _strict_packet(s: OnStrict, packet: Packet, p: PositionParams) -> OnStrict:
         under = min(squared(force) * FORCE_N**-2, 1.0)
     else:
         x = packet.position
-    error = error_packet(s.error, packet, p)
     return OnStrict(error, x, s.share, under, left_s, packet.integral, s.spent_j)
 
 
@@ -188,11 +181,6 @@ def _strict_down(
     return OnStrict(error, at, share, s.under, left_s, s.integral, spent_j), plus(v, wanted)
 
 
-@position_there.member(Published, Budgeted, OnStrict)
-def _seen_there(s: Any, there: bool) -> Any:
-    return s._replace(error=s.error._replace(there=there))
-
-
 @position_up.member(Published, OnStrict)
 def _wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Any:
     """Note the wave that goes on; the node or nobody pays for it."""
@@ -211,7 +199,7 @@ def _spent(s: Any) -> Vector:
     return (s.spent_j,)
 
 
-@position_opened.member(Published, Budgeted, OnStrict)
+@opened.member(Published, Budgeted, OnStrict)
 def _opened(s: Any) -> Any:
     """Return the feedback before the first packet, its list made here."""
     return s._replace(error=s.error._replace(posted=[Posted(0, s.error.sent, 0.0)]))

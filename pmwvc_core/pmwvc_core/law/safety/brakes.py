@@ -14,13 +14,12 @@ z is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling g
 than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
 
 At the avatar: a damper (N - 1) b beside the port. The coupling then solves a port of impedance
-N b, and the waves of the user are those in front of the damper::
+N b, and the waves of the user are those in front of the damper; the last term is heat::
 
     u' = u/sqrt(N),   v = (u' + v')/sqrt(N) - u
     (|u|^2 - |v|^2)/2 = (|u'|^2 - |v'|^2)/2 + (N - 1)/(2 N) |u' + v'|^2
 
-The last term is heat, for any N >= 1. N gives a friction of at most F_L against the contact's
-force R that the wave leaves over::
+N >= 1 gives a friction of at most F_L against the contact's force R that the wave leaves over::
 
     R = f_s - sqrt(2b) u,   N = |R|/(|R| - F_L), at most ``FIRMEST``; 1 where R . f_s <= 0
 
@@ -35,7 +34,6 @@ from pmwvc_core.law.vectors import (
     Vector,
     between,
     dot,
-    each,
     length,
     minus,
     plus,
@@ -45,14 +43,7 @@ from pmwvc_core.law.vectors import (
     within,
     zero,
 )
-from pmwvc_core.law.wave.wave import (
-    Impedance,
-    MatrixImpedance,
-    affordable,
-    damper,
-    free_velocity,
-    impedance,
-)
+from pmwvc_core.law.wave.wave import affordable, damper, firmer, free_velocity
 
 RATIO, MEAN_S, RISE_S = 1.3, 0.05, 0.04
 STALL_S, HAND_RETURN_S, AVATAR_RETURN_S = 0.0125, 0.2, 0.1
@@ -98,7 +89,7 @@ class HandBrake(NamedTuple):
     z: Vector
 
 
-def resting_hand_brake(nothing: Vector) -> HandBrake:
+def loose_brake(nothing: Vector) -> HandBrake:
     """Return a brake that holds nothing."""
     return HandBrake(resting_brake(nothing), nothing, nothing)
 
@@ -141,24 +132,6 @@ class AvatarBrake(NamedTuple):
 
     largest: BrakeForce
     heat_j: float
-
-
-firmer = Family("firmer")  # (impedance, n) -> n times an impedance
-
-
-@firmer.member(Impedance)
-def _firmer(p: Impedance, n: float) -> Impedance:
-    return impedance(n * p.b)
-
-
-@firmer.member(MatrixImpedance)
-def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
-    root = math.sqrt(n)
-    return MatrixImpedance(
-        each(scaled, (p.b,), n), each(scaled, (p.inverse,), 1.0 / n),
-        each(scaled, (p.root_2b,), root), each(scaled, (p.root_2_over_b,), 1.0 / root),
-        p.numbers, scaled(p.values, n), p.to_axes, p.from_axes,
-    )  # fmt: skip
 
 
 # (s) -> s: the user left; also of what a controller without waves keeps of an avatar

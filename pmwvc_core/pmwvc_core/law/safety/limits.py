@@ -18,31 +18,13 @@ Research software: not a certified safeguard.
 * **fault**: above ``fault_velocity`` the force goes to zero, at the same slew, until ``rearm``.
 
 On the strict channel a brake holds the hand while no waves come (:mod:`.brakes`).
-
 Equations: docs/theory.md 10.2.
 """
 
 from typing import NamedTuple
 
-from pmwvc_core.law.safety.brakes import (
-    HandBrake,
-    brake_limit,
-    brake_push,
-    holding,
-    resting_hand_brake,
-)
-from pmwvc_core.law.vectors import (
-    Vector,
-    dot,
-    length,
-    minus,
-    plus,
-    scaled,
-    shortened,
-    squared,
-    within,
-    zero,
-)
+from pmwvc_core.law.safety.brakes import HandBrake, brake_limit, brake_push, holding, loose_brake
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, shortened, within, zero
 from pmwvc_core.params import SafetyParams
 
 LOST_S = 1.0
@@ -59,21 +41,21 @@ class Limits(NamedTuple):
     """State of the limits."""
 
     f: Vector  # as applied last [N]
-    gain: float  # what is let through of the whole force
-    push: float  # and of what pushes, while only damping is
-    ready: bool  # the force has been let through in full
-    damped: bool  # in the tick before
-    returns: bool  # rises after a silence of the same server
-    quiet: bool  # the tick before saw a silence and nothing else
-    sensed: bool  # the device ever was
-    missing_s: float  # for how long it has not been
-    faulty: bool  # it ran away
     brake: HandBrake
-    events: int  # disturbances that began, and stretches of too large a force or change
-    disturbed: bool  # in the tick before: by damping, a fault or what is not finite
-    limited: bool
-    cause: int  # of the state in the last tick
     silence_s: float  # from which on the server counts as silent
+    gain: float = 0.0  # what is let through of the whole force
+    push: float = 1.0  # and of what pushes, while only damping is
+    ready: bool = False  # the force has been let through in full
+    damped: bool = False  # in the tick before
+    returns: bool = False  # rises after a silence of the same server
+    quiet: bool = False  # the tick before saw a silence and nothing else
+    sensed: bool = False  # the device ever was
+    missing_s: float = 0.0  # for how long it has not been
+    faulty: bool = False  # it ran away
+    events: int = 0  # disturbances that began, and stretches of too large a force or change
+    disturbed: bool = False  # in the tick before: by damping, a fault or what is not finite
+    limited: bool = False
+    cause: int = WAITING  # of the state in the last tick
 
 
 class LimitsParams(NamedTuple):
@@ -103,17 +85,9 @@ def limits_params(
     )  # fmt: skip
 
 
-def resting_limits(nothing: Vector, p: LimitsParams) -> Limits:
-    """Return the limits before the first tick."""
-    return Limits(
-        nothing, 0.0, 1.0, False, False, False, False, False, 0.0, False,
-        resting_hand_brake(nothing), 0, False, False, WAITING, p.timeout_s,
-    )  # fmt: skip
-
-
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
-    brake = resting_hand_brake(zero(s.f))._replace(x=s.brake.x)
+    brake = loose_brake(zero(s.f))._replace(x=s.brake.x)
     return s._replace(gain=0.0, returns=False, quiet=False, brake=brake, cause=WAITING)
 
 
@@ -123,8 +97,7 @@ def limits(
 ) -> tuple[Limits, Vector]:  # fmt: skip
     """Return the force for the device [N] in the place of the one asked for. ``coupled``: the
     server has answered; ``sensed``: the device knows its motion; ``interrupted``: no waves come,
-    at this end or at the server; ``unreceived``: the server has had none of this user for too
-    long.
+    here or at the server; ``unreceived``: the server has had none of this user for too long.
     """
     brake, holds = s.brake, False
     if p.brakes:
@@ -132,7 +105,7 @@ def limits(
     good = within(f, LARGEST) and within(x, LARGEST) and within(xd, LARGEST)
     if not good:
         f, xd = zero(f), zero(xd)
-    speed, active = squared(xd), coupled and sensed
+    speed, active = dot(xd, xd), coupled and sensed
     ever, missing_s = s.sensed or sensed, 0.0 if sensed else s.missing_s + p.tick_s
     lost = coupled and missing_s > LOST_S
     gone = coupled and not sensed and (ever or lost)
@@ -153,41 +126,27 @@ def limits(
         brake, more = brake_push(brake, f, p.brake_stiffness)
         f = f if fast or outside else plus(f, more)
     f = scaled(f, gain)
-    applied, limited = shortened(f, p.max_force), squared(f) > p.max_force**2
+    applied, limited = shortened(f, p.max_force), dot(f, f) > p.max_force**2
     change = minus(applied, s.f)
-    size = length(change)
-    if size > p.slew:
-        applied, limited = plus(s.f, scaled(change, p.slew / size)), True
+    if dot(change, change) > p.slew**2:
+        applied, limited = plus(s.f, shortened(change, p.slew)), True
     unreceived = unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
     limited = limited and force and not damped
     events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
-    cause = NONE
-    if faulty:
-        cause = RUNAWAY
-    elif lost:
-        cause = DEVICE_LOST
-    elif gone:
-        cause = DEVICE_SILENT
-    elif not active:
-        cause = WAITING
-    elif not good:
-        cause = NOT_FINITE
-    elif silent:
-        cause = RELEASED if released else SILENT
-    elif outside:
-        cause = OUTSIDE
-    elif fast:
-        cause = TOO_FAST
-    elif unreceived:
-        cause = UNRECEIVED
-    elif gain < 1.0:
-        cause = SOFT_START
-    elif holds and brake_limit(brake.largest) > 0.0:
-        cause = LATE
+    cause = (  # the first of these that there is
+        RUNAWAY if faulty else
+        DEVICE_LOST if lost else DEVICE_SILENT if gone else
+        WAITING if not active else NOT_FINITE if not good else
+        RELEASED if released else SILENT if silent else
+        OUTSIDE if outside else TOO_FAST if fast else
+        UNRECEIVED if unreceived else SOFT_START if gain < 1.0 else
+        LATE if holds and brake_limit(brake.largest) > 0.0 else NONE
+    )  # fmt: skip
+    quiet = silent and not (fast or outside)
     s = Limits(
-        applied, gain, push, ready, damped, returns, silent and not (fast or outside), ever,
-        missing_s, faulty, brake, events, disturbed, limited, cause, s.silence_s,
+        applied, brake, s.silence_s, gain, push, ready, damped, returns, quiet, ever, missing_s,
+        faulty, events, disturbed, limited, cause,
     )  # fmt: skip
     return s, applied
 

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: two-sided, or a grip with an anchored spring across.
 
-The avatar stands at ``x_s = x_o + rest + deflection``. Forces act from it on the object.
-
-Two-sided it is at rest where the avatar joined. A grip pushes along axis 0 only; across it an
-anchor is set where contact begins and let go at the end of the step in which the avatar comes out,
-where its spring energy is dropped. The forces along an axis are those of :mod:`.springs`.
+The avatar stands at ``x_s = x_o + rest + deflection``. Forces act from it on the object; those
+along an axis are of :mod:`.springs`. Two-sided it is at rest where the avatar joined. A grip
+pushes along axis 0 only; across it an anchor is set where contact begins and let go at the end of
+the step in which the avatar comes out, where its spring energy is dropped.
 
 When stiffness and damping change in contact, the deflection becomes sqrt(K_old/K_new) times what
 it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
@@ -14,7 +13,6 @@ shifted, and returns outside the contact, never past the avatar.
 
 A coupling closes the algebraic loop of a step: from the waves u of all avatars it finds velocities
 and contact forces, and moves avatars and object. Avatars that are not present take no part.
-
 Equations: docs/theory.md 4.10.
 """
 
@@ -22,14 +20,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.server.springs import (
-    ContactLaw,
-    Spring,
-    depth,
-    spring_force,
-    stored,
-    unwrapped_axis,
-)
+from pmwvc_core.law.server.springs import ContactLaw, Spring, depth, force_at, loop_force, stored
 from pmwvc_core.law.vectors import Vector, each, scaled, total, zero
 
 
@@ -37,13 +28,12 @@ class Contact(NamedTuple):
     """The contact of an avatar."""
 
     law: ContactLaw
-    grips: bool
     springs: tuple[Spring, ...]  # per axis
 
 
 def touching(c: Contact) -> bool:
     """Tell whether a force can act."""
-    return not c.grips or depth(c.springs[0], c.law) > 0.0
+    return not c.springs[0].one_sided or depth(c.springs[0], c.law) > 0.0
 
 
 def offset_of(c: Contact) -> Vector:
@@ -68,8 +58,8 @@ def attached(c: Contact, offset: Vector) -> Contact:
 def _attached(s: Spring, offset: float, law: ContactLaw) -> Spring:
     if s.one_sided:
         outside = min(law.inward * (offset - law.face), -law.gap)
-        return Spring(law.inward * outside, law.face, True, False)
-    return Spring(0.0, offset, False, False)
+        return Spring(law.inward * outside, law.face, True)
+    return Spring(0.0, offset, False)
 
 
 def detached(c: Contact) -> tuple[Contact, float]:
@@ -80,7 +70,7 @@ def detached(c: Contact) -> tuple[Contact, float]:
 def _detached(s: Spring, law: ContactLaw) -> Spring:
     if s.one_sided:
         return s._replace(deflection=law.inward * min(depth(s, law), 0.0), one_sided=True)
-    return Spring(0.0, s.rest + s.deflection, False, False)
+    return Spring(0.0, s.rest + s.deflection, False)
 
 
 def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Contact, float]:
@@ -88,7 +78,7 @@ def changed_contact(c: Contact, stiffness: float, damping: float) -> tuple[Conta
     old = c.law
     law = old._replace(stiffness=stiffness, damping=damping)
     lost_j = 0.0 if stiffness > 0.0 else contact_energy(c)
-    return Contact(law, c.grips, each(_changed, (c.springs,), old, law)), lost_j
+    return Contact(law, each(_changed, (c.springs,), old, law)), lost_j
 
 
 def _changed(s: Spring, old: ContactLaw, new: ContactLaw) -> Spring:
@@ -98,25 +88,25 @@ def _changed(s: Spring, old: ContactLaw, new: ContactLaw) -> Spring:
     if ratio == 1.0:  # to the last bit
         return s
     deflection = s.deflection * ratio
-    changed = Spring(deflection, s.rest + s.deflection - deflection, s.one_sided, s.one_sided)
-    return _returned(changed, new)
+    changed = Spring(deflection, s.rest + s.deflection - deflection, s.one_sided)
+    return _returned(changed, new) if s.one_sided else changed
 
 
 def _returned(s: Spring, law: ContactLaw) -> Spring:
     """Shift the face back where it is not touched, at most to the avatar."""
-    if not s.shifted:
+    if s.rest == law.face:
         return s
     inside = depth(s, law)
     shift = law.inward * (s.rest - law.face)
     back = 0.0 if inside > 0.0 else min(shift, -inside)
     left = 0.0 if back == shift else shift - back
     deflection = s.deflection + law.inward * back
-    return Spring(deflection, law.face + law.inward * left, s.one_sided, left != 0.0)
+    return Spring(deflection, law.face + law.inward * left, True)
 
 
 def contact_force(c: Contact, rate: Vector) -> Vector:
     """Return the force on the object [N] at a relative velocity [m/s]."""
-    return each(spring_force, (c.springs, rate), touching(c), c.law)
+    return each(force_at, (c.springs, rate), touching(c), c.law)
 
 
 def contact_heat(c: Contact, rate: Vector) -> float:
@@ -124,7 +114,7 @@ def contact_heat(c: Contact, rate: Vector) -> float:
     heat_w, held, law = 0.0, touching(c), c.law
     for i in range(len(rate)):
         s = c.springs[i]
-        acts = law.inward * spring_force(s, rate[i], held, law) > 0.0 if s.one_sided else held
+        acts = law.inward * force_at(s, rate[i], held, law) > 0.0 if s.one_sided else held
         if acts:
             heat_w += law.damping * rate[i] * rate[i]
     return heat_w
@@ -132,7 +122,7 @@ def contact_heat(c: Contact, rate: Vector) -> float:
 
 def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: float) -> Vector:
     """Return the force [N] that fits xd = free - f/b and a move of weight xd (App. C, Eq. 4)."""
-    return each(unwrapped_axis, (c.springs, free, xd_o), b, weight, touching(c), c.law)
+    return each(loop_force, (c.springs, free, xd_o), b, weight, touching(c), c.law)
 
 
 def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple[Contact, float]:
@@ -149,7 +139,7 @@ def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple
             heat_j += law.damping * way_inside * (law.inward * rate[i])
         else:
             heat_j += stored(s, law) - stored(after, law)
-    moved, dropped_j = _loosened(Contact(law, c.grips, springs))
+    moved, dropped_j = _loosened(Contact(law, springs))
     return moved, heat_j + dropped_j
 
 
@@ -163,8 +153,8 @@ def _moved(s: Spring, way: float, held: bool, law: ContactLaw) -> Spring:
     if s.one_sided:
         return _returned(s._replace(deflection=s.deflection + way, one_sided=True), law)
     if held:
-        return Spring(s.deflection + way, s.rest, False, False)
-    return Spring(s.deflection, s.rest + way, False, False)
+        return Spring(s.deflection + way, s.rest, False)
+    return Spring(s.deflection, s.rest + way, False)
 
 
 def _loosened(c: Contact) -> tuple[Contact, float]:

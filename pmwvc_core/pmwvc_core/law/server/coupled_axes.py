@@ -16,36 +16,27 @@ The implicit step (:mod:`.coupling`) is one vector equation for the object. With
 that is missing at a mean velocity v, dr/dv is symmetric and at least 2 m_o/h + b_o, so r has one
 root. Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which never falls with t,
 until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the forces once
-Newton's step no longer halves it.
-
-Equations: docs/theory.md 6.4, 6.5, 6.6.
+Newton's step no longer halves it. Equations: docs/theory.md 6.4, 6.5, 6.6.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
 from pmwvc_core.law.server.coupling import Step, advanced_avatar, solved_contact
-from pmwvc_core.law.server.springs import (
-    ROUNDING,
-    Answer,
-    ContactLaw,
-    Spring,
-    spring_answer,
-    unwrapped_axis,
-)
+from pmwvc_core.law.server.springs import ROUNDING, Answer, Spring, loop_force, spring_answer
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
     dot,
     each,
+    length,
     minus,
     plus,
     scaled,
-    squared,
     times,
     total,
     zero,
@@ -75,9 +66,8 @@ def _gain(s: Spring, gain: float, held: bool) -> float:
     return gain if held and not s.one_sided else 0.0
 
 
-def _loose(s: Spring, xd_o: float, law: ContactLaw, held: bool) -> float:
-    acts = held and not s.one_sided
-    return law.stiffness * s.deflection - law.damping * xd_o if acts else 0.0
+def _loose(s: Spring, xd_o: float, stiffness: float, damping: float, held: bool) -> float:
+    return stiffness * s.deflection - damping * xd_o if held and not s.one_sided else 0.0
 
 
 def across(
@@ -88,7 +78,7 @@ def across(
     """
     mobility, acts = b.inverse, touching(c)
     gains = each(_gain, (c.springs,), gain, acts)
-    loose = each(_loose, (c.springs, xd_o), c.law, acts)
+    loose = each(_loose, (c.springs, xd_o), c.law.stiffness, c.law.damping, acts)
     a = loop_inverse(each(scaled, (mobility, gains)), b.numbers)
     held, lean = applied(a, plus(loose, times(gains, free))), columns(a)[0]
     slope = each(times, (a,), gains)
@@ -125,7 +115,7 @@ def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight:
     held, lean, _, less, alone = across(c, gain, free, xd_o, b)
     if not first.one_sided:
         return held
-    push = unwrapped_axis(first, free[0] - less, xd_o[0], alone, weight, touching(c), law)
+    push = loop_force(first, free[0] - less, xd_o[0], alone, weight, touching(c), law)
     return _with_face(held, lean, push, b)
 
 
@@ -135,10 +125,8 @@ CUTS = 50  # of one line search
 FLAT = 0.5  # of g(0): the line search is done
 
 
-class ImplicitCoupled(NamedTuple):
+class ImplicitCoupled(Nothing):
     """The coupling; it has no parameters. All avatars' impedances are matrices."""
-
-    none: int
 
 
 class Looked(NamedTuple):
@@ -153,16 +141,13 @@ class Looked(NamedTuple):
 
 
 @couple.member(ImplicitCoupled)
-def implicit_coupled(
-    p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
-) -> Step:
-    """Go one step on."""
+def _implicit(p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     here = _look(avatars, body.xd, body.xd, law)
     for _ in range(STEPS):
         if here.settled:
             break
         there = _downhill(avatars, body.xd, here, law)
-        slow = squared(there.missing) > 0.25 * squared(here.missing)
+        slow = length(there.missing) > 0.5 * length(here.missing)
         if there.velocity == here.velocity or (here.close and slow):
             break
         here = there
@@ -200,14 +185,14 @@ def _look(avatars: tuple[Avatar, ...], velocity: Vector, xd: Vector, law: BodyLa
             push, slope = answers[i].force, answers[i].slope
             free = minus(free_velocity(avatars[i].impedance, avatars[i].u), velocity)
             force, slopes = plus(force, push), each(plus, (slopes, slope))
-            size += math.sqrt(squared(push)) + math.sqrt(squared(each(_size, (slope,), free)))
+            size += length(push) + length(each(_size, (slope,), free))
     missing, gives = each(imbalance, (xd, velocity, force), law), mobility(0.0, law)
     numbers = avatars[0].impedance.numbers
     inverse = loop_inverse(each(scaled, (slopes,), gives), numbers)
     step = applied(inverse, scaled(missing, gives))
-    scale = math.sqrt(squared(velocity)) + gives * size
-    settled = math.sqrt(squared(step)) <= ROUNDING * scale
-    close = settled or gives * math.sqrt(squared(missing)) <= TAKEN * scale
+    scale = length(velocity) + gives * size
+    settled = length(step) <= ROUNDING * scale
+    close = settled or gives * length(missing) <= TAKEN * scale
     return Looked(velocity, answers, missing, step, settled, close)
 
 

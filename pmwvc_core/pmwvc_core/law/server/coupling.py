@@ -11,11 +11,9 @@ of the object over the step and w_i = xd_si - v::
     d(kinetic) + d(potential) + heat = h sum (|u_i|^2 - |v_i|^2)/2
 
 axis by axis (:func:`.solved_axis`), or where a wave impedance couples the axes, all at once
-(:mod:`.coupled_axes`).
-
-Else the object moves exactly under the held forces; energy balances only as the step goes to zero.
-With the weights (old, new) [s] of old and new velocity in an avatar's displacement: forward Euler
-(h, 0), backward (0, h), trapezoid (h/2, h/2).
+(:mod:`.coupled_axes`). Else the object moves exactly under the held forces; energy balances only
+as the step goes to zero. With the weights (old, new) [s] of old and new velocity in an avatar's
+displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
 
 one-step delay (App. B, Eq. 4): decoded with the force of the step before
     xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
@@ -32,9 +30,9 @@ one frame late (App. B, Eq. 14, the sign of f_s/b corrected; Fig. 2)
 Equations: docs/theory.md 4.4, 4.5, 4.6, 4.7, 4.8.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, Nothing
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, pushed_body
 from pmwvc_core.law.server.contacts import (
     Avatar,
@@ -55,15 +53,12 @@ Pushed = tuple[tuple[Avatar, ...], Body, float]
 Step = tuple[tuple[Avatar, ...], Body, float, bool]
 
 
-class Implicit(NamedTuple):
+class Implicit(Nothing):
     """The coupling; it has no parameters."""
-
-    none: int
 
 
 @couple.member(Implicit)
-def implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Go one step on."""
+def _implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     rows = columns(each(_rows, (avatars,)))
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
@@ -113,17 +108,12 @@ class OneStepDelay(NamedTuple):
     new_s: float
 
 
-class Unwrapped(NamedTuple):
-    """Weights of old and new velocity [s]."""
-
-    old_s: float
-    new_s: float
+class Unwrapped(OneStepDelay):
+    """Likewise."""
 
 
-class OneFrameLate(NamedTuple):
+class OneFrameLate(Nothing):
     """The coupling; it has no parameters."""
-
-    none: int
 
 
 def weights(integrator: str, period_s: float) -> tuple[float, float]:
@@ -153,59 +143,64 @@ def _left_behind(a: Avatar, way: Vector) -> tuple[Avatar, float]:
     return a._replace(contact=contact), dropped_j
 
 
-@couple.member(OneStepDelay)
-def one_step_delay(p: OneStepDelay, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Decode with the last force."""
-    avatars, body, lost_j = object_pushed(avatars, body, law)
-    moved, lost = columns(each(_delayed, (avatars,), p, body.xd, law.period_s))
-    return moved, body, total(lost_j, lost), True
+Stepped = tuple[Vector, Vector, Contact, float]
+stepped = Family("stepped")  # (p, a, xd_o, h) -> (xd, f, contact, lost_j) of an avatar
 
 
-def _delayed(a: Avatar, p: OneStepDelay, xd_o: Vector, h: float) -> tuple[Avatar, float]:
+def pulled(contact: Contact, drive: Vector, impedance: float, body: Body, h: float) -> Stepped:
+    """Let an avatar without mass move by f_s = drive - impedance xd_s against its contact. Spring
+    and damper (backward Euler) are drive = K stretch + B velocity, impedance = K h + B.
+    """
+    free = scaled(drive, 1.0 / impedance)
+    f = contact_unwrapped(contact, free, body.xd, impedance, h)
+    xd = minus(free, scaled(f, 1.0 / impedance))
+    contact, dropped_j = slid(contact, scaled(xd, h))
+    return xd, f, contact, dropped_j + h * contact_heat(contact, minus(xd, body.xd))
+
+
+def _stepped(a: Avatar, p: Any, xd_o: Vector, h: float) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
-    xd = wave_velocity(a.impedance, a.u, a.f)
-    contact, lost_j = slid(a.contact, plus(scaled(a.xd, p.old_s), scaled(xd, p.new_s)))
-    rate = minus(xd, xd_o)
-    lost_j += h * contact_heat(contact, rate)
-    f = contact_force(contact, rate)
+    xd, f, contact, lost_j = stepped(p, a, xd_o, h)
     return a._replace(xd=xd, f=f, contact=contact), lost_j
 
 
-@couple.member(Unwrapped)
-def unwrapped(p: Unwrapped, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Solve each avatar with its contact."""
+@couple.member(OneStepDelay, Unwrapped)
+def _after_object(p: Any, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     avatars, body, lost_j = object_pushed(avatars, body, law)
-    moved, lost = columns(each(_unwrapped, (avatars,), p, body.xd, law.period_s))
+    moved, lost = columns(each(_stepped, (avatars,), p, body.xd, law.period_s))
     return moved, body, total(lost_j, lost), True
 
 
-def _unwrapped(a: Avatar, p: Unwrapped, xd_o: Vector, h: float) -> tuple[Avatar, float]:
-    if not a.present:
-        return a, 0.0
+@couple.member(OneFrameLate)
+def _before_object(p: Any, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    moved, lost = columns(each(_stepped, (avatars,), p, body.xd, law.period_s))
+    moved, body, lost_j = object_pushed(moved, body, law)
+    return moved, body, total(lost_j, lost), True
+
+
+@stepped.member(OneStepDelay)
+def _one_step_delay(p: OneStepDelay, a: Avatar, xd_o: Vector, h: float) -> Stepped:
+    xd = wave_velocity(a.impedance, a.u, a.f)
+    contact, lost_j = slid(a.contact, plus(scaled(a.xd, p.old_s), scaled(xd, p.new_s)))
+    rate = minus(xd, xd_o)
+    return xd, contact_force(contact, rate), contact, lost_j + h * contact_heat(contact, rate)
+
+
+@stepped.member(Unwrapped)
+def _unwrapped(p: Unwrapped, a: Avatar, xd_o: Vector, h: float) -> Stepped:
     contact, lost_j = slid(a.contact, scaled(a.xd, p.old_s))
     free = free_velocity(a.impedance, a.u)
     f = solved_contact(a.impedance, contact, free, xd_o, p.new_s)
     xd = loaded(a.impedance, free, f)
     contact, dropped_j = slid(contact, scaled(xd, p.new_s))
-    lost_j += dropped_j + h * contact_heat(contact, minus(xd, xd_o))
-    return a._replace(xd=xd, f=f, contact=contact), lost_j
+    return xd, f, contact, lost_j + dropped_j + h * contact_heat(contact, minus(xd, xd_o))
 
 
-@couple.member(OneFrameLate)
-def one_frame_late(p: OneFrameLate, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Decode now, move in the next step."""
-    moved, lost = columns(each(_late, (avatars,), body.xd, law.period_s))
-    moved, body, lost_j = object_pushed(moved, body, law)
-    return moved, body, total(lost_j, lost), True
-
-
-def _late(a: Avatar, xd_o: Vector, h: float) -> tuple[Avatar, float]:
-    if not a.present:
-        return a, 0.0
+@stepped.member(OneFrameLate)
+def _one_frame_late(p: OneFrameLate, a: Avatar, xd_o: Vector, h: float) -> Stepped:
     rate = minus(a.xd, xd_o)
     f = contact_force(a.contact, rate)
     contact, lost_j = slid(a.contact, scaled(a.xd, h))
     lost_j += h * contact_heat(a.contact, rate)
-    xd = wave_velocity(a.impedance, a.u, f)
-    return a._replace(xd=xd, f=f, contact=contact), lost_j
+    return wave_velocity(a.impedance, a.u, f), f, contact, lost_j

@@ -1,17 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The users around one object: joining, leaving, and one step of the environment from waves to
-waves. Joining stores no energy; leaving drops what the springs hold.
+waves, v_s = u_s - sqrt(2/b) f_s. Joining stores no energy; leaving drops what the springs hold.
 
 An avatar that joined at the face, with its device inside the object, slides to it once there is
 room, at most ``SLIDE_M_S``::
 
     offset <- offset + w h,   x_s <- x_s + w h,   where the avatar is outside before and after
 
-which neither stores nor releases energy (phi(p) = 0 for p <= 0). The wave returned is v_s = u_s -
-sqrt(2/b) f_s, so that f_s xd_s = (|u_s|^2 - |v_s|^2)/2.
-
-Equations: docs/theory.md 17.20.
+which neither stores nor releases energy (phi(p) = 0 for p <= 0). Equations: docs/theory.md 17.20.
 """
 
 from typing import Any, NamedTuple
@@ -31,18 +28,7 @@ from pmwvc_core.law.server.contacts import (
     slid,
     touching,
 )
-from pmwvc_core.law.vectors import (
-    Vector,
-    columns,
-    each,
-    is_zero,
-    minus,
-    plus,
-    scaled,
-    shortened,
-    total,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, shortened, total, zero
 from pmwvc_core.law.wave.wave import wave_j, wave_v
 
 SLIDE_M_S = 0.1
@@ -159,8 +145,8 @@ def _give(
     impedance, v_s = a.impedance, wave_v(a.impedance, a.u, a.f)
     if ratio > 1.0:
         brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, h)
-    if not is_zero(offset):
-        way = shortened(scaled(offset, -1.0), h * SLIDE_M_S)
+    if offset != zero(offset):
+        way = shortened(minus(zero(offset), offset), h * SLIDE_M_S)
         moved = cleared(contact, way)
         contact, dropped_j = slid(contact, moved)
         offset = plus(offset, moved)

@@ -17,9 +17,7 @@ phi(p) = K max(p, 0)^2 / 2, and the damper acts on the part of the way inside::
 N never falls with w, so with w = c - N/b it has exactly one solution, piece by piece a quadratic
 (p, c and w count inwards), and falls with the object's velocity by at most b per m/s. So the
 object's equation along an axis has one root, found by Newton's method within a bracket (in one
-step where all contacts are two-sided).
-
-Equations: docs/theory.md 4.1, 4.3.
+step where all contacts are two-sided). Equations: docs/theory.md 4.1, 4.3.
 """
 
 import math
@@ -49,7 +47,6 @@ class Spring(NamedTuple):
     deflection: float
     rest: float
     one_sided: bool  # of a grip, along axis 0
-    shifted: bool  # its face
 
 
 class Answer(NamedTuple):
@@ -71,7 +68,7 @@ def stored(s: Spring, law: ContactLaw) -> float:
     return 0.5 * law.stiffness * inside * inside
 
 
-def spring_force(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
+def force_at(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
     """Return the force [N] at the present deflection and a relative velocity [m/s]."""
     force = law.stiffness * s.deflection + law.damping * rate
     acts = held
@@ -80,12 +77,11 @@ def spring_force(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
     return force if acts else 0.0
 
 
-def unwrapped_axis(
+def loop_force(
     s: Spring, free: float, xd_o: float, b: float, weight: float, held: bool, law: ContactLaw
 ) -> float:
-    """Return the force [N] that fits xd = free - f/b and a move of weight xd; of a grip the one
-    that keeps the avatar inside and pushes, else 0: the sampled law jumps where the damper begins
-    to act, so contact begins only once the avatar ends inside although it is pushed back.
+    """Return the force [N] that fits xd = free - f/b and a move of weight xd; of a grip 0 unless
+    the avatar, pushed back, ends inside: the sampled law jumps where the damper begins to act.
     """
     gain = law.damping + weight * law.stiffness
     force = law.stiffness * s.deflection + gain * free - law.damping * xd_o

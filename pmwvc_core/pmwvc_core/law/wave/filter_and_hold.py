@@ -4,8 +4,8 @@
 outgoing wave (App. A, B), and the hold of the returning one (App. B, Eq. 43-54, with corrected
 indices).
 
-A section is in transposed direct form II, at rest at first, so before the input of a tick is known
-its output is already ``rest + gain u``::
+A section, at rest at first, in transposed direct form II; before the input of a tick is known its
+output is already ``rest + gain u``::
 
     y = b0 u + s1,   s1+ = b1 u - a1 y + s2,   s2+ = b2 u - a2 y
 
@@ -14,12 +14,9 @@ A packet carries the filter's output at a frame start::
     none                the wave of the last tick
     first_order         y+ = p y + (1 - p) u: the output after a tick already holds that tick
     butterworth         second-order sections
-    integrate_and_dump  the mean over the frame, the integral of M ticks divided by their duration
+    integrate_and_dump  the mean over the frame, M ticks or more; lost ones count
 
-(mean)^2 M <= sum of squares, so the mean never sends more energy than came in. A frame that lost
-ticks is still divided by M, a longer one by its own number.
-
-The hold::
+(mean)^2 M <= sum of squares, so the mean never sends more energy than came in. The hold::
 
     v_m = v_{i-1} + (v_i - v_{i-1}) j/M      delayed first order, for the ticks j = 1..M after a
                                              packet; v_{-1} = 0
@@ -27,7 +24,6 @@ The hold::
 
 An early packet starts its ramp at the value reached. With E = T_c (M-1)/4 v_m^2 stored, a frame of
 up to M ticks releases no more than the packet brings and E loses; after M ticks it does.
-
 Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
 """
 
@@ -50,15 +46,8 @@ class Section(NamedTuple):
     a2: float
 
 
-class Delays(NamedTuple):
-    """The state of a section."""
-
-    s1: float
-    s2: float
-
-
-# Of one axis: a tuple with the delays of every section. Of a filter: a tuple with its sections.
-Cascade = tuple[Delays, ...]
+Delays = tuple[float, float]  # s1, s2: the state of a section
+Cascade = tuple[Delays, ...]  # the state of a filter along one axis
 Sections = tuple[Section, ...]
 
 
@@ -69,7 +58,7 @@ def sections_of(sos: Any) -> Sections:
 
 def resting_cascade(p: Sections) -> Cascade:
     """Return a filter at rest, of one axis."""
-    return tuple(Delays(0.0, 0.0) for _ in p)
+    return ((0.0, 0.0),) * len(p)
 
 
 def gain_of(p: Sections) -> float:
@@ -84,7 +73,7 @@ def rest_of(s: Cascade, p: Sections) -> float:
     """Return what the output of the next tick is without input."""
     y = 0.0
     for i in range(len(p)):
-        y = p[i].b0 * y + s[i].s1
+        y = p[i].b0 * y + s[i][0]
     return y
 
 
@@ -94,8 +83,8 @@ def cascade(s: Cascade, u: float, p: Sections) -> tuple[Cascade, float]:
 
 
 def _section(s: Delays, u: float, p: Section) -> tuple[Delays, float]:
-    y = p.b0 * u + s.s1
-    return Delays(p.b1 * u - p.a1 * y + s.s2, p.b2 * u - p.a2 * y), y
+    y = p.b0 * u + s[0]
+    return (p.b1 * u - p.a1 * y + s[1], p.b2 * u - p.a2 * y), y
 
 
 class FirstOrder(NamedTuple):
@@ -122,21 +111,17 @@ filter_step = Family("filter_step")  # (s, u, p) -> (s, y): the wave of a tick [
 filter_sample = Family("filter_sample")  # (s, p) -> (s, y): what a packet carries
 
 
-def filter_params(params: FilterParams, *, tick_s: float, rate_drop: int) -> Any:
-    """Return the parameters of a filter: its sections, its pole, or M, the ticks of a frame."""
+def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) -> tuple[Any, Any]:
+    """Return a filter at rest, and its parameters: its sections, its pole, or the ticks M."""
+    nothing, pole = (0.0,) * axes, 0.0
+    if params.kind == "integrate_and_dump":
+        return Mean(nothing, 0), rate_drop
     if params.kind == "butterworth":
-        return sections_of(design(params, tick_s=tick_s))
+        sections = sections_of(design(params, tick_s=tick_s))
+        return Butterworth(nothing, (resting_cascade(sections),) * axes), sections
     if params.kind == "first_order":
-        return math.exp(-float(pole_of(params)) * tick_s)
-    return 0.0 if params.kind == "none" else rate_drop
-
-
-def resting_filter(params: FilterParams, axes: int, p: Any) -> Any:
-    """Return a filter at rest."""
-    nothing = (0.0,) * axes
-    if params.kind == "butterworth":
-        return Butterworth(nothing, (resting_cascade(p),) * axes)
-    return Mean(nothing, 0) if params.kind == "integrate_and_dump" else FirstOrder(nothing)
+        pole = math.exp(-float(pole_of(params)) * tick_s)
+    return FirstOrder(nothing), pole
 
 
 @filter_sample.member(FirstOrder, Butterworth)
@@ -159,16 +144,12 @@ def _butterworth(s: Butterworth, u: Vector, p: Sections) -> tuple[Butterworth, V
 @filter_step.member(Mean)
 def _mean(s: Mean, u: Vector, rate_drop: int) -> tuple[Mean, Vector]:
     s = Mean(plus(s.total, u), s.ticks + 1)
-    return s, each(_divided, (s.total,), max(s.ticks, rate_drop))
+    return s, scaled(s.total, 1.0 / max(s.ticks, rate_drop))
 
 
 @filter_sample.member(Mean)
 def _dump(s: Mean, rate_drop: int) -> tuple[Mean, Vector]:
-    return Mean(zero(s.total), 0), each(_divided, (s.total,), max(s.ticks, rate_drop))
-
-
-def _divided(total: float, ticks: int) -> float:
-    return total / ticks
+    return Mean(zero(s.total), 0), scaled(s.total, 1.0 / max(s.ticks, rate_drop))
 
 
 class Hold(NamedTuple):

@@ -8,9 +8,8 @@
     v  = u - sqrt(2/b) F          xd = sqrt(2/b) u - F/b          at the server
 
 A wave pair carries the power of its port, F xd = (u^2 - v^2)/2, for *any* impedance b > 0: ends
-with different b form a lossless transformer, not an error. F_m pushes against the hand, F_s is of
-the avatar on what it touches. All axes have one b, or a symmetric positive matrix couples them.
-
+with different b form a lossless transformer. F_m pushes against the hand, F_s is of the avatar on
+what it touches. All axes have one b, or a symmetric positive matrix couples them.
 Equations: docs/theory.md 1.1, 1.2, 1.3, 1.4, 1.5, 17.14.
 """
 
@@ -24,9 +23,10 @@ SLOWLY_S, QUICKLY_S = 0.7, 0.1  # time constants of a repayment
 
 
 class Impedance(NamedTuple):
-    """One wave impedance b [N s/m] for all axes, its roots, and its only eigenvalue."""
+    """One wave impedance b [N s/m] for all axes, 1/b, its roots, and its only eigenvalue."""
 
     b: float
+    inverse: float
     root_2b: float
     root_2_over_b: float
     values: Vector
@@ -34,7 +34,7 @@ class Impedance(NamedTuple):
 
 def impedance(b: float) -> Impedance:
     """Return the impedance b [N s/m] with its roots."""
-    return Impedance(b, math.sqrt(2.0 * b), math.sqrt(2.0 / b), (b,))
+    return Impedance(b, 1.0 / b, math.sqrt(2.0 * b), math.sqrt(2.0 / b), (b,))
 
 
 Rows = tuple[Vector, ...]
@@ -67,36 +67,40 @@ def _multiple(factor: float, row: Vector) -> Vector:
     return scaled(row, factor)
 
 
-damper = Family("damper")  # (impedance, xd) -> b xd [N]
-rooted = Family("rooted")  # (impedance, a) -> sqrt(2b) a
-free_velocity = Family("free_velocity")  # (impedance, u) -> xd [m/s] of one that touches nothing
-loaded = Family("loaded")  # (impedance, free, f) -> xd [m/s] of one that bears a force, free - f/b
+times_part = Family("times_part")  # (impedance, one of its numbers or matrices, a) -> that times a
+firmer = Family("firmer")  # (impedance, n) -> n times an impedance
 along = Family("along")  # (impedance, gains, a) -> a with a gain for each eigenvalue
 
 
-@damper.member(Impedance)
-def _damper(p: Impedance, xd: Vector) -> Vector:
-    return scaled(xd, p.b)
+@times_part.member(Impedance)
+def _times_number(p: Impedance, part: float, a: Vector) -> Vector:
+    return scaled(a, part)
 
 
-@rooted.member(Impedance)
-def _rooted(p: Impedance, a: Vector) -> Vector:
-    return scaled(a, p.root_2b)
+@times_part.member(MatrixImpedance)
+def _times_matrix(p: MatrixImpedance, part: Rows, a: Vector) -> Vector:
+    return applied(part, a)
 
 
-@free_velocity.member(Impedance)
-def _free(p: Impedance, u: Vector) -> Vector:
-    return scaled(u, p.root_2_over_b)
+def damper(p: Any, xd: Vector) -> Vector:
+    """Return b xd [N]."""
+    return times_part(p, p.b, xd)
 
 
-@loaded.member(Impedance)
-def _loaded(p: Impedance, free: Vector, f: Vector) -> Vector:
-    return each(loaded_axis, (free, f), p.b)
+def rooted(p: Any, a: Vector) -> Vector:
+    """Return sqrt(2b) a."""
+    return times_part(p, p.root_2b, a)
 
 
-def loaded_axis(free: float, f: float, b: float) -> float:
-    """Return free - f/b along an axis [m/s]."""
-    return free - f / b
+def free_velocity(p: Any, u: Vector) -> Vector:
+    """Return sqrt(2/b) u [m/s], the velocity of one that touches nothing."""
+    return times_part(p, p.root_2_over_b, u)
+
+
+def loaded(p: Any, free: Vector, f: Vector) -> Vector:
+    """Return free - f/b [m/s], the velocity of one that bears a force."""
+    less = times_part(p, p.inverse, f)
+    return minus(free, less)
 
 
 @along.member(Impedance)
@@ -109,24 +113,19 @@ def _matrix_along(p: MatrixImpedance, gains: Vector, a: Vector) -> Vector:
     return applied(p.from_axes, times(applied(p.to_axes, a), gains))
 
 
-@damper.member(MatrixImpedance)
-def _matrix_damper(p: MatrixImpedance, xd: Vector) -> Vector:
-    return applied(p.b, xd)
+@firmer.member(Impedance)
+def _firmer(p: Impedance, n: float) -> Impedance:
+    return impedance(n * p.b)
 
 
-@rooted.member(MatrixImpedance)
-def _matrix_rooted(p: MatrixImpedance, a: Vector) -> Vector:
-    return applied(p.root_2b, a)
-
-
-@free_velocity.member(MatrixImpedance)
-def _matrix_free(p: MatrixImpedance, u: Vector) -> Vector:
-    return applied(p.root_2_over_b, u)
-
-
-@loaded.member(MatrixImpedance)
-def _matrix_loaded(p: MatrixImpedance, free: Vector, f: Vector) -> Vector:
-    return minus(free, applied(p.inverse, f))
+@firmer.member(MatrixImpedance)
+def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
+    root = math.sqrt(n)
+    return MatrixImpedance(
+        each(scaled, (p.b,), n), each(scaled, (p.inverse,), 1.0 / n),
+        each(scaled, (p.root_2b,), root), each(scaled, (p.root_2_over_b,), 1.0 / root),
+        p.numbers, scaled(p.values, n), p.to_axes, p.from_axes,
+    )  # fmt: skip
 
 
 def wave_u(b: Any, xd: Vector, v: Vector) -> Vector:
@@ -155,9 +154,8 @@ def wave_j(wave: Vector, time_s: float) -> float:
 
 
 def affordable(wave: Vector, change: Vector, power: float) -> tuple[Vector, float]:
-    """Return as much of a change w of a wave v [sqrt(W)] as the energy covers, and its cost
-    (negative where the wave gets smaller): the longest s w, 0 <= s <= 1, with |v + s w|^2 - |v|^2
-    <= power, which is twice the power that may be spent: |v|^2 is 2 W.
+    """Return the longest part s w, 0 <= s <= 1, of a change w of a wave v [sqrt(W)] for which its
+    cost |v + s w|^2 - |v|^2 <= power, twice what may be spent [W]; and that cost.
     """
     along, size = dot(wave, change), squared(change)
     cost = 2.0 * along + size
@@ -171,11 +169,9 @@ def affordable(wave: Vector, change: Vector, power: float) -> tuple[Vector, floa
 
 
 def repayment(undelivered: Vector, wave: Vector, free_j: float) -> Vector:
-    """Return the wave that delivers what is undelivered, U [sqrt(W) s], as fast as its energy
-    allows.
-
-    A wave w along U beside v costs v + w/2 for each part of it. So with an energy E that may be
-    spent [J], w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
+    """Return the wave that delivers what is undelivered, U [sqrt(W) s], as fast as E allows, the
+    energy that may be spent [J]. A wave w along U beside v costs v + w/2 for each part of it: so
+    w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
     """
     size = math.sqrt(squared(undelivered))
     if size == 0.0:

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Direct coupling and virtual coupling: neither keeps an account of energy.
 
-Direct: position and velocity go up each frame, the contact force comes back, held. What networked
-haptics did before wave variables, and what App. B compares with (Fig. 3). It is not passive: the
-force is as old as the way there and back. An avatar stands where its device stood when it last
-reported; ``xd_s`` is the velocity as reported::
+Direct: position and velocity go up each frame, the contact force comes back, held (App. B, Fig.
+3). It is not passive: the force is as old as the way there and back. An avatar stands where its
+device stood when it last reported; ``xd_s`` is the velocity as reported::
 
     f_s(n) = K [x_m + offset - x_o(n)] + B [xd_m - xd_o(n)],    F_m = f_s as last received
 
@@ -23,12 +22,14 @@ device's damping b exceeds K_c T_c/2 + B_c; with delays T_1 + T_2 around the loo
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.motion import Body
-from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
+from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, offset_of, slid
+from pmwvc_core.law.server.coupling import pulled
 from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, meet, pulled
+from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, meet
 
 
 class Held(NamedTuple):
@@ -37,10 +38,8 @@ class Held(NamedTuple):
     force: Vector
 
 
-class Direct(NamedTuple):
+class Direct(Nothing):
     """The law at either end; it has no parameters."""
-
-    none: int
 
 
 @ends.device_force.member(Held)
@@ -54,7 +53,8 @@ def _meet(p: Direct, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -
     contact, lost_j = slid(a.contact, minus(came.position, place))
     rate = minus(came.wave, body.xd)
     f = contact_force(contact, rate)
-    return Met(s.brake, came.wave, f, contact, rate, -1.0, lost_j)
+    lost_j += h * contact_heat(contact, rate)
+    return Met(s.brake, came.wave, f, contact, lost_j, -1.0)
 
 
 class VirtualCoupling(NamedTuple):
@@ -69,14 +69,9 @@ class AvatarSeen(NamedTuple):
 
     p: Vector
     pd: Vector
-    number: int
-    sent_ns: int
-    coupled: bool
-
-
-def resting_coupling(axes: int) -> AvatarSeen:
-    """Return the device's end before the first packet."""
-    return AvatarSeen((0.0,) * axes, (0.0,) * axes, 0, 0, False)
+    number: int = 0
+    sent_ns: int = 0
+    coupled: bool = False
 
 
 @ends.device_receives.member(AvatarSeen)
@@ -105,4 +100,6 @@ def _pull(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Ava
 @meet.member(VirtualCoupling)
 def _pulled(p: VirtualCoupling, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
     stretch = minus(came.position, s.x_s)
-    return pulled(s.brake, a.contact, stretch, came.wave, p, body, h)
+    drive = plus(scaled(stretch, p.stiffness), scaled(came.wave, p.damping))
+    xd, f, contact, lost_j = pulled(a.contact, drive, p.stiffness * h + p.damping, body, h)
+    return Met(s.brake, xd, f, contact, lost_j, -1.0)

@@ -12,22 +12,16 @@ goes along with the device (``direct``, ``tdpa``; the force goes back), or hangs
 damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's frame).
 """
 
+from operator import add
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import received_j
+from pmwvc_core.law.channel.arrivals import PlainArrivals
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.family import Family, no_accounts, same
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
-from pmwvc_core.law.server.contacts import (
-    Avatar,
-    Contact,
-    contact_heat,
-    contact_unwrapped,
-    offset_of,
-    slid,
-)
+from pmwvc_core.law.server.contacts import Avatar, Contact, offset_of
 from pmwvc_core.law.server.coupling import object_pushed
 from pmwvc_core.law.server.server_port import (
     Came,
@@ -41,8 +35,7 @@ from pmwvc_core.law.server.server_port import (
     port_shown,
     potential_j,
 )
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
-from pmwvc_core.law.wave.wave import loaded_axis
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, total, zero
 
 
 class DeviceEnd(NamedTuple):
@@ -51,8 +44,8 @@ class DeviceEnd(NamedTuple):
     x: Vector  # [m] last measured
     xd: Vector  # [m/s]
     law: Any
-    given_j: float  # from the device into the controller
-    taken_j: float  # and back
+    given_j: float = 0.0  # from the device into the controller
+    taken_j: float = 0.0  # and back
 
 
 class DeviceEndParams(NamedTuple):
@@ -74,20 +67,14 @@ def _held(law: Any, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -
 device_moved = Family("device_moved", same)
 # (law, p) -> (law, running sum of energy; below zero: none)
 device_sends = Family("device_sends", _no_energy)
-# (law, packet, received_j, p) -> law: once a frame
+# once a frame, (law, packet, received_j, p) -> law: the newest, of number 0 before the first
 device_receives = Family("device_receives", same)
-# (law, wave, silent, x, p) -> law: what the newest packet carries, or let go
+# then (law, wave, silent, x, p) -> law: what it carries, or let go
 device_answer = Family("device_answer", _held)
 device_force = Family("device_force")  # (law, x, xd, p) -> (law, force wanted [N])
 # (state at either end) -> accounts [J]
 controller_energies = Family("controller_energies", no_accounts)
 device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
-
-
-def resting_end(law: Any, axes: int) -> DeviceEnd:
-    """Return a device's end at rest, with the state of its controller."""
-    nothing = (0.0,) * axes
-    return DeviceEnd(nothing, nothing, law, 0.0, 0.0)
 
 
 @master.port_measure.member(DeviceEnd)
@@ -104,16 +91,13 @@ def _send(
     return s._replace(law=law), arrivals, Sent(s.xd, s.x, energy_j, ())
 
 
-@master.port_packet.member(DeviceEnd)
-def _packet(s: DeviceEnd, arrivals: Any, packet: Packet, p: DeviceEndParams) -> DeviceEnd:
-    return s._replace(law=device_receives(s.law, packet, received_j(arrivals), p))
-
-
 @master.port_answer.member(DeviceEnd)
 def _answer(
-    s: DeviceEnd, wave: Vector, silent: bool, frame_s: float, p: DeviceEndParams
-) -> DeviceEnd:
-    return s._replace(law=device_answer(s.law, wave, silent, s.x, p))
+    s: DeviceEnd, arrivals: PlainArrivals, packet: Packet, wave: Vector, silent: bool,
+    frame_s: float, p: DeviceEndParams,
+) -> DeviceEnd:  # fmt: skip
+    law = device_receives(s.law, packet, arrivals.received_j, p)
+    return s._replace(law=device_answer(law, wave, silent, s.x, p))
 
 
 @master.port_tick.member(DeviceEnd)
@@ -159,9 +143,8 @@ class Met(NamedTuple):
     xd: Vector  # [m/s]
     f: Vector  # [N] on the object
     contact: Contact
-    rate: Vector  # [m/s] relative velocity that the contact's damper had
+    lost_j: float  # heat of the contact, springs let go
     sent_j: float  # running sum for the packets; below zero: none
-    lost_j: float
 
 
 # (law, port, avatar, came, body, h) -> Met: move an avatar and form its force; the position that
@@ -188,22 +171,17 @@ def _meet(
     answer = minus(x_s, s.offset) if sprung else met.f
     flow_j = h * dot(met.f, met.xd)
     u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
-    lost_j = met.lost_j + h * contact_heat(met.contact, met.rate)
     s = UserPort(avatar, met.kept, s.offset, x_s, answer, u_j, v_j, met.sent_j, s.extra)
-    return s, lost_j
+    return s, met.lost_j
 
 
 @environment_energies.member(AvatarEndParams)
 def _environment_energies(p: AvatarEndParams, s: Environment) -> Vector:
     accounts = controller_energies(s.ports[0].brake)
     for i in range(1, len(s.ports)):
-        accounts = each(_sum, (accounts, controller_energies(s.ports[i].brake)))
+        accounts = each(add, (accounts, controller_energies(s.ports[i].brake)))
     stored: Vector = (kinetic_j(s.body, p.body), potential_j(s))
     return stored + accounts
-
-
-def _sum(one: float, other: float) -> float:
-    return one + other
 
 
 @port_shown.member(AvatarEndParams)
@@ -211,23 +189,3 @@ def port_without_waves(p: Any, s: Environment, user: int) -> PortShown:
     """Return a port whose waves are none."""
     port = s.ports[user]
     return PortShown(zero(port.v_s), in_touch(port), 0.0)
-
-
-def pulled(
-    kept: Any, contact: Contact, stretch: Vector, velocity: Vector, law: Any, body: Body, h: float
-) -> Met:
-    """Let the spring and damper of a law pull an avatar against its contact (backward Euler).
-
-    f_s = K (stretch - h xd_s) + B (velocity - xd_s), x_s += h xd_s is xd_s = free - f_s/Z with Z =
-    K h + B: solved as at a wave port, with the object as sampled.
-    """
-    impedance = law.stiffness * h + law.damping
-    free = each(_free, (stretch, velocity), law.stiffness, law.damping, impedance)
-    f = contact_unwrapped(contact, free, body.xd, impedance, h)
-    xd = each(loaded_axis, (free, f), impedance)
-    contact, lost_j = slid(contact, scaled(xd, h))
-    return Met(kept, xd, f, contact, minus(xd, body.xd), -1.0, lost_j)
-
-
-def _free(stretch: float, velocity: float, k: float, b: float, impedance: float) -> float:
-    return (k * stretch + b * velocity) / impedance

@@ -26,10 +26,11 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server.contacts import Avatar, offset_of
+from pmwvc_core.law.server.coupling import pulled
 from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet, pulled
+from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
 
 
 class Pspm(NamedTuple):
@@ -44,12 +45,12 @@ class ModulatedSpring(NamedTuple):
     """Set point, tank and sums of an end."""
 
     q: Vector  # [m] set point
-    placed: bool  # at this end, since it joined
     tank_j: float
-    spring_j: float
-    sent_j: float  # running sum, goes into the packets
-    received_j: float
-    dropped_j: float  # springs let go
+    placed: bool = False  # at this end, since it joined
+    spring_j: float = 0.0
+    sent_j: float = 0.0  # running sum, goes into the packets
+    received_j: float = 0.0
+    dropped_j: float = 0.0  # springs let go
 
 
 class PspmDevice(NamedTuple):
@@ -57,17 +58,7 @@ class PspmDevice(NamedTuple):
 
     spring: ModulatedSpring
     force: Vector
-    coupled: bool
-
-
-def resting_spring(axes: int, initial_j: float) -> ModulatedSpring:
-    """Return an end that has done nothing."""
-    return ModulatedSpring((0.0,) * axes, False, initial_j, 0.0, 0.0, 0.0, 0.0)
-
-
-def resting_pspm(axes: int, initial_j: float) -> PspmDevice:
-    """Return the device's end before the first packet."""
-    return PspmDevice(resting_spring(axes, initial_j), (0.0,) * axes, False)
+    coupled: bool = False
 
 
 def taken_in(s: ModulatedSpring, received_j: float) -> ModulatedSpring:
@@ -104,8 +95,7 @@ def divided(s: ModulatedSpring, p: Pspm) -> ModulatedSpring:
 
 def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
     """Put the set point where this end is; what the spring holds is dropped."""
-    dropped_j = s.dropped_j + s.spring_j
-    return ModulatedSpring(x, True, s.tank_j, 0.0, s.sent_j, s.received_j, dropped_j)
+    return s._replace(q=x, placed=True, spring_j=0.0, dropped_j=s.dropped_j + s.spring_j)
 
 
 @ends.device_moved.member(PspmDevice)
@@ -165,7 +155,8 @@ def _meet(p: Pspm, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> 
     """Move the set point, then the avatar; one that has just joined begins where it is."""
     spring: ModulatedSpring = s.brake if s.brake.placed else spring_let_go(s.brake, s.x_s)
     spring = aimed(taken_in(spring, came.received_j), came.position, s.x_s, p)
-    met = pulled(spring, a.contact, minus(spring.q, s.x_s), zero(s.x_s), p, body, h)
-    x_s, work_j = plus(body.x, offset_of(met.contact)), -h * dot(met.f, met.xd)
+    drive = scaled(minus(spring.q, s.x_s), p.stiffness)
+    xd, f, contact, lost_j = pulled(a.contact, drive, p.stiffness * h + p.damping, body, h)
+    x_s, work_j = plus(body.x, offset_of(contact)), -h * dot(f, xd)
     spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)
-    return met._replace(kept=spring, sent_j=spring.sent_j)
+    return Met(spring, xd, f, contact, lost_j, spring.sent_j)

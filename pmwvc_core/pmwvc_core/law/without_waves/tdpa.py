@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.motion import Body
-from pmwvc_core.law.server.contacts import Avatar, contact_force, offset_of, slid
+from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, offset_of, slid
 from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
@@ -45,35 +45,27 @@ class Tdpa(NamedTuple):
 class Observer(NamedTuple):
     """The energy of one end of the link [J]."""
 
-    in_j: float
-    out_j: float
-    dissipated_j: float  # by the passivity controller
-    allowance_j: float  # what may still be given out
-    received_j: float
+    in_j: float = 0.0
+    out_j: float = 0.0
+    dissipated_j: float = 0.0  # by the passivity controller
+    allowance_j: float = 0.0  # what may still be given out
+    received_j: float = 0.0
 
 
 class TdpaDevice(NamedTuple):
     """The device's end."""
 
-    observer: Observer
     force: Vector  # as last received [N]
-    damping: float  # of the controller [N s/m]
     held: Vector  # force on the device since the last tick [N]
-    braked: float  # that damper in it
+    observer: Observer = Observer()
+    damping: float = 0.0  # of the controller [N s/m]
+    braked: float = 0.0  # that damper in it
 
 
 def tdpa_law(params: TdpaParams, tick_s: float) -> Tdpa:
     """Return the law for a tick [s]."""
     kept = 1.0 / (1.0 + tick_s / params.fade_s) if params.fade_s > 0.0 else 0.0
     return Tdpa(params.damping, params.damping_max, kept, params.drift_share)
-
-
-RESTING_OBSERVER = Observer(0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-def resting_tdpa(axes: int) -> TdpaDevice:
-    """Return the device's end before the first packet."""
-    return TdpaDevice(RESTING_OBSERVER, (0.0,) * axes, 0.0, (0.0,) * axes, 0.0)
 
 
 def informed(s: Observer, received_j: float) -> Observer:
@@ -106,7 +98,7 @@ def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndPar
     dissipated_j = s.braked * drag
     given_j = dissipated_j + p.law.damping * drag - dot(s.held, way)
     observer = observed(s.observer, given_j, dissipated_j, dissipated_j)
-    return TdpaDevice(observer, s.force, s.damping, zero(s.held), 0.0)
+    return TdpaDevice(s.force, zero(s.held), observer, s.damping, 0.0)
 
 
 @ends.device_sends.member(TdpaDevice)
@@ -159,4 +151,5 @@ def _meet(p: Tdpa, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> 
     if size > LEAST:  # the nearest velocity that gives out no more than may be
         xd = minus(xd, scaled(f, overdraft_j(observer, h * dot(f, xd)) / (h * size)))
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
-    return Met(observer, xd, f, contact, rate, observer.in_j, lost_j)
+    lost_j += h * contact_heat(contact, rate)
+    return Met(observer, xd, f, contact, lost_j, observer.in_j)

@@ -12,12 +12,12 @@ variable all of it would be copied wherever branches meet.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.port.master import Sample, port_energies, port_opened, port_signals
+from pmwvc_core.law.family import opened
+from pmwvc_core.law.port.master import Sample, port_energies, port_signals
 from pmwvc_core.law.server_step import Guest, Server, server_step
 from pmwvc_core.law.user_tick import User, begin, receive, send, user_tick
-from pmwvc_core.law.vectors import Vector, columns, each, zero
+from pmwvc_core.law.vectors import columns, each
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.plant.forces import hand_force
@@ -62,12 +62,12 @@ def session(
     """Run a session; tell whether all went by the plan."""
     up, down, packets, signals = book.up, book.down, book.packets, book.signals
     blocks, steps, energies, presence = book.blocks, book.steps, book.energies, book.presence
-    axes, nothing = clock.axes, zero(ends[0].device.x)
+    axes = clock.axes
     empty = [ends[0].user.newest]
     empty.pop()
-    guests = each(_opened_guest, (server.guests,), nothing)
+    guests = each(_opened_guest, (server.guests,))
     serves = [Server(guests, server.environment, server.task_s)]
-    runs = each(_opened_end, (ends, users, clock.users), nothing, packets)
+    runs = each(_opened_end, (ends, users, clock.users), packets)
     tick, step, taken_up = 0, 0, 0
     while tick < clock.ticks:
         since, taken_up = taken_up, after(up, taken_up, tick)
@@ -95,16 +95,16 @@ def all_of(flags: tuple[bool, ...]) -> bool:
     return every
 
 
-def _opened_end(s: End, p: EndParams, number: int, nothing: Vector, packets: Array) -> list[End]:
+def _opened_end(s: End, p: EndParams, number: int, packets: Array) -> list[End]:
     """Return the place of an end, which has sent its first packet."""
-    arrivals, port = arrivals_of(s.user.arrivals, nothing), port_opened(s.user.port)
+    arrivals, port = opened(s.user.arrivals), opened(s.user.port)
     at = [s._replace(user=s.user._replace(arrivals=arrivals, port=port))]
     _sent(at, p, number, 0, 0, packets)
     return at
 
 
-def _opened_guest(s: Guest, nothing: Vector) -> Guest:
-    return s._replace(arrivals=arrivals_of(s.arrivals, nothing))
+def _opened_guest(s: Guest) -> Guest:
+    return s._replace(arrivals=opened(s.arrivals))
 
 
 def _sent(
