@@ -157,7 +157,7 @@ class _Check(Structure):
             ("schemas", stated.schema_count, kinds[mcap.Schema]),
             ("channels", stated.channel_count, kinds[mcap.Channel]),
             ("chunks", stated.chunk_count, self.chunks),
-            ("times", (stated.message_start_time, told.message_end_time), self._span_ns),
+            ("times", (stated.message_start_time, stated.message_end_time), self._span_ns),
         ):
             if number != counted:
                 self.problems.append(f"the statistics name {name} {number}, not {counted}")
