@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Presses on a stiff wall, again and again for ten minutes: what is left of the loan of the
-position feedback, and how stiff the wall feels: ``make presses`` writes ``docs/presses.md``.
+"""Presses on a stiff wall, again and again for ten minutes: what remains of the stored energy of
+the position feedback, and the stiffness rendered: ``make presses`` writes ``docs/presses.md``.
 
 One hand on the strict channel, 16 ms each way, follows a raised cosine through a grip of 375 N/m,
 from 2 mm before the wall to the depth that takes the force. Every press makes and breaks contact.

@@ -29,8 +29,8 @@ Scenario files, `--set`, ROS parameters and reports use the same dotted names:
 ./pmwvc simulate carry_16ms --set link.delay_s=0.02                       # directly below link: both directions
 ```
 
-A range has the unit of its parameter, or the words to choose from; *fixed* parameters cannot change once a node runs.
-`make docs` writes this page.
+The heading of a table begins the names in it: `period_s` below `server` is `server.period_s`. A range has the unit of its
+parameter, or the words to choose from. *Fixed* parameters cannot change once a node runs. `make docs` writes this page.
 
 ## What all users share
 """
@@ -42,9 +42,8 @@ EACH_USER = """
 NETWORKS_HEAD = """
 ## Networks by name: `link.preset`
 
-A preset stands for every setting of a link: `link: {preset: lte}` in a scenario file, `--set user2.link.down.preset=geo`, or
-`preset` of the emulator node. Settings given beside it win. "Estimate" marks values without a measurement. Packets overtake
-each other where the jitter exceeds their interval.
+A preset sets a whole link: `link: {preset: lte}` in a scenario file, `--set user2.link.down.preset=geo`, or `preset` of
+the emulator node. Settings given beside it win. "Estimate" marks values without a measurement.
 
 | name | conditions | basis |
 |---|---|---|
@@ -103,8 +102,12 @@ def docs_table(declarations: Mapping[str, Spec]) -> str:
 
 
 def group_table(prefix: str, kind: type) -> str:
-    """Return the table of a parameter dataclass, nested groups included, by dotted name."""
-    return docs_table(leaves(prefix, kind))
+    """Return the table of a parameter dataclass, nested groups included.
+
+    Names begin behind the prefix, which is the heading of the table.
+    """
+    named = leaves(prefix, kind)
+    return docs_table({name.removeprefix(f"{prefix}."): spec for name, spec in named.items()})
 
 
 def reference_page(sections: Mapping[str, type]) -> str:

@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the port of the hand holds tick by tick, between the steps of the server."""
+"""What the port of the hand holds tick by tick, between the steps of the server.
+
+With w = dx/h under held forces w - xd_k = theta (xd_{k+1} - xd_k), 1/2 <= theta < 1, and the node
+gets |v|^2 h/2 + F w h = |u|^2 h/2 - b h w (w - xd_k) per tick, which sums to docs/theory.md 17.26.
+"""
 
 import numpy as np
 import pytest

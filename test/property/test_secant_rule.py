@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When decoding along a slope is passive at a wall, and what the prediction says of it."""
+"""When decoding along a slope is passive at a wall, and what the prediction says of it.
+
+The port power (docs/theory.md 5.14) is concave in y = |z - 1|^2, so it is non-negative on [0, 4]
+exactly if it is at both ends: y = 0 gives the second condition of the rule, y = 4 the first. Where
+both hold strictly, W + F/b never vanishes, so no pole leaves the unit circle as a wall stiffens.
+"""
 
 import numpy as np
 import pytest

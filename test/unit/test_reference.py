@@ -31,16 +31,17 @@ def rows_of(table):
 
 def test_a_row_has_default_range_with_unit_and_description():
     rows = rows_of(group_table("master", MasterParams))
-    assert rows["master.impedance"] == ["25", "0.01..1000 N s/m", "wave impedance b"]
-    assert rows["master.rate_drop"][1] == "1..1000, whole"
+    assert rows["impedance"] == ["25", "0.01..1000 N s/m", "wave impedance b"]
+    assert rows["rate_drop"][1] == "1..1000, whole"
 
 
 @pytest.mark.parametrize("prefix", SECTIONS)
 def test_every_parameter_has_a_row_with_its_range(prefix):
     kind = SECTIONS[prefix]
     rows = rows_of(group_table(prefix, kind))
-    assert list(rows) == list(leaves(prefix, kind))
-    for name, spec in leaves(prefix, kind).items():
+    named = {name.removeprefix(f"{prefix}."): spec for name, spec in leaves(prefix, kind).items()}
+    assert list(rows) == list(named)
+    for name, spec in named.items():
         assert spec.range_text() in (
             rows[name][1].removesuffix(", whole"),
             f"one of {rows[name][1]}",
@@ -51,10 +52,10 @@ def test_every_parameter_has_a_row_with_its_range(prefix):
 
 def test_nested_groups_defaults_and_fixed_ones_are_reported():
     rows = rows_of(group_table("master", MasterParams))
-    assert rows["master.filter.pole_rad_s"][0] == "null"
-    assert rows["master.filter.kind"][0] == "integrate_and_dump"
-    assert rows["master.tick_s"][2].endswith("; fixed")
-    assert rows_of(group_table("link.up", LinkParams))["link.up.keep_order"][0] == "true"
+    assert rows["filter.pole_rad_s"][0] == "null"
+    assert rows["filter.kind"][0] == "integrate_and_dump"
+    assert rows["tick_s"][2].endswith("; fixed")
+    assert rows_of(group_table("link.up", LinkParams))["keep_order"][0] == "true"
 
 
 def test_groups_that_share_their_parameters_share_a_section():
@@ -64,7 +65,7 @@ def test_groups_that_share_their_parameters_share_a_section():
         "## `safety`",
         "## `link.up`, `link.down`",
     ]
-    assert "`link.down.delay_s`" not in page
+    assert page.count("`delay_s`") == 1
 
 
 def test_a_section_opens_with_what_the_group_is():
@@ -97,4 +98,4 @@ def test_the_page_needs_no_ros():
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60
     )
     assert result.returncode == 0, result.stderr
-    assert "`master.impedance`" in result.stdout
+    assert "`impedance`" in result.stdout

@@ -92,8 +92,8 @@ def table(study: Study) -> str:
     lines += ["", *_medians(study, OF_PROBE)] if study.probed_on else []
     first = study.seed + HELD_OUT_SEED
     sizes = (
-        "Medians, in brackets 95 % intervals (of all measures: [benchmark_results.csv]"
-        "(benchmark_results.csv)); a failed session is an infinite error. Settings "
+        "Medians ([benchmark_results.csv](benchmark_results.csv) has their 95 % intervals); a "
+        "failed session is an infinite error. Settings "
         f"were searched on {', '.join(plan.training)} ({plan.candidates} settings for each "
         f"method, {count(plan.training_seeds, 'seed')}) and judged on {len(study.held_out)} other "
         f"networks ({count(plan.seeds, 'seed')} from {first} on, {plan.duration_s:g} s a session; "
@@ -169,8 +169,7 @@ def _file(study: Study, found: Iterable[tuple[Any, Any]], length: str, kind: typ
 
 
 def _cell(found: Interval, factor: float, unit: str) -> str:
-    value, low, high = (_number(each * factor) for each in found)
-    return f"{value}{unit} ({low} to {high})"
+    return f"{_number(found[0] * factor)}{unit}"
 
 
 def _number(value: float) -> str:

@@ -8,7 +8,7 @@ from collections import Counter
 from itertools import groupby
 from pathlib import Path
 
-from reproduction.claim import Claim, Numbers, row
+from reproduction.claim import REPRODUCED, Claim, Numbers, row
 from reproduction.claims import CLAIMS
 from reproduction.draw_position_drift import table
 from reproduction.files import read
@@ -16,7 +16,8 @@ from reproduction.registry import FIGURES
 
 GENERATED = "<!-- written by make figures -->\n"
 CASE = re.compile(r",? (\(.*|T_d = .*)$")  # of a claim
-SHORT = 24  # characters: no note is worth while
+AMOUNT = re.compile(r"(?<=differs) by .*$|(?<=reproduced) \(.*\)$")  # the columns before show it
+SHORT = 16  # characters: no note is worth while
 
 
 def known_numbers(folder: Path) -> Numbers:
@@ -31,11 +32,10 @@ def claims_page(numbers: Numbers) -> str:
         "# Claims of the dissertation",
         "",
         "What the dissertation claims, and what the results beside the [figures](README.md) show.",
-        "Nothing is fitted. The claimed experiments used real devices. A number is reproduced if",
+        "Nothing is fitted; the claimed experiments used real devices. A number is reproduced if",
         "it is within 5 % (15 % for claims that something hardly matters, 0.1 % for the optimised",
-        "α). Bounds are our reading of words such as *stiffer*. *The number agrees* means that it",
-        "supports the claim only with the stated reservation. Several cases of a claim are",
-        "separated by semicolons.",
+        "α). Bounds are our reading of words such as *stiffer*. *The number agrees*, but with the",
+        "reservation stated. Bounds and choices of all claims: `tools/reproduction/claims*.py`.",
     ]
     for appendix, claims in groupby(CLAIMS, key=lambda claim: claim.where[0]):
         lines += ["", f"## App. {appendix}", "", *_claims_table(list(claims), numbers)]
@@ -43,30 +43,44 @@ def claims_page(numbers: Numbers) -> str:
 
 
 def _claims_table(claims: list[Claim], numbers: Numbers) -> list[str]:
-    """Return the notes that several claims share, and a row for each claim."""
+    """Return the claims that are reproduced, the notes that the others share, and their rows."""
+    cases = [list(c) for _, c in groupby(claims, key=lambda c: (c.where, _stem(c), c.choice))]
+    reproduced = [each for each in cases if _reproduced(each, numbers)]
+    others = [each for each in cases if each not in reproduced]
+    claims = [claim for each in others for claim in each]
     texts = [text for claim in claims for text in (*claim.choice.split("; "), claim.only)]
     uses = Counter(text for text in texts if text)
     marks = {text: f"({index})" for index, text in enumerate(_shared(uses), start=1)}
-    lines = [f"- {mark} {text}" for text, mark in marks.items()]
-    lines += [""] if lines else []
+    rows = [_claims_row(each, {}, numbers) for each in reproduced]
+    lines = [
+        "Reproduced:",
+        "",
+        *(f"- {where}: {says}: {ours}" for where, says, _, ours, *_ in rows),
+    ]
+    lines += ["", "The others:", "", *(f"- {mark} {text}" for text, mark in marks.items()), ""]
     lines += [
         "| where | claim | printed | ours | deciding assumption | verdict |",
         "|---|---|---|---|---|---|",
     ]
-    for _, cases in groupby(claims, key=lambda each: (each.where, _stem(each), each.choice)):
-        lines.append(_claims_row(list(cases), marks, numbers))
+    for each in others:
+        cells = (text.replace("|", "\\|") for text in _claims_row(each, marks, numbers))
+        lines.append("| " + " | ".join(cells) + " |")
     return lines
 
 
-def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> str:
-    """Return the row of a claim, its cases one after another in every cell."""
+def _reproduced(cases: list[Claim], numbers: Numbers) -> bool:
+    return all(row(case, numbers)[2].startswith(REPRODUCED) for case in cases)
+
+
+def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> tuple[str, ...]:
+    """Return the cells of a claim, its cases one after another in every cell."""
     first = cases[0]
     found = []
     for case in cases:
         printed, ours, verdict = row(case, numbers)
         if case.only:
             verdict = verdict.replace(case.only, marks.get(case.only, case.only))
-        found.append((printed, ours, verdict))
+        found.append((printed, ours, AMOUNT.sub("", verdict)))
     stem, says = _stem(first), first.says
     if len(cases) > 1:
         says = f"{stem} ({'; '.join(case.says[len(stem) :].strip(' ,()') for case in cases)})"
@@ -75,8 +89,7 @@ def _claims_row(cases: list[Claim], marks: dict[str, str], numbers: Numbers) -> 
         texts[0] if len(set(texts)) == 1 else "; ".join(texts)
         for texts in zip(*found, strict=True)
     )
-    cells = (first.where[2:], says, printed, ours, choice, verdict)
-    return "| " + " | ".join(text.replace("|", "\\|") for text in cells) + " |"
+    return first.where[2:], says, printed, ours, choice, verdict
 
 
 def _stem(claim: Claim) -> str:
@@ -96,16 +109,15 @@ def index_page() -> str:
         "# The dissertation's figures, recomputed",
         "",
         "`make figures` writes the figures, and this page. Below each figure stand the choices",
-        "that it depends on; a JSON file has data, numbers and parameters. The dissertation's",
-        "claims against our results: [claims](claims.md).",
+        "that it depends on; data, numbers and parameters of `A3.svg` are in `A3.json`. The",
+        "dissertation's claims against our results: [claims](claims.md).",
     ]
     for appendix, names in groupby(FIGURES, key=_appendix):
         lines += ["", f"## {appendix}"]
         for name in names:
             number = f"Fig. {_figure(name)}" if _figure(name) else ""
             title = ": ".join(filter(None, (number, FIGURES[name].title)))
-            lines += ["", f"### {title}", "", f"![{number or title}]({name}.svg)"]
-            lines += ["", f"[Data]({name}.json)"]
+            lines += ["", f"### {title}", "", f"![{name}]({name}.svg)"]
     return "\n".join(lines) + "\n"
 
 

@@ -148,16 +148,16 @@ class _Check(Structure):
             if self._places[index] and self._places[index] != self._places[kind]:
                 name = kind.__name__.lower()
                 self.problems.append(f"the {name} index does not fit what is in the file")
-        if (told := self._statistics) is None:
+        if (stated := self._statistics) is None:
             return
         kinds = Counter(kind for kind, _ in self._definitions)
         for name, number, counted in (
-            ("messages", told.message_count, self.messages),
-            ("messages by channel", Counter(told.channel_message_counts), self._counts),
-            ("schemas", told.schema_count, kinds[mcap.Schema]),
-            ("channels", told.channel_count, kinds[mcap.Channel]),
-            ("chunks", told.chunk_count, self.chunks),
-            ("times", (told.message_start_time, told.message_end_time), self._span_ns),
+            ("messages", stated.message_count, self.messages),
+            ("messages by channel", Counter(stated.channel_message_counts), self._counts),
+            ("schemas", stated.schema_count, kinds[mcap.Schema]),
+            ("channels", stated.channel_count, kinds[mcap.Channel]),
+            ("chunks", stated.chunk_count, self.chunks),
+            ("times", (stated.message_start_time, stated.message_end_time), self._span_ns),
         ):
             if number != counted:
                 self.problems.append(f"the statistics name {name} {number}, not {counted}")

@@ -109,8 +109,8 @@ def _energy(energies: Budget) -> Iterator[str]:
 
 
 def _offsets(summary: dict[str, Any]) -> Iterator[str]:
-    told = (each for each in summary.get("outcomes", []) if each["what"] == "offset")
-    known = [each for each in told if each["predicted"] is not None]
+    outcomes = (each for each in summary.get("outcomes", []) if each["what"] == "offset")
+    known = [each for each in outcomes if each["predicted"] is not None]
     offsets = [
         f"{each['owner']} predicted {predicted_words(each['predicted'], each['until'])}, measured "
         f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"

@@ -58,9 +58,7 @@ PRESETS = {
         "wired part of a campus, 99 % below 1 ms (Sui et al. 2016); jitter and loss estimate",
     ),
     **{
-        f"thesis_lan_{ms}": _same(
-            LinkParams(delay_s=ms / 1e3), f"dissertation: local network, {ms} ms each way"
-        )
+        f"thesis_lan_{ms}": _same(LinkParams(delay_s=ms / 1e3), "dissertation: local network")
         for ms in (8, 16, 24)
     },
     "man_fibre": _same(

@@ -14,7 +14,7 @@ def _probability(description: str, default: float = 0.0) -> float:
 
 
 def _correlation(of: str) -> float:
-    text = f"correlation of {of} of one packet with that of the next"
+    text = f"correlation of {of} from packet to packet"
     return parameter(0.0, ">= 0 and < 1", text)  # type: ignore[no-any-return]
 
 
@@ -29,29 +29,27 @@ class LinkParams(Validated):
             *("none", "uniform", "normal", "pareto", "paretonormal", "gamma", "lognormal"),
             *("quantiles", "table", "trace"),
         ),
-        "spread of the delay: uniform (delay +- jitter_s); normal, pareto, paretonormal (standard "
-        "deviation jitter_s); gamma (mean jitter_s) and lognormal (median jitter_s), added to the "
-        "delay; quantiles; table (drawn from the delays of a file); trace (follows a file)",
+        "spread of the delay; jitter_s is half the width (uniform), the standard deviation "
+        "(normal, pareto, paretonormal), mean (gamma) or median (lognormal); table: delays drawn "
+        "from a file; trace: follows a file",
     )
     jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none", usual=USUAL_S)
     jitter_shape: float = parameter(
         0.0,
         "0..100",
-        "shape: of gamma (0: 2), sigma of lognormal (0: 0.5), tail index of pareto and "
+        "shape of gamma (0: 2), sigma of lognormal (0: 0.5), tail index of pareto and "
         "paretonormal, above 2 (0: 3)",
     )
     jitter_correlation: float = _correlation("the jitter")
     jitter_quantiles: str = parameter(
         "",
         "-",
-        "quantiles: probability:seconds from 0 to 1, separated by blanks and joined by straight "
-        "lines, added to the delay: 0:0.001 0.5:0.002 0.99:0.01 1:0.02",
+        "quantiles: probability:seconds from 0 to 1: 0:0.001 0.5:0.002 1:0.02",
     )
     trace_file: str = parameter(
         "",
         "-",
-        "trace, table: file with columns time and delay, or IRTT JSON; a trace is followed in a "
-        "loop",
+        "trace, table: file with columns time and delay, or IRTT JSON",
     )
     trace_scale: float = parameter(
         1.0,
@@ -67,18 +65,13 @@ class LinkParams(Validated):
     )
     loss: float = _probability("probability that a packet is lost")
     loss_correlation: float = _correlation("the loss")
-    ge_p: float = _probability(
-        "Gilbert-Elliott: probability to change from the good to the bad state, a packet"
-    )
+    ge_p: float = _probability("Gilbert-Elliott: probability of a change from good to bad state")
     ge_r: float = _probability(
-        "Gilbert-Elliott: probability to change back; a stay in the bad state lasts 1/ge_r "
-        "packets",
+        "Gilbert-Elliott: probability of the change back",
         1.0,
     )
-    ge_bad: float = _probability(
-        "Gilbert-Elliott: probability of loss in the bad state (1-h)", 1.0
-    )
-    ge_good: float = _probability("Gilbert-Elliott: probability of loss in the good state (1-k)")
+    ge_bad: float = _probability("Gilbert-Elliott: loss in the bad state (1-h)", 1.0)
+    ge_good: float = _probability("Gilbert-Elliott: loss in the good state (1-k)")
     markov_p13: float = _probability("four-state loss: from received (1) to lost in a burst (3)")
     markov_p31: float = _probability("four-state loss: from lost in a burst to received", 1.0)
     markov_p32: float = _probability("four-state loss: from lost to received within a burst (2)")
@@ -133,15 +126,13 @@ class LinkParams(Validated):
     keep_order: bool = parameter(
         True,
         "-",
-        "a later packet waits for an earlier one; with jitter that makes the delay longer and "
-        "narrower (normal, 20 and 5 ms: 20.5 +- 4.6 ms at 125 packets/s, 23.0 +- 3.6 at 500)",
+        "a later packet waits for an earlier one, so jitter makes the delay longer and narrower",
     )
     schedule: str = parameter(
         "",
         "-",
-        "changes on a timeline from the first packet, TIME SETTINGS; ... each with a network by "
-        "name, name=value, delay_s=from..to (a ramp), outage, base or repeat: "
-        "5 outage; 5.5 lte; 20 delay_s=0.02..0.2 loss=0.1; 30 base",
+        "changes on a timeline from the first packet, TIME SETTINGS; ...: 5 outage; 5.5 lte; "
+        "20 delay_s=0.02..0.2 loss=0.1; 30 base; 40 repeat",
     )
     effects: str = parameter(
         "", "-", "effects of other packages, name:number=value:... each, separated by blanks"

@@ -134,9 +134,8 @@ class PositionParams(Validated):
     adapts: bool = parameter(
         False,
         "-",
-        "budgeted, integral: K_p = 0.5 sqrt(2b)/tau, with the round trip tau that packets show, "
-        "on the strict channel up to twice that where less is left of the loan; gain then holds "
-        "until the first answer",
+        "budgeted, integral: K_p = 0.5 sqrt(2b)/tau, tau the measured round trip, up to twice "
+        "that as the stored energy falls (strict channel); gain holds until the first answer",
     )
     storage_j: float = fixed(
         0.0,
@@ -146,8 +145,7 @@ class PositionParams(Validated):
     most_j: float = parameter(
         0.05,
         "0..10 J",
-        "budgeted, integral: cap of the energy tank, so that what minutes have stored is not "
-        "released at once (0.05 J move a device of 0.25 kg with 0.6 m/s)",
+        "budgeted, integral: cap of the energy tank (0.05 J move 0.25 kg with 0.6 m/s)",
     )
 
     def conflicts(self) -> list[str]:

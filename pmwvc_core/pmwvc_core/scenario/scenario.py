@@ -93,9 +93,8 @@ class Scenario:
     channel: str = parameter(
         library.STRICT,
         library.CHANNELS,
-        "way of the waves between the ends; strict: integral and energy in every packet, never "
-        "more energy out than in; plain: samples of the wave, as in the dissertation, each held "
-        "until the next comes; zeroing: each for one step, then zero",
+        "what packets carry; strict: integral and energy of the wave; plain: samples, each held "
+        "until the next comes (dissertation); zeroing: samples, each for one step, then zero",
     )
     disturbances: str = parameter(
         "",
