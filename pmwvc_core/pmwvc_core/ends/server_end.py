@@ -17,7 +17,7 @@ from pmwvc_core.ends.forms import message
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame.rows import ServerRow
-from pmwvc_core.law.channel.arrivals import arrive, told
+from pmwvc_core.law.channel.arrivals import arrive, news
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, left
 from pmwvc_core.law.server_step import ABSENT, server_step
@@ -179,7 +179,7 @@ class ServerEnd(ServerView):
             rest = zero(port.x_s)
             sent = Sent(rest, rest, port.account_j, port.extra)
             packing = p.guests[user].packing
-            about = now_ns, (False, told(guest.arrivals)[1]), guest.anew, False, 0, 1
+            about = now_ns, (False, news(guest.arrivals)[1]), guest.anew, False, 0, 1
             packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, packing)
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)

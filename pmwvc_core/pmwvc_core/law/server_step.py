@@ -16,7 +16,7 @@ A silent user is rendered a matched damper; braked on the strict channel.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import anew, arrive, interrupted, missed, spare, told, wave_of
+from pmwvc_core.law.channel.arrivals import anew, arrive, interrupted, missed, news, spare, wave_of
 from pmwvc_core.law.channel.packet import (
     Packet,
     Packing,
@@ -149,7 +149,7 @@ def _gone(
         port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     sent = Sent(port.v_s, minus(port.x_s, port.offset), port.account_j, port.extra)
     packing, packet, sends = pack(
-        packing, sent, period_s, now_ns, told(arrivals), s.anew, False, arrivals.silence.number,
+        packing, sent, period_s, now_ns, news(arrivals), s.anew, False, arrivals.silence.number,
         0, q.packing,
     )  # fmt: skip
     return s._replace(arrivals=arrivals, packing=packing), port, (packet, sends)

@@ -15,7 +15,7 @@ sends and begins frames (``send``, ``begin``), with other parameters where they 
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, missed, told
+from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, missed, news
 from pmwvc_core.law.channel.packet import (
     Packet,
     Packing,
@@ -83,7 +83,7 @@ def send(
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
     packing, packet, sends = pack(
-        s.packing, sent, s.frame_s, now_ns, told(arrivals), False, leaves,
+        s.packing, sent, s.frame_s, now_ns, news(arrivals), False, leaves,
         arrivals.silence.number, s.limits.events, p.packing,
     )  # fmt: skip
     return s._replace(packing=packing, arrivals=arrivals, port=port), packet, sends

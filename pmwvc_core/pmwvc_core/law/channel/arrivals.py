@@ -86,7 +86,7 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
     return s, 0.0
 
 
-def _nothing_told(s: Any) -> tuple[bool, bool]:
+def _no_news(s: Any) -> tuple[bool, bool]:
     return False, False
 
 
@@ -98,7 +98,7 @@ spare = Family("spare", _none_spared)  # (s, h, p) -> (s, energy that the other 
 anew = Family("anew", same)  # (s) -> s: the peer placed its position by the newest packet
 missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
 # (s) -> what the other end is told: energy is short; nothing is at hand
-told = Family("told", _nothing_told)
+news = Family("news", _no_news)
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
@@ -202,8 +202,8 @@ def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
     return s._replace(playout=pass_by(s.playout, lasted_s))
 
 
-@told.member(StrictArrivals)
-def _told_strict(s: StrictArrivals) -> tuple[bool, bool]:
+@news.member(StrictArrivals)
+def _news_strict(s: StrictArrivals) -> tuple[bool, bool]:
     return is_short(s.playout), s.playout.pace.silent_s > REPORTED_S
 
 

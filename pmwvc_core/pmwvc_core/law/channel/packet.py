@@ -102,11 +102,11 @@ def packing_params(deadband: DeadbandParams) -> PackingParams:
 
 
 def pack(
-    s: Packing, sent: Sent, period_s: float, now_ns: int, told: tuple[bool, bool], anew: bool,
+    s: Packing, sent: Sent, period_s: float, now_ns: int, news: tuple[bool, bool], anew: bool,
     leaves: bool, echo: int, events: int, p: PackingParams,
 ) -> tuple[Packing, Packet, bool]:  # fmt: skip
     """Add a sample; return its packet, and whether that is sent: anything new in it needs one."""
-    short, waits = told
+    short, waits = news
     integral = plus(s.integral, scaled(sent.wave, period_s))
     energy_j = s.energy_j + wave_j(sent.wave, period_s)
     flags = (events != s.events) * 8 + waits * 4 + anew * 2 + leaves
