@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from pmwvc_analysis.compare.measures import coherency_m, force_error_n
-from pmwvc_analysis.traces.reductions import rms
+from pmwvc_analysis.traces.sums import rms
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario

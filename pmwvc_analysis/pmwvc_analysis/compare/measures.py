@@ -17,7 +17,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.compare.rendered import Rendered, rendering
-from pmwvc_analysis.traces import reductions
+from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
@@ -120,7 +120,7 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "force_error_rms_n": force_error_n(traces),
         "energy_min_j": least.energy_j,
         "force_noise_n": max((n for n in noise if n is not None), default=None),
-        "force_peak_n": reductions.number(max(peaks)) if peaks else None,
+        "force_peak_n": sums.number(max(peaks)) if peaks else None,
         "force_step_max_n": max((each.force_step_max_n for each in felt_by), default=None),
         "force_least_n": min(least_n, default=None),
         "dropout_s": max((e.dropout_s for e in felt_by if e.dropout_s is not None), default=None),
@@ -141,7 +141,7 @@ def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
 def coherency_m(traces: SessionTraces) -> float | None:
     """Return the RMS distance of the devices from their avatars [m]; None: not known."""
     away = [found.error for user in traces.users if (found := apart(traces, user)) is not None]
-    return reductions.rms(np.concatenate(away)) if away else None
+    return sums.rms(np.concatenate(away)) if away else None
 
 
 def force_error_n(traces: SessionTraces) -> float | None:
@@ -154,7 +154,7 @@ def force_error_n(traces: SessionTraces) -> float | None:
         for user in traces.users
         if user.name in server.users
     ]
-    return reductions.rms(np.concatenate(rows)) if rows else None
+    return sums.rms(np.concatenate(rows)) if rows else None
 
 
 def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:
@@ -169,4 +169,4 @@ def force_noise_n(user: UserTraces, duration_s: float) -> float | None:
     if not np.isfinite(user.f_applied).all():
         return None
     fast = beyond(user.f_applied, user.tick_s, NOISE_HZ)
-    return reductions.rms(fast[user.time_s > 0.5 * duration_s])
+    return sums.rms(fast[user.time_s > 0.5 * duration_s])

@@ -23,7 +23,7 @@ from pmwvc_analysis.report.loop_blocks import blocks, rendered
 from pmwvc_analysis.report.loop_drawing import drawing
 from pmwvc_analysis.report.page import filled
 from pmwvc_analysis.report.story import story
-from pmwvc_analysis.traces import cut
+from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.controllers.library import has_waves
@@ -49,7 +49,7 @@ def render(
     ``folder`` is the session's, for the command that plays it on the page, ``replay`` the page's
     file beside the report.
     """
-    found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
+    found = passivity(until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
     events = numbered(traces)
     waves = scenario is not None and has_waves(scenario.controller)

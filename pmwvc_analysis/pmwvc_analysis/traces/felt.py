@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.reductions import begins
 from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.sums import begins
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s

@@ -18,8 +18,8 @@ import numpy as np
 
 from pmwvc_analysis.traces.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
 from pmwvc_analysis.traces.felt import closed_s
-from pmwvc_analysis.traces.reductions import spans
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.traces.sums import spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

@@ -17,19 +17,14 @@ had not taken in is named with its amount.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
-
-import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Finding, judge, not_judged, together, tolerance
+from pmwvc_analysis.budget.criterion import Finding, not_judged, together
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, holes
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stretches import StoodStill, given_until, stood_still
 from pmwvc_analysis.traces.sums import running, sum_of
-from pmwvc_analysis.verdicts.open_balances import bounded, hidden, within
-from pmwvc_core.numeric import Array
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -43,9 +38,10 @@ NO_SCENARIO = "without the scenario its declared storage is not known"
 
 @dataclass(frozen=True)
 class Passivity:
-    """All findings of a session."""
+    """All findings of a session, and the balances of its users that ports were judged by."""
 
     findings: tuple[Finding, ...]
+    balances: dict[str, energy.UserEnergy]
 
     def of(self, owner: str) -> list[Finding]:
         """Return the ports of one owner."""
@@ -80,14 +76,15 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        of_user = (within(each, entry, open_s) for each in _of_user(entry, missing, open_s))
+        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing, open_s))
         found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
         found += energies.findings
     still = {user.name: stood_still(user) for user in traces.users}
-    return Passivity(tuple(_with_held(each, still.get(each.owner, [])) for each in found))
+    held = (_with_held(each, still.get(each.owner, [])) for each in found)
+    return Passivity(tuple(held), balances)
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
@@ -110,39 +107,18 @@ def _of_user(
 ) -> list[Finding]:
     of_server = [hole.unjudged for hole in missing]
     unknown = [*entry.stretches.unjudged, *of_server]
-    found = [
-        _port(entry, part, ways, declared_j=ways.storage_j, unjudged=hidden(ways, unknown))
-        for part, ways in (("up", entry.up), ("down", entry.down))
-        if ways is not None
-    ]
-    bounds = bounded(entry, of_server) if uncertain_s == 0.0 else {}
-    hand = _port(
-        entry,
-        "hand_port",
-        entry.joint,
-        declared_j=entry.storage_j,
-        open_j=entry.resolution_j,
-        counts_j=entry.counts_j,
-        unjudged=[interval for interval in unknown if interval not in bounds],
-    )
-    if hand.passive and entry.hand_passive is None:
-        most_mj = 1e3 * float(entry.resolution_j.max())
-        why = f"the steps of the encoder leave the work of the hand open by up to {most_mj:.3g} mJ"
-        hand = replace(hand, passive=None, why=why)
-    elif hand.passive and bounds:
+    bounds = energy.bounded(entry, of_server) if uncertain_s == 0.0 else {}
+    open_ = {part: energy.hidden(ways, unknown) for part, ways in entry.parts.items()}
+    open_["hand_port"] = [interval for interval in unknown if interval not in bounds]
+    found = [ways.judged(entry.name, part, open_[part]) for part, ways in entry.parts.items()]
+    if found[-1].passive and bounds:  # the port of the hand
         missing_s = sum(each.end_s - each.start_s for each in bounds)
         why = (
             f"in {missing_s:.2g} s {of_server[0].why} the port of the hand is bounded by the sums "
             f"at both ends, to {quantity(min(bounds.values()), 'J')} at least"
         )
-        hand = replace(hand, why=why)
-    return [*found, hand]
-
-
-def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: Any) -> Finding:
-    more["tolerance_j"] = balance.tolerance_j + more.pop("open_j", 0.0)
-    more["moved_j"] = _moved_j(balance.energy_in_j, balance.energy_out_j)
-    return judge(entry.name, part, balance.time_s, balance.balance_j, decides=True, **more)
+        found[-1] = replace(found[-1], why=why)
+    return found
 
 
 def _of_server(
@@ -157,17 +133,8 @@ def _of_server(
     if scenario is not None and scenario.coupling.black_box:
         compensation = COMPENSATIONS.of(scenario.server.compensation)
         allowance_j = compensation.allowance_j(scenario.server)
-    found = judge(
-        SERVER,
-        SERVER,
-        server.time_s,
-        taken - given,
-        tolerance_j=tolerance(taken),
-        moved_j=_moved_j(taken, given),
-        declared_j=allowance_j,
-        decides=True,
-        unjudged=[hole.unjudged for hole in missing],
-    )
+    balance = energy.Balance(server.time_s, taken, given, allowance_j)
+    found = balance.judged(SERVER, SERVER, [hole.unjudged for hole in missing])
     if scenario is None:
         return _excused(found, "without the scenario its environment is not known")
     return _excused(found, scenario.environment.own_energy(scenario.server))
@@ -178,8 +145,3 @@ def _excused(found: Finding, why: str) -> Finding:
     if found.passive is not False or not why:
         return found
     return replace(found, passive=None, why=f"it gave out {quantity(found.given_j, 'J')}; {why}")
-
-
-def _moved_j(came: Array, went: Array) -> float:
-    """Return the energy that a balance is small or large beside [J]."""
-    return float(max(np.abs(came).max(initial=0.0), np.abs(went).max(initial=0.0)))
