@@ -16,8 +16,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.prediction.encoder import encoder_noise_w
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_analysis.verdicts.passivity import passivity
-from pmwvc_analysis.verdicts.passivity_words import verdict
+from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.params import MasterParams, PositionParams
 from pmwvc_core.params.baselines import PspmParams
 from pmwvc_core.simulation.session import simulate_one

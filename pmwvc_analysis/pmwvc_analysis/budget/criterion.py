@@ -164,3 +164,16 @@ def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> flo
     found = [stage.scenario for stage in (stages(traces, scenario) if scenario else [])]
     bounds = [bounded(user, each) for each in found for user in each.users if user.name == name]
     return min((bound.given_j if bound else 0.0 for bound in bounds), default=0.0)
+
+
+def passive_by_account(scenario: Scenario) -> bool:
+    """Tell whether every port is passive by the strict channel's accounts, whatever the network
+    does: the motion is exactly what the device reports, and no part gives out energy by its law.
+    """
+    exact = all(
+        user.device.is_simulated
+        and user.device.encoder_step_m <= 0.0
+        and not user.master.bank.as_published
+        for user in scenario.users
+    )
+    return exact and scenario.strict and scenario.coupling.passive(scenario.server)

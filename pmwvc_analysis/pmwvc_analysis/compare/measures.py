@@ -23,8 +23,7 @@ from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
-from pmwvc_analysis.verdicts.passivity import passivity
-from pmwvc_analysis.verdicts.passivity_words import part_words
+from pmwvc_analysis.verdicts.passivity import part_words, passivity
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array

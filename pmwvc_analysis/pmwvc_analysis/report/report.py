@@ -24,8 +24,7 @@ from pmwvc_analysis.report.loop_drawing import drawing
 from pmwvc_analysis.report.page import filled
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.traces.stages import until
-from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts.passivity import budget_lines, passivity
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -75,7 +74,7 @@ def render(
         verdicts=[(line["ok"], line["text"]) for line in summary["verdict"]],
         budget_owners=[*energies.hands, "server"] if energies else [],
         budget_rows=energies.rows() if energies else [],
-        budget_lines=passivity_words.budget_lines(energies, found) if energies else [],
+        budget_lines=budget_lines(energies, found) if energies else [],
         budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),

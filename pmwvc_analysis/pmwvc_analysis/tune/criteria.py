@@ -41,8 +41,7 @@ from pmwvc_analysis.models.linear import axes_of, outside, relative
 from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
-from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts import passivity
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.params import FilterParams
 from pmwvc_core.params.names import flattened
@@ -241,9 +240,9 @@ def judged(scenario: Scenario, row: Rating) -> Rating:
         return row
     traces = simulate_one(session)
     found = verdict(traces, session)
-    ports = passivity(traces, session, None)
+    ports = passivity.passivity(traces, session, None)
     owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
-    words = [f"{owner}: {passivity_words.verdict(ports, owner)}" for owner in owners]
+    words = [f"{owner}: {passivity.verdict(ports, owner)}" for owner in owners]
     stable = STABLE if found.stable else found.instability or NOT_JUDGED
     not_passive = "; ".join(words) or None
     return dataclasses.replace(row, simulated=stable, simulated_passivity=not_passive)

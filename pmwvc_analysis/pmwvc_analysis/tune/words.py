@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from pmwvc_analysis.budget.criterion import behind_counts, bounded
+from pmwvc_analysis.budget.criterion import behind_counts, bounded, passive_by_account
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import left_out
 from pmwvc_analysis.tune.criteria import (
@@ -18,7 +18,6 @@ from pmwvc_analysis.tune.criteria import (
     velocity_step,
 )
 from pmwvc_analysis.tune.search import Proposal
-from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
 

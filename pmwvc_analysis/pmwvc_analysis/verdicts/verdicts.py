@@ -20,10 +20,10 @@ from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.holes import merged
 from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_analysis.traces.sums import final, number, percentiles, rms, swing
-from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
+from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
-from pmwvc_analysis.verdicts.passivity import Passivity, passivity
+from pmwvc_analysis.verdicts.passivity import Passivity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
@@ -44,7 +44,7 @@ def summary(
     ended = endings.endings(traces, seen, scenario)
     traces = until(traces, endings.judged_until_s(traces, ended))
     judged = stability.verdict(traces, scenario)
-    found = passivity(traces, scenario, energies)
+    found = passivity.passivity(traces, scenario, energies)
     limited = limits.withheld(traces, scenario)
     shorter = endings.shortened(whole, scenario)
     missing, counts = holes.holes(traces), list(traces.counts.items())
@@ -61,7 +61,7 @@ def summary(
         "stable": judged.stable,
         "instability": judged.instability,
         "stability": {"text": judged.why, "oscillation_m_s": number(judged.oscillation_m_s)},
-        "active": passivity_words.components(found) if energies else None,
+        "active": passivity.components(found) if energies else None,
         "passivity": _passivity(found),
         "object": _object(traces),
         "users": [
@@ -112,7 +112,7 @@ def _passivity(found: Passivity) -> dict[str, Any]:
         "ports": [_finding(each) for each in found.findings if each.decides],
         "components": [_finding(each) for each in found.components],
         "text": {
-            owner: passivity_words.verdict(found, owner)
+            owner: passivity.verdict(found, owner)
             for owner in dict.fromkeys(each.owner for each in found.findings if each.decides)
         },
     }
