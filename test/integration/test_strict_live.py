@@ -8,7 +8,7 @@ import pytest
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.traces.stretches import stood_still
+from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_core.law.port.strict_master import LIMIT_J
 
 pytestmark = pytest.mark.integration

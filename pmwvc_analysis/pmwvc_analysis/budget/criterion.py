@@ -23,8 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import Unjudged, without
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.traces.sums import without
 from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -51,14 +52,14 @@ class Finding:
     owner: str  # a user, or ``server``
     part: str
     passive: bool | None  # None: not judged, ``why`` gives the reason
-    least_j: float  # lowest balance seen, never above the zero it starts from [J]
-    least_s: float | None  # when [s]; None where the balance never went below zero
-    since_s: float | None  # when it first was below the limit [s]
-    tolerance_j: float  # at that instant [J]
-    declared_j: float  # storage or allowance that is declared [J]
-    moved_j: float  # energy moved: the scale [J]
-    decides: bool  # part of the verdict; a component that others pay for is only named
-    judged_s: tuple[tuple[float, float], ...]
+    least_j: float = 0.0  # lowest balance seen, never above the zero it starts from [J]
+    least_s: float | None = None  # when [s]; None where the balance never went below zero
+    since_s: float | None = None  # when it first was below the limit [s]
+    tolerance_j: float = 0.0  # at that instant [J]
+    declared_j: float = 0.0  # storage or allowance that is declared [J]
+    moved_j: float = 0.0  # energy moved: the scale [J]
+    decides: bool = True  # part of the verdict; a component that others pay for is only named
+    judged_s: tuple[tuple[float, float], ...] = ()
     unjudged: tuple[Unjudged, ...] = ()
     why: str = ""
     counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
@@ -127,11 +128,6 @@ def judge(
         judged_s=tuple(without(gaps, float(time_s[0]), float(time_s[-1]))),
         why=found.why if hidden else "",
     )
-
-
-def not_judged(owner: str, part: str, why: str) -> Finding:
-    """Return the finding of a part that cannot be judged."""
-    return Finding(owner, part, None, 0.0, None, None, 0.0, 0.0, 0.0, True, (), (), why)
 
 
 def together(verdicts: Iterable[bool | None]) -> bool | None:

@@ -34,9 +34,8 @@ from pmwvc_analysis.budget.criterion import (
     tolerance,
 )
 from pmwvc_analysis.traces.hand_work import Work, hand_work
-from pmwvc_analysis.traces.holes import Unjudged
+from pmwvc_analysis.traces.holes import AGAIN, Stretches, Unjudged, stretches
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
-from pmwvc_analysis.traces.stretches import AGAIN, Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, running
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of

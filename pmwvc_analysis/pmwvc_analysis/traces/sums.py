@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Rows of a trace reduced: running sums of energy and their values at other instants, numbers of a
-summary, stretches with a flag set. An unknown number is None, never NaN.
+summary, stretches with a flag set, intervals [s]. An unknown number is None, never NaN.
 """
 
 import math
@@ -153,3 +153,26 @@ def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
     rows = np.flatnonzero(flags)
     breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s) + 1
     return [(int(each[0]), int(each[-1])) for each in np.split(rows, breaks) if len(each)]
+
+
+def without(
+    intervals: Iterable[tuple[float, float]], start_s: float, end_s: float
+) -> list[tuple[float, float]]:
+    """Return what is left of a time without some intervals."""
+    found, at_s = [], start_s
+    for from_s, until_s in [*sorted(intervals), (end_s, end_s)]:
+        if from_s > at_s:
+            found.append((at_s, min(from_s, end_s)))
+        at_s = max(at_s, until_s)
+    return found
+
+
+def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return intervals in the order of time, overlapping ones as one."""
+    found: list[tuple[float, float]] = []
+    for start_s, end_s in sorted(intervals):
+        if found and start_s <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], end_s))
+        else:
+            found.append((start_s, end_s))
+    return found

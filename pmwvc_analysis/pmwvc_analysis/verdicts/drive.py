@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.traces.bands import REST_BAND_HZ
+from pmwvc_analysis.traces.felt import REST_BAND_HZ
 from pmwvc_analysis.verdicts.oscillation import (
     FADED,
     HALVED,

@@ -21,12 +21,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Finding, not_judged, together
+from pmwvc_analysis.budget.criterion import Finding, together
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import Hole, holes
+from pmwvc_analysis.traces.holes import Hole, StoodStill, given_until, holes, stood_still
 from pmwvc_analysis.traces.server_starts import starts
-from pmwvc_analysis.traces.stretches import StoodStill, given_until, stood_still
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.quantities import quantity, share
 from pmwvc_core.scenario.scenario import Scenario
@@ -81,7 +80,7 @@ def passivity(
     found: list[Finding] = []
     for user in traces.users:
         if (entry := balances.get(user.name)) is None:
-            found.append(not_judged(user.name, "hand_port", NO_SERVER))
+            found.append(Finding(user.name, "hand_port", None, why=NO_SERVER))
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))

@@ -17,9 +17,8 @@ from pmwvc_analysis.events import events, limits
 from pmwvc_analysis.traces import arrivals, holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
-from pmwvc_analysis.traces.holes import merged
 from pmwvc_analysis.traces.stages import stages, until
-from pmwvc_analysis.traces.sums import final, number, percentiles, rms, swing
+from pmwvc_analysis.traces.sums import final, merged, number, percentiles, rms, swing
 from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
@@ -53,7 +52,7 @@ def summary(
         "source": traces.source,
         "duration_s": whole.duration_s,
         "judged_until_s": traces.duration_s,
-        "interrupted": [each.text for each in ended if each.what != endings.LEFT]
+        "interrupted": [each.text for each in ended if each.interrupts]
         + ([shorter] if shorter else []),
         "strangers": [str(each["what"]) for each in seen if each["kind"] == "stranger"],
         "controller": scenario.controller if scenario else None,
