@@ -52,7 +52,7 @@ film: setup  ## the animated picture of the README, from a live session
 course: setup  ## the course's numbers, pictures and pages, from runs of its sessions
 	@PYTHONPATH=tools $(PY) -m course
 
-docs: setup  ## reference pages from their sources
+docs: setup  ## docs/parameters.md from the parameters
 	@$(PY) tools/write_reference.py
 
 lock: setup  ## new lock file after editing tools/requirements.in

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.events.events import kept
-from pmwvc_analysis.export.files import export
+from pmwvc_analysis.export import export
 from pmwvc_analysis.figures.figures import charts, write_all
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.recording.from_traces import record_traces

@@ -15,8 +15,8 @@ from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.format.topics import relayed
-from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.reader import read_scenario, session_of
+from pmwvc_analysis.recording.whole import check_file
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.traces import SessionTraces
@@ -51,10 +51,8 @@ def check_recording(folder: str | Path) -> list[Finding]:
         traces = session_of(content, folder)
         findings += _losses(content, traces)
         scenario = read_scenario(folder)
-        problems = inconsistencies(traces, scenario)
-        findings += [Finding("physics", PROBLEM, problem) for problem in problems]
-        if not problems:
-            findings.append(Finding("physics", OK, "ports, powers and running sums agree"))
+        wrong = [Finding("physics", PROBLEM, each) for each in inconsistencies(traces, scenario)]
+        findings += wrong or [Finding("physics", OK, "ports, powers and running sums agree")]
         if scenario is not None:  # what ports behind counts may give out is no fault
             for user in (each for each in scenario.users if behind_counts(each, scenario)):
                 text = count_bound(user.master, user.device).text()
@@ -86,34 +84,25 @@ def _structure(folder: Path) -> Iterator[Finding]:
         size = f"{structure.messages} messages in {structure.chunks} chunks"
         if structure.whole:
             yield Finding("file", OK, f"{path.name} is whole: {size}")
-        for problem in structure.problems:
-            yield Finding("file", PROBLEM, f"{path.name}: {problem}")
-        for note in structure.notes:
-            yield Finding("file", WARNING, f"{path.name}: {note}")
+        for status, texts in ((PROBLEM, structure.problems), (WARNING, structure.notes)):
+            yield from (Finding("file", status, f"{path.name}: {text}") for text in texts)
     if folder.is_dir() and not (folder / "metadata.yaml").is_file():
         yield Finding("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
 
 
 def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
     """Name what is missing per topic and publisher; what an emulated link lost is not missing."""
-    found = []
+    texts = []
     for topic, count in traces.counts.items():
-        if not count["missing"]:
-            continue
-        if (link := relayed(topic)) in traces.fates:
-            text = f"{topic}: {count['missing']} packets that {link} delivered"
-            found.append(Finding("missing", WARNING, text))
-        else:
-            found += [Finding("missing", WARNING, line) for line in content.counter.lines([topic])]
-    found += [
-        Finding("missing", WARNING, f"{topic}: nothing recorded")
-        for topic, count in traces.counts.items()
-        if not count["messages"] and not topic.endswith(QUIET)
-    ]
-    texts = [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]
+        if count["missing"] and (link := relayed(topic)) in traces.fates:
+            texts.append(f"{topic}: {count['missing']} packets that {link} delivered")
+        elif count["missing"]:
+            texts += content.counter.lines([topic])
+        if not count["messages"] and not topic.endswith(QUIET):
+            texts.append(f"{topic}: nothing recorded")
+    texts += [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]
     strange = (e for e in traces.events if e["who"] == "recorder" or e.get("kind") == "stranger")
     texts += [str(event["what"]) for event in strange]
-    found += [Finding("missing", WARNING, text) for text in texts]
-    return found or [
-        Finding("missing", OK, "nothing is missing: the numbers of every publisher are complete")
-    ]
+    complete = "nothing is missing: the numbers of every publisher are complete"
+    found = [Finding("missing", WARNING, text) for text in texts]
+    return found or [Finding("missing", OK, complete)]

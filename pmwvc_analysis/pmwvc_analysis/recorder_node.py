@@ -23,8 +23,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from pmwvc_analysis.recording.format.topics import Topic, about, session_topics
 from pmwvc_analysis.recording.live import BackgroundWriter
-from pmwvc_analysis.recording.mcap.salvage import RawMessage
 from pmwvc_analysis.recording.reader import read_scenario
+from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
@@ -65,17 +65,15 @@ class Recorder:
         reported = False
         while not stop.wait(POLL_S):
             self._take_all()
-            if not self._ready and all(
-                inlet.subscription.get_publisher_count() > 0
-                for topic, inlet in self._inlets
-                if topic.essential
-            ):
+            needed = (each.subscription for topic, each in self._inlets if topic.essential)
+            if not self._ready and all(each.get_publisher_count() > 0 for each in needed):
                 self._ready = True
                 print("ready", flush=True)
-            if not reported and self._background.writer.problem:
+            writer = self._background.writer
+            if not reported and writer.problem:
                 reported = True
-                elsewhere = f"pmwvc report {self._background.writer.folder} --out OTHER"
-                text = f"recorder: {self._background.writer.problem}; report it with: {elsewhere}"
+                elsewhere = f"report it with: pmwvc report {writer.folder} --out OTHER"
+                text = f"recorder: {writer.problem}; {elsewhere}"
                 print(text, file=sys.stderr, flush=True)
         until = time.monotonic() + LINGER_S
         while self._take_all() or time.monotonic() < until:
@@ -130,22 +128,21 @@ class Recorder:
 def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
     """Declare the parameters; return folder, topics and bytes of disk to be kept free."""
     text = Spec(str, description="session folder to record into")
+    relayed = Spec(bool, description="the links are emulated: waves have a topic at either end")
+    shown = Spec(bool, description="also record markers and diagnostics")
+    words = "disk space kept free: recording stops in good order there"
+    space = Spec(int, "MiB", low=0, description=words)
     folder = declare_value(node, "folder", text, "")
     users = declare_names(node, "users", ["user1", "user2"], "names of the users")
-    relayed = Spec(bool, description="the links are emulated: waves have a topic at either end")
-    people = Spec(bool, description="also record markers and diagnostics")
-    space = Spec(
-        int, "MiB", low=0, description="disk space kept free: recording stops in good order there"
-    )
     emulated = declare_value(node, "netem", relayed, True)
-    for_people = declare_value(node, "people", people, True)
+    people = declare_value(node, "people", shown, True)
     reserve = declare_value(node, "reserve_mib", space, RESERVE_BYTES >> 20)
     if not folder:
         raise ParameterError("folder is empty: name the session folder to record into")
     if not users:
         raise ParameterError("users is empty: name at least one user")
     links = [f"{user}/{way}" for user in users for way in ("up", "down")] if emulated else []
-    return Path(folder), session_topics(users, links=links, people=for_people), reserve << 20
+    return Path(folder), session_topics(users, links=links, people=people), reserve << 20
 
 
 def _subscribed(node: Node, topic: Topic) -> Polled:

@@ -32,21 +32,10 @@ def finish(
 ) -> dict[str, Any]:
     """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html``; return the summary.
 
-    Parameters
-    ----------
-    traces
-        Read from the folder when not given.
-    scenario
-        Read from the folder's ``scenario.yaml`` when not given; may be missing altogether.
-    out
-        Where to write instead of into the session folder, such as when its disk is full.
-    player
-        Makes the page that plays the session, ``replay.html``, of traces, scenario and summary;
-        None: there is none.
-    figures
-        Whether to draw: without, numbers only are written, the first two files.
-    begins
-        Is told each part of the work as it begins.
+    Traces and scenario are read from the folder when not given (it may have no scenario). ``out``
+    is where to write instead, such as when its disk is full. ``player`` makes the page that plays
+    the session, ``replay.html``. Without ``figures`` numbers only are written, the first two
+    files. ``begins`` is told each part of the work as it begins.
 
     Raises
     ------
@@ -83,15 +72,14 @@ def finish(
             return result
         begins("drawing the figures")
         drawn = charts(traces, scenario)
-        write_all(drawn, traces, target / PLOTS)
+        pictures = write_all(drawn, traces, target / PLOTS)
         begins("writing the report")
         page = player(traces, scenario, result) if player and scenario else None
         if page is not None:
             (target / REPLAY).write_text(page, encoding="utf-8")
         replay = None if page is None else REPLAY
-        report = render(
-            traces, scenario, result, drawn, energies, folder=str(folder), replay=replay
-        )
+        own = traces, scenario, result, drawn, energies
+        report = render(*own, pictures=pictures, folder=str(folder), replay=replay)
         (target / REPORT).write_text(report, encoding="utf-8")
     return result
 

@@ -26,7 +26,7 @@ from support.processes import NodeProcess, ros
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import session_topics
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_core.runtime.real_time import hold_memory, request_real_time

@@ -10,9 +10,9 @@ import yaml
 from support.processes import NodeProcess, refused, ros
 
 from pmwvc_analysis.recorder_node import main
-from pmwvc_analysis.recording.mcap.mcap_check import check_file
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.recording.salvage import Salvage, messages
+from pmwvc_analysis.recording.whole import check_file
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import record_of

@@ -14,8 +14,8 @@ from support.sessions import ROOT, Running
 from support.verdicts import judged_stable
 
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.mcap.mcap_check import check_file
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.salvage import Salvage, messages
+from pmwvc_analysis.recording.whole import check_file
 from pmwvc_core.transport.packet import FLAG_LEAVING
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 

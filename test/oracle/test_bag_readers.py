@@ -16,8 +16,8 @@ from support import handmade
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.mcap_check import check_bytes
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.salvage import Salvage, messages
+from pmwvc_analysis.recording.whole import check_bytes
 from pmwvc_core.runtime.messages import nanoseconds
 
 DURATION_S = 0.8

@@ -26,7 +26,7 @@ from benchmark.trial import Outcome, Trial, run, scenario_of
 from benchmark.walls import Grid, walls
 from benchmark.written import sessions, table
 
-from pmwvc_analysis.compare.criterion import FAILED_COST
+from pmwvc_analysis.compare.settings import FAILED_COST
 from pmwvc_core.network.presets import PRESETS
 
 TINY = Plan(

@@ -8,8 +8,13 @@ import pytest
 from support.plain import load
 
 from pmwvc_analysis.compare import settings as parameters
-from pmwvc_analysis.compare.criterion import FAILED_COST, cost_of, path_error_m
-from pmwvc_analysis.compare.settings import parameters_of, tuned
+from pmwvc_analysis.compare.settings import (
+    FAILED_COST,
+    cost_of,
+    parameters_of,
+    path_error_m,
+    tuned,
+)
 from pmwvc_analysis.prediction.text import rule_loop
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.simulation.session import simulate, simulate_one

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.plain import load
 
-from pmwvc_analysis.compare.probes import free_space, pressed_stiffness, swing_hz
+from pmwvc_analysis.compare.rendered import free_space, pressed_stiffness, swing_hz
 from pmwvc_analysis.models.linearize import build
 from pmwvc_analysis.transparency.frequency import response
 from pmwvc_analysis.transparency.transparency import transparency, untouched

@@ -70,15 +70,15 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        4_529,
+        3_960,
         3_000,
         (
-            *inside("pmwvc_analysis", "recording", "replay", "export", "*.py"),
+            *inside("pmwvc_analysis", "recording", "replay", "*.py"),
             "pmwvc_analysis/*.py",
         ),
     ),
     "figures and reports": Room(
-        3_502, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_861, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(4_626, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_480, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),

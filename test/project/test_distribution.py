@@ -1,13 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Wheel, container and citation state what the packages and the README state."""
+"""Wheel, container, workflow and citation state what the packages and the README state."""
 
 import re
+import shlex
 import sys
 import tomllib
 from pathlib import Path
 
 import yaml
+
+from pmwvc_bringup.parser import build_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -55,6 +58,27 @@ def test_the_container_is_the_bare_machine_of_the_readme():
     (command,) = re.findall(r"`(docker build .*?)`", README)
     assert command in text
     assert {".venv", ".ros", "sessions"} <= set((ROOT / ".dockerignore").read_text().split())
+
+
+def test_the_workflow_runs_commands_that_exist():
+    text = (ROOT / ".github" / "workflows" / "ci.yml").read_text("utf-8")
+    jobs = yaml.safe_load(text)["jobs"]
+    targets = re.findall(r"make (\w+)$", text, re.MULTILINE)
+    assert targets == ["lint", "test"]
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    assert all(re.search(rf"^{target}: setup ", makefile, re.MULTILINE) for target in targets)
+    systems = jobs["wheel"]["strategy"]["matrix"]["os"]
+    assert [name.partition("-")[0] for name in systems] == ["ubuntu", "macos", "windows"]
+    commands = re.findall(r"^ +pmwvc (.+)$", text, re.MULTILINE)
+    assert len(commands) > 5
+    for words in map(shlex.split, commands):
+        assert build_parser().parse_args(words)
+
+
+def test_the_hooks_before_a_commit_are_those_of_make_lint():
+    (local,) = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text("utf-8"))["repos"]
+    entries = [hook["entry"].split()[2:4] for hook in local["hooks"]]
+    assert entries == [["ruff", "check"], ["ruff", "format"], ["mypy"]]
 
 
 def test_the_citation_has_what_the_format_asks_for():

@@ -14,15 +14,15 @@ from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_core.traces import ServerTraces, UserTraces
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "test" / "README.md"])
 
 
-@pytest.mark.parametrize("name", ["parameters.md", "messages.md"])
-def test_a_generated_page_is_what_its_source_gives(name):
+def test_the_page_of_parameters_is_what_their_dataclasses_give():
     spec = importlib.util.spec_from_file_location("page", ROOT / "tools" / "write_reference.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert (ROOT / "docs" / name).read_text("utf-8") == module.PAGES[name](), "run make docs"
+    page = (ROOT / "docs" / "parameters.md").read_text("utf-8")
+    assert page == module.parameters_page(), "run make docs"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -38,6 +38,15 @@ def test_the_readme_names_every_scenario_and_every_document():
         assert f"`{name}`" in text
     for page in (ROOT / "docs").glob("*.md"):
         assert f"docs/{page.name}" in text
+
+
+def test_the_table_of_invariants_names_tests_that_exist():
+    rows = (ROOT / "test" / "README.md").read_text("utf-8").splitlines()
+    for row in rows:
+        folder = ""
+        for name in re.findall(r"`([\w/]+\.py)`", row):
+            folder = name.rpartition("/")[0] or folder
+            assert (ROOT / "test" / folder / name.rpartition("/")[2]).is_file(), name
 
 
 def test_the_notation_names_signals_and_parameters_that_exist():

@@ -78,7 +78,6 @@ ANALYSIS = {
     "budget": {"traces"},
     "consistency": {"traces"},
     "events": {"traces"},
-    "export": set(),
     "verdicts": {"traces", "budget", "events", "prediction", "recording"},
     "recording": set(),
     "replay": {"recording", "traces"},
@@ -89,7 +88,8 @@ ANALYSIS = {
     "transparency": {"arrays", "delays", "models"},
     "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
     "compare": {
-        "budget", "models", "prediction", "recording", "traces", "transparency", "verdicts",
+        "arrays", "budget", "models", "prediction", "recording", "traces", "transparency",
+        "verdicts",
     },
     "figures": {
         "budget", "charts", "compare", "filters", "maps", "recording", "traces", "transparency",
@@ -98,7 +98,7 @@ ANALYSIS = {
     "report": {"budget", "charts", "compare", "figures", "prediction", "traces", "verdicts"},
 }  # fmt: skip
 # Below each folder of the recording: what it may import of the recording; its files import all.
-RECORDING = {"format": set(), "mcap": set()}
+RECORDING = {"format": set()}
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 
 

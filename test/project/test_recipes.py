@@ -129,10 +129,7 @@ print(runpy.run_path(sys.argv[1])["parameters_page"]())
     said = run([sys.executable, "-c", script, page], PYTHONPATH=str(tmp_path))
     assert "stiction: 0.5" in said
     assert "device.stiction = -1" in said and "must be >= 0 N" in said
-    row = (
-        "| `device.stiction` | number | N | 0 | >= 0 N | force that a resting device withstands |"
-    )
-    assert row in said
+    assert "| `device.stiction` | 0 | >= 0 N | force that a resting device withstands |" in said
 
 
 def test_recipe_of_a_coupling(tmp_path, monkeypatch):

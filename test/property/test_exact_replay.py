@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from support import plain as files
 
 from pmwvc_analysis.recording.parameter_events import taken_over
-from pmwvc_analysis.replay.limits import limits
-from pmwvc_analysis.replay.run import exact, replay
+from pmwvc_analysis.replay.run import exact, limits, replay
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.scenario.changes import read_changes

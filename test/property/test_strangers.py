@@ -19,8 +19,8 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.content import content_of
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session, session_of
+from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.session_files import finish
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import PmwvcError

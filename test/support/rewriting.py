@@ -4,7 +4,7 @@
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import Topic
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.recording.writer import SessionWriter
 
 

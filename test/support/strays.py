@@ -12,7 +12,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import Topic
-from pmwvc_analysis.recording.mcap.salvage import RawMessage
+from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.recording.writer import SessionWriter
 
 STORE = schemas.typestore()

@@ -5,26 +5,35 @@
 import base64
 import itertools
 import json
+import shutil
+import subprocess
 import warnings
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 from support import handmade
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.axis import Axis, envelope, reduced
-from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
-from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.charts.chart_files import figure, write
-from pmwvc_analysis.charts.chart_svg import panel_svg
+from pmwvc_analysis.charts.chart import Band, Chart, Dots, Level, Line, Panel
+from pmwvc_analysis.charts.chart_files import (
+    MOST_NUMBERS,
+    envelope,
+    figure,
+    payload,
+    reduced,
+    thinned,
+    write,
+)
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts
 from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.report import report
 
+SUPPORT = Path(handmade.__file__).parent
 SVG = "{http://www.w3.org/2000/svg}"
 # Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.
 SIGHT = {
@@ -134,11 +143,6 @@ def test_a_gap_in_the_recording_is_a_gap_in_the_curve():
     x = np.concatenate([np.arange(0.0, 1.0, 0.001), np.arange(2.0, 3.0, 0.001)])
     parts = reduced(x, np.sin(x), period=0.001, column=0.003)
     assert [float(round(x[rows[-1]], 6)) for rows in parts] == [0.999, 2.999]
-    markup = panel_svg(
-        Panel("y", lines=[Line("a", x, np.sin(x), "u0", period=0.001)]), span=(0, 3)
-    )
-    drawn = ET.fromstring(f"<svg>{markup}</svg>").findall(".//path[@class='line']")
-    assert drawn[0].get("d").count("M") == 2
     assert len(reduced(x, np.sin(x), period=0.0, column=0.003)) == 1
 
 
@@ -236,15 +240,50 @@ def test_long_labels_leave_the_axes_their_room(tmp_path):
     assert axes.get_position().width > 0.5  # of the figure
 
 
-def test_an_event_stands_at_its_time_in_every_figure():
+def by_script(data, tmp_path):
+    """Legend and drawing of every panel by figure, as the report's script makes them."""
+    if shutil.which("node") is None:
+        pytest.skip("no node on this machine runs the report's script")
+    (tmp_path / "data.json").write_text(str(data))
+    script, page = Path(report.__file__).with_name("chart.js"), SUPPORT / "small_page.js"
+    command = ["node", page, script, tmp_path / "data.json"]
+    made = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    panels = json.loads(made)
+    return {
+        name: [[ET.fromstring(f"<svg>{part}</svg>") for part in panel] for panel in found]
+        for name, found in panels.items()
+    }
+
+
+def test_an_event_stands_at_its_time_in_every_figure(tmp_path):
     traces = handmade.session()
     traces.events = [{"time_s": 2.0, "who": "user1", "kind": "contact", "what": "touched"}]
-    for _, blocks in report.figure_blocks(charts(traces, None), traces):
-        for block in blocks:
-            (mark,) = ET.fromstring(f"<svg>{block.svg}</svg>").findall(".//path[@class='ev']")
-            assert mark.get("d").startswith("M523.") or mark.get("d").startswith("M524.")
-    data, _ = report.figure_data(charts(traces, None), traces, numbered(traces))
+    drawn = charts(traces, None)
+    data, _ = report.figure_data(drawn, traces, numbered(traces))
     assert json.loads(str(data))["events"] == [[2.0, "1", "1. 2.000 s: user1 touched"]]
+    found = by_script(data, tmp_path)
+    assert found.keys() == {chart.name for chart in drawn}
+    for panels in found.values():
+        for _, plot in panels:
+            (mark,) = plot.findall(".//path[@class='ev']")
+            assert mark.get("d").startswith(("M523.", "M524."))
+
+
+def test_the_script_draws_every_curve_with_its_gap_and_names_it_once(tmp_path):
+    x = np.concatenate([np.arange(0.0, 1.0, 0.001), np.arange(2.0, 3.999, 0.001)])
+    lines = [Line("a < b", x, np.sin(x), "u0", period=0.001), Line("a < b", x, -x, "u1", (2, 3))]
+    dots = [Dots("lost", np.ones(2), np.ones(2), "alarm", "cross")]
+    levels, bands = [Level("limit", 0.5)], [Band("hole", (1.0, 2.0), "soft")]
+    panel = Panel("y", lines=lines, dots=dots, levels=levels, bands=bands, title="user1")
+    data, _ = report.figure_data([Chart("c", "C", "", [panel])], handmade.session(), [])
+    [[[legend, plot]]] = by_script(data, tmp_path).values()
+    curves = [each.get("d") for each in plot.findall(".//path[@class='line']")]
+    assert [curve.count("M") for curve in curves] == [1, 2, 1]  # the level, and both curves
+    assert plot.find(".//path[@class='dots cross']").get("d").count("M") == 1
+    assert len(plot.findall(".//rect[@class='band']")) == 1
+    names = [each.get("data-label") for each in legend.findall(".//button")]
+    assert names == ["a < b", "lost"]
+    assert "".join(legend.itertext()) == "user1ya < blosthole· · · limit"
 
 
 def test_points_of_a_chart_that_close_a_script_cannot():
@@ -253,24 +292,3 @@ def test_points_of_a_chart_that_close_a_script_cannot():
     )
     data, _ = report.figure_data([chart], handmade.session(), [])
     assert "</script>" not in data
-
-
-@given(st.floats(-1e4, 1e4), st.floats(1e-2, 1e5), st.integers(2, 12))
-@example(1.0, 40001.0, 2)
-def test_ticks_are_round_inside_and_evenly_spaced(low, length, wanted):
-    found = Axis(low, low + length, 0.0, 100.0).ticks(wanted)
-    values = np.array([value for value, _ in found])
-    assert 1 <= len(values) <= wanted + 1
-    assert ((values >= low - 1e-6 * length) & (values <= low + length * (1 + 1e-6))).all()
-    if len(values) > 2:
-        steps = np.diff(values)
-        np.testing.assert_allclose(steps, steps[0], rtol=1e-6)
-        lead = steps[0] / 10.0 ** np.floor(np.log10(steps[0]) + 1e-9)
-        assert round(float(lead), 3) in (1.0, 2.0, 5.0, 10.0)
-        assert len({text for _, text in found}) == len(found)
-
-
-def test_a_logarithmic_axis_has_a_tick_per_decade():
-    axis = Axis(1.0, 1000.0, 0.0, 300.0, log=True)
-    assert [text for _, text in axis.ticks(5)] == ["1", "10", "100", "1000"]
-    np.testing.assert_allclose(axis.at(np.array([1.0, 10.0, 1000.0])), [0.0, 100.0, 300.0])

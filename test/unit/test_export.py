@@ -13,10 +13,9 @@ from support import handmade
 from support import plain as scenarios
 from support.simulated import simulated
 
-from pmwvc_analysis.export.files import KINDS, export
-from pmwvc_analysis.export.tables import AVATARS, FATES, PACKETS, STEPS, TICKS, tables
+from pmwvc_analysis.export import AVATARS, FATES, KINDS, PACKETS, STEPS, TICKS, export, tables
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.replay.loop_times import times_of, unknown_looks
+from pmwvc_analysis.replay.times import times_of, unknown_looks
 from pmwvc_bringup.cli import main
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, UserTraces

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pmwvc_analysis.replay.limits import Limit
+from pmwvc_analysis.replay.run import Limit
 from pmwvc_bringup.commands.replay import lead
 
 

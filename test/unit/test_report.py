@@ -127,7 +127,7 @@ def test_finish_writes_summary_report_and_plots(tmp_path):
     assert plots == {path.stem for path in (tmp_path / "plots").glob("*.svg")}
     assert plots == {"positions", "forces", "energy", "budget", "network"}
     assert plots <= found.ids
-    assert found.sources == []
+    assert [source[:22] for source in found.sources] == ["data:image/png;base64,"] * len(plots)
     assert not re.search(r"https?://(?!www\.w3\.org/)", (tmp_path / "report.html").read_text())
     assert "Nothing is missing in the recording." in found.text
     assert "master.impedance 25.0" in found.text

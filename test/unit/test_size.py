@@ -5,9 +5,9 @@
 import pytest
 from support import handmade
 
-from pmwvc_analysis.recording.format import size
+from pmwvc_analysis.recording.format.topics import bytes_per_message, live_bytes_per_minute
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.salvage import Salvage, messages
 
 RECORD = 47
 
@@ -18,16 +18,13 @@ def test_messages_have_the_sizes_that_are_reckoned_with(tmp_path, users, dof):
     scenario = handmade.scenario(duration_s=0.2, dof=dof, users=users)
     record_traces(tmp_path, handmade.session(duration_s=0.2, users=users, dof=dof), scenario)
     sizes = {m.topic: len(m.data) for m in messages(tmp_path / "session.mcap", Salvage())}
-    expected = {
-        "/user1/trace": size.master_trace_bytes(scenario.users[0], dof),
-        "/user1/wave_up": size.wave_bytes(dof),
-        "/server/trace": size.server_trace_bytes(scenario),
-    }
+    topics = "/user1/trace", "/server/trace", "/user1/wave_up"
+    expected = dict(zip(topics, bytes_per_message(scenario, scenario.users[0]), strict=True))
     for topic, reckoned in expected.items():
         assert sizes[topic] + RECORD == pytest.approx(reckoned, rel=0.1)
 
 
 def test_a_further_user_takes_what_a_user_takes():
-    sizes = [size.live_bytes_per_minute(handmade.scenario(users=n)) / 2**20 for n in (1, 2, 8)]
+    sizes = [live_bytes_per_minute(handmade.scenario(users=n)) / 2**20 for n in (1, 2, 8)]
     assert sizes[1] == pytest.approx(13.3, rel=0.1)  # measured live: 13.3 MiB a minute
     assert sizes[2] - sizes[1] == pytest.approx(6 * (sizes[1] - sizes[0]))

@@ -4,7 +4,7 @@
 
 Two hands grip a 2 kg cube and carry it to and fro. The seed decides the fate of every packet and
 varies the hands: stiffness, damping and squeeze by up to 25 %, distance by up to 30 %; all methods
-meet the same. :mod:`pmwvc_analysis.compare.criterion` tells when a session has failed, or is
+meet the same. :mod:`pmwvc_analysis.compare.settings` tells when a session has failed, or is
 restless. One that fails stays in all results.
 """
 
@@ -20,8 +20,8 @@ from benchmark.carry import (
     squeeze_n,
 )
 from benchmark.methods import Settings
-from pmwvc_analysis.compare.criterion import cost, failure, path_error_m
 from pmwvc_analysis.compare.measures import measures
+from pmwvc_analysis.compare.settings import cost, failure, path_error_m
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
@@ -95,7 +95,7 @@ class Outcome:
 
     @property
     def cost(self) -> float:
-        """The cost that the search minimizes (:mod:`pmwvc_analysis.compare.criterion`)."""
+        """The cost that the search minimizes (:mod:`pmwvc_analysis.compare.settings`)."""
         errors = self.coherency_m, self.force_error_n, self.path_error_m
         return cost(*errors, restless=self.restless)
 

@@ -19,7 +19,7 @@ from course.watching import WATCHED
 STEPS = (*FIRST, *SECOND)
 TEMPLATES = Path(__file__).resolve().parent / "pages"
 NUMBERS = "numbers.json"
-GENERATED = "<!-- written by make course from tools/course/pages -->\n"
+GENERATED = "<!-- written by make course -->\n"
 
 
 def pages(numbers: dict[str, Numbers]) -> dict[str, str]:

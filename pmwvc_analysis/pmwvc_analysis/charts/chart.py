@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A figure as data: what is drawn, not how. Renderers: ``chart_svg`` and ``chart.js`` (report),
+"""A figure as data: what is drawn, not how. Renderers: ``chart.js`` (report) and
 ``chart_files`` (``plots/*.png`` and ``.svg``).
 
 Curves that coincide stay visible: in a panel, a curve is dashed or narrower than every curve

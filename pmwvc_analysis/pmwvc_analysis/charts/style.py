@@ -93,9 +93,8 @@ def canvas(heights: Sequence[float], *, title: str, note: str) -> tuple["Figure"
     tall = ROW_IN * sum(heights) / 180.0
     figure = Figure(figsize=(WIDTH_IN, 1.1 + tall), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(
-        len(heights), 1, squeeze=False, gridspec_kw={"height_ratios": list(heights)}
-    )
+    ratios: Any = {"height_ratios": list(heights)}
+    axes = figure.subplots(len(heights), 1, squeeze=False, gridspec_kw=ratios)
     figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
     figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#555555")
     return figure, list(axes[:, 0])
@@ -116,15 +115,12 @@ def save(
 
 
 def legend(axes: "Axes") -> None:
-    """Put the legend to the right of the axes, where it hides nothing. Long labels are wrapped:
-    they would leave no room for the axes.
+    """Put the legend to the right of the axes, where it hides nothing, every label once. Long ones
+    are wrapped: they would leave no room for the axes.
     """
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        axes.legend(
-            handles,
-            [textwrap.fill(label, LABEL_LETTERS) for label in labels],
-            loc="upper left",
-            bbox_to_anchor=(1.005, 1.02),
-            borderaxespad=0.0,
-        )
+        once = dict(zip(reversed(labels), reversed(handles), strict=True))
+        texts = {label: textwrap.fill(label, LABEL_LETTERS) for label in dict.fromkeys(labels)}
+        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.02)}
+        axes.legend([once[e] for e in texts], texts.values(), borderaxespad=0.0, **place)

@@ -7,7 +7,7 @@ other. Without controllers to compare, all sessions make one paragraph.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_core.network.effects import amounts
@@ -37,7 +37,7 @@ def conclusion(entries: Sequence[Entry]) -> list[str]:
     paragraphs = [_conditions(entries)]
     for heading, group in groups.items():
         stable = [entry for entry in group if entry.measures["stable"]]
-        found = [_unstable(group), *_stiffest(stable), _free(stable), *_passive(group)]
+        found = [_unstable(group), *_stiffest(stable), _free(stable), _passive(group)]
         text = " ".join(sentence for sentence in found if sentence)
         paragraphs.append(f"With {heading}: {text}" if heading else text)
     return paragraphs
@@ -51,11 +51,8 @@ def _conditions(entries: Sequence[Entry]) -> str:
         return f"{own.contact_stiffness:g} N/m with {own.contact_damping:g} N s/m"
 
     source = "Live" if entries[0].traces.live else "Simulated"
-    sources = dict.fromkeys(
-        SOURCES[entry.rendered.source]
-        for entry in entries
-        if entry.rendered and entry.rendered.source
-    )
+    known = (entry.rendered.source for entry in entries if entry.rendered)
+    sources = dict.fromkeys(SOURCES[each] for each in known if each)
     text = (
         f"{source} sessions of {_over(entries, lambda of: f'{of.duration_s:g} s')}, "
         f"{_over(entries, _delay)}, contact {_over(entries, contact)}; one set of hands and "
@@ -64,9 +61,7 @@ def _conditions(entries: Sequence[Entry]) -> str:
     )
     if sources:
         text += f": stiffness at rest from {' or '.join(sources)}"
-    hertz = dict.fromkeys(
-        f"{value:.3g}" for entry in entries if (value := entry.measures["free_hz"]) is not None
-    )
+    hertz = dict.fromkeys(f"{e.measures['free_hz']:.3g}" for e in _with(entries, "free_hz"))
     if hertz:
         text += f", mass and damping in free space from a simulated swing at {_joined(hertz)} Hz"
     return text + ". Another task, hand or delay may order the controllers differently."
@@ -91,76 +86,68 @@ def _delay(of: Scenario) -> str:
 
 
 def _unstable(group: Sequence[Entry]) -> str:
-    bad = [
-        f"{_name(entry)} ({entry.measures['instability']})"
-        for entry in group
-        if entry.measures["stable"] is False
-    ]
-    unknown = [_name(entry) for entry in group if entry.measures["stable"] is None]
-    found = [f"Not stable: {_joined(bad)}."] if bad else []
-    found += [f"Not judged: {_joined(unknown)}."] if unknown else []
-    return " ".join(found) or "All sessions were stable."
+    judged = [(entry, entry.measures["stable"]) for entry in group]
+    bad = [f"{_name(e)} ({e.measures['instability']})" for e, ok in judged if ok is False]
+    named = {"Not stable": bad, "Not judged": [_name(e) for e, ok in judged if ok is None]}
+    return _listed(named) or "All sessions were stable."
 
 
 def _stiffest(stable: Sequence[Entry]) -> list[str]:
-    known = [entry for entry in stable if entry.measures["k_felt"] is not None]
-    known.sort(key=lambda entry: -entry.measures["k_felt"])
+    known = sorted(_with(stable, "k_felt"), key=lambda entry: -entry.measures["k_felt"])
     if not known:
         return ["No stiffness at rest is known."] if stable else []
     best, last = known[0], known[-1]
     nearly = (1.0 - ALIKE) * best.measures["k_felt"]
     tied = [_name(entry) for entry in known if entry.measures["k_felt"] >= nearly]
     renders = "renders" if len(tied) == 1 else "render"
-    found = [f"{_joined(tied)} {renders} the stiffest contact, {_stiffness(best)}"]
-    if len(tied) < len(known):
-        found[0] += f"; {_name(last)} the softest, {_stiffness(last)}"
-    found[0] += "."
+    softest = f"; {_name(last)} the softest, {_stiffness(last)}" if len(tied) < len(known) else ""
+    found = [f"{_joined(tied)} {renders} the stiffest contact, {_stiffness(best)}{softest}."]
     passive = [entry for entry in known if entry.measures["passive"]]
     if passive and passive[0] is not best and not best.measures["passive"]:
         named = f"{_name(passive[0])}, {_stiffness(passive[0])}"
         found.append(f"The stiffest that stayed passive is {named}.")
-    unknown = [_name(entry) for entry in stable if entry.measures["k_felt"] is None]
-    if unknown:
-        found.append(
-            f"Unknown at rest (does not settle, or not to the same place): {_joined(unknown)}."
-        )
+    if unknown := [_name(entry) for entry in stable if entry not in known]:
+        why = "does not settle, or not to the same place"
+        found.append(f"Unknown at rest ({why}): {_joined(unknown)}.")
     return found
 
 
 def _free(stable: Sequence[Entry]) -> str:
-    known = [entry for entry in stable if entry.measures["mass_free_kg"] is not None]
-    if len(known) < 2:
-        return ""
-
-    def effort(entry: Entry) -> float:  # force per velocity of the swing [N s/m]
+    ranked = []  # by force per velocity of the swing [N s/m]
+    for entry in _with(stable, "mass_free_kg"):
         found = entry.measures
-        mass = 2.0 * math.pi * float(found["free_hz"]) * float(found["mass_free_kg"])
-        return math.hypot(mass, float(found["damping_free_n_s_m"]))
-
-    def text(entry: Entry) -> str:
-        mass, damping = entry.measures["mass_free_kg"], entry.measures["damping_free_n_s_m"]
-        return f"{_name(entry)} ({mass:.3g} kg and {damping:.2g} N s/m)"
-
-    ranked = sorted(known, key=effort)
-    return (
-        f"In free space {text(ranked[0])} takes the least force to move, {text(ranked[-1])} "
-        "the most."
-    )
+        mass_kg, damping = float(found["mass_free_kg"]), float(found["damping_free_n_s_m"])
+        effort = math.hypot(2.0 * math.pi * float(found["free_hz"]) * mass_kg, damping)
+        ranked.append((effort, f"{_name(entry)} ({mass_kg:.3g} kg and {damping:.2g} N s/m)"))
+    ranked.sort(key=lambda each: each[0])
+    if len(ranked) < 2:
+        return ""
+    least, most = ranked[0][1], ranked[-1][1]
+    return f"In free space {least} takes the least force to move, {most} the most."
 
 
-def _passive(group: Sequence[Entry]) -> list[str]:
+def _passive(group: Sequence[Entry]) -> str:
     active = [
-        f"{_name(entry)} ({entry.measures['active_part']}, "
-        f"{quantity(entry.measures['energy_min_j'], 'J')})"
-        for entry in group
-        if entry.measures["passive"] is False
+        f"{_name(e)} ({e.measures['active_part']}, {quantity(e.measures['energy_min_j'], 'J')})"
+        for e in group
+        if e.measures["passive"] is False
     ]
-    groups = {
+    named = {
         "Passive at every port": [_name(e) for e in group if e.measures["passive"]],
         "Not passive, with port and least balance": active,
         "Passivity not judged": [_name(e) for e in group if e.measures["passive"] is None],
     }
-    return [f"{words}: {_joined(named)}." for words, named in groups.items() if named]
+    return _listed(named)
+
+
+def _listed(groups: Mapping[str, Sequence[str]]) -> str:
+    """Return a sentence for each group that has members."""
+    return " ".join(f"{words}: {_joined(named)}." for words, named in groups.items() if named)
+
+
+def _with(entries: Sequence[Entry], measure: str) -> list[Entry]:
+    """Return the sessions of which a measure is known."""
+    return [entry for entry in entries if entry.measures[measure] is not None]
 
 
 def _stiffness(entry: Entry) -> str:

@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from pmwvc_analysis.arrays import write_arrays
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Entry, measured
 from pmwvc_analysis.compare.settings import parameters_of
@@ -22,7 +21,6 @@ from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.numeric import Array
 
 JSON, TABLE = "comparison.json", "comparison.csv"
-ARRAYS = ("comparison.npz", "comparison.mat")
 OF_USER = ("time_s", "x_m", "xd_m", "f_h", "f_m", "f_applied")
 OF_SERVER = ("time_s", "x_o", "xd_o", "target")
 
@@ -30,14 +28,9 @@ OF_SERVER = ("time_s", "x_o", "xd_o", "target")
 def write_tables(
     folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any]
 ) -> dict[str, Any]:
-    """Write tables and traces into a folder and return the content of ``comparison.json``.
-
-    ``about`` are further keys of it: ``kind``; ``notes``, a list of sentences for the report.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written into.
+    """Write tables and traces into a folder and return the content of ``comparison.json``, of
+    which ``about`` are further keys: ``kind``; ``notes``, a list of sentences for the report.
+    RecordingError where the folder cannot be written into.
     """
     about = {**about, "conclusion": conclusion(entries) if about["kind"] == "comparison" else []}
     result = {"title": title, **about, "sessions": [row(entry) for entry in entries]}
@@ -65,30 +58,26 @@ def row(entry: Entry) -> dict[str, Any]:
 def _write_table(path: Path, entries: Sequence[Entry]) -> None:
     names = list(dict.fromkeys(name for entry in entries for name in entry.settings))
     with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(["label", "source", *names, *MEASURES])
+        table = csv.DictWriter(stream, ["label", "source", *names, *MEASURES])
+        table.writeheader()
         for entry in entries:
-            values = [entry.settings.get(name) for name in names]
-            numbers = [entry.measures[name] for name in MEASURES]
-            table.writerow([entry.label, entry.traces.source, *values, *numbers])
+            numbers = {name: entry.measures[name] for name in MEASURES}
+            about = {"label": entry.label, "source": entry.traces.source}
+            table.writerow(about | entry.settings | numbers)
 
 
 def _write_arrays(folder: Path, entries: Sequence[Entry]) -> None:
-    from scipy.io import savemat
-
     arrays: dict[str, Array] = {}
     for number, entry in enumerate(entries, start=1):
         for user in entry.traces.users:
             arrays |= {f"s{number}_{user.name}_{name}": getattr(user, name) for name in OF_USER}
-        server = entry.traces.server
-        if server is None:
+        if (server := entry.traces.server) is None:
             continue
         arrays |= {f"s{number}_server_{name}": getattr(server, name) for name in OF_SERVER}
         for index, name in enumerate(server.users):
             arrays[f"s{number}_{name}_x_s"] = server.x_s[index]
             arrays[f"s{number}_{name}_f_s"] = server.f_s[index]
-    np.savez_compressed(folder / ARRAYS[0], allow_pickle=False, **arrays)
-    savemat(folder / ARRAYS[1], arrays, do_compression=True)
+    write_arrays(folder, "comparison", arrays)
 
 
 def is_comparison(folder: Path) -> bool:
@@ -117,16 +106,9 @@ def read_entries(folder: Path) -> list[Entry]:
     entries = []
     for session in read_comparison(folder)["sessions"]:
         path = folder / str(session["folder"])
-        scenario = read_scenario(path)
-        if scenario is None:
+        if (scenario := read_scenario(path)) is None:
             raise RecordingError(f"{path} holds no scenario.yaml")
-        entry = Entry(
-            str(session["label"]),
-            dict(session["settings"]),
-            read_session(path),
-            scenario,
-            str(session["folder"]),
-            session["tuning"],
-        )
-        entries.append(measured(entry))
+        label, place = str(session["label"]), str(session["folder"])
+        own = dict(session["settings"]), read_session(path), scenario
+        entries.append(measured(Entry(label, *own, place, session["tuning"])))
     return entries

@@ -4,10 +4,10 @@
 measures are None.
 
 Stability and passivity are those of the verdicts, ``k_max`` that of the exact model, stiffness and
-resonance those of :mod:`.rendered` where the session was stable, free space that of
-:mod:`.probes`.
+resonance (where the session was stable) and free space those of :mod:`.rendered`.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -15,8 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.compare.probes import free_space
-from pmwvc_analysis.compare.rendered import Rendered, rendering
+from pmwvc_analysis.compare.rendered import Rendered, free_space, rendering
 from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.arrivals import left_out
@@ -84,31 +83,27 @@ class Entry:
 
 def measured(entry: Entry) -> Entry:
     """Fill in the measures of an entry and return it."""
-    entry.measures = measures(entry.traces, entry.scenario)
+    traces, scenario = entry.traces, entry.scenario
+    found = entry.measures = measures(traces, scenario)
     # Whether the loops had the phases of live ones; a replay has those of its recording.
-    answer = entry.traces.metadata.get("replay", {}).get("answer_ticks", "0")
-    live = entry.traces.live or int(answer) > 0
-    entry.measures["k_max"] = largest_stiffness(entry.scenario, live=live)
-    if entry.measures["stable"]:
-        entry.rendered = rendering(entry.traces, entry.scenario, live=live)
-        entry.measures["k_felt"] = entry.rendered.k_felt
-        entry.measures["first_peak_hz"] = entry.rendered.first_peak_hz
-    free = free_space(entry.scenario)
-    if free is not None:
-        entry.measures["mass_free_kg"] = free.mass_kg
-        entry.measures["damping_free_n_s_m"] = free.damping_n_s_m
-        entry.measures["free_hz"] = free.frequency_hz
+    answer = traces.metadata.get("replay", {}).get("answer_ticks", "0")
+    live = traces.live or int(answer) > 0
+    found["k_max"] = largest_stiffness(scenario, live=live)
+    if found["stable"]:
+        own = entry.rendered = rendering(traces, scenario, live=live)
+        found |= {"k_felt": own.k_felt, "first_peak_hz": own.first_peak_hz}
+    if (free := free_space(scenario)) is not None:
+        names = "mass_free_kg", "damping_free_n_s_m", "free_hz"
+        found |= zip(names, free, strict=True)
     return entry
 
 
 def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
     """Return the numbers of one session; those from models are still None."""
-    judged = stability.verdict(traces, scenario)
-    least = least_balance(traces, scenario)
+    judged, least = stability.verdict(traces, scenario), least_balance(traces, scenario)
     saved = left_out(traces, scenario)
     noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
     felt_by = [felt(traces, user, scenario) for user in traces.users]
-    least_n = [each.force_least_n for each in felt_by if each.force_least_n is not None]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
     return dict.fromkeys(MEASURES) | {
         "stable": judged.stable,
@@ -118,13 +113,19 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "coherency_rms_m": coherency_m(traces),
         "force_error_rms_n": force_error_n(traces),
         "energy_min_j": least.energy_j,
-        "force_noise_n": max((n for n in noise if n is not None), default=None),
+        "force_noise_n": _extreme(max, noise),
         "force_peak_n": sums.number(max(peaks)) if peaks else None,
-        "force_step_max_n": max((each.force_step_max_n for each in felt_by), default=None),
-        "force_least_n": min(least_n, default=None),
-        "dropout_s": max((e.dropout_s for e in felt_by if e.dropout_s is not None), default=None),
+        "force_step_max_n": _extreme(max, [each.force_step_max_n for each in felt_by]),
+        "force_least_n": _extreme(min, [each.force_least_n for each in felt_by]),
+        "dropout_s": _extreme(max, [each.dropout_s for each in felt_by]),
         "left_out": float(np.mean(list(saved.values()))) if saved else None,
     }
+
+
+def _extreme(of: Callable[..., Any], values: Sequence[float | None]) -> float | None:
+    """Return the largest or the least of what is known."""
+    known = [value for value in values if value is not None]
+    return float(of(known)) if known else None
 
 
 def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
@@ -148,11 +149,8 @@ def force_error_n(traces: SessionTraces) -> float | None:
     server = traces.server
     if server is None:
         return None
-    rows = [
-        force_error(user, server, server.users.index(user.name))
-        for user in traces.users
-        if user.name in server.users
-    ]
+    users = [user for user in traces.users if user.name in server.users]
+    rows = [force_error(user, server, server.users.index(user.name)) for user in users]
     return sums.rms(np.concatenate(rows)) if rows else None
 
 

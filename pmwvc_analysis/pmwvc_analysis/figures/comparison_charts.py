@@ -19,9 +19,9 @@ from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded
+from pmwvc_analysis.figures.model_charts import OVER_FREQUENCY
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_core.numeric import Array
 
 MEASURES = (  # measure, label, unit, factor
     ("coherency_rms_m", "device from avatar, RMS", "mm", 1e3),
@@ -35,7 +35,6 @@ VERDICTS = (  # on stability, label, tint, mark
     (None, "not judged", "object", "plus"),
 )
 MOST_ADMITTANCES = 8  # curves that can be distinguished
-Rows = list[tuple[int, float, bool | None]]  # session, measure, verdict on stability
 WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
 
@@ -64,11 +63,10 @@ def signals(
     """Return one panel per session, all with the same axes: they hold every signal of the stable
     sessions (of all if none is).
     """
-    drawn = [lines_of(entry) for entry in entries]
-    pairs = list(zip(entries, drawn, strict=True))
+    pairs = [(entry, lines_of(entry)) for entry in entries]
     chosen = [line.y for entry, lines in pairs for line in lines if entry.measures["stable"]]
-    chosen = chosen or [line.y for lines in drawn for line in lines]
-    values = np.concatenate([y[np.isfinite(y)] for y in chosen] or [np.zeros(1)])
+    chosen = chosen or [line.y for _, lines in pairs for line in lines]
+    values = np.concatenate([np.zeros(0), *(y[np.isfinite(y)] for y in chosen)])
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
     margin = 0.06 * (high - low) or 1.0
     low, high = low - margin, high + margin
@@ -77,38 +75,30 @@ def signals(
         beyond = any(np.nanmax(line.y) > high or np.nanmin(line.y) < low for line in lines)
         stable = entry.measures["stable"]
         verdict = "stable" if stable else entry.measures["instability"] or "not judged"
-        panels.append(
-            Panel(
-                y_label,
-                lines,
-                title=f"{entry.label}: {verdict}{'; leaves the panel' if beyond else ''}",
-                tint="alarm" if stable is False else "ink",
-                y_range=(low, high),
-                height=130.0,
-            )
-        )
+        title = f"{entry.label}: {verdict}{'; leaves the panel' if beyond else ''}"
+        drawn = Panel(y_label, lines, title=title, tint="alarm" if stable is False else "ink")
+        panels.append(replace(drawn, y_range=(low, high), height=130.0))
     return Chart(name, heading, caption, panels)
 
 
 def _forces(entry: Entry) -> list[Line]:
+    traces = entry.traces
     return [
-        replace(
-            line, label=f"{user.name}, {line.label}", tint=recorded.tint(entry.traces, user.name)
-        )
-        for user in entry.traces.users
-        for line in force_lines(entry.traces, user, 0)
+        replace(line, label=f"{user.name}, {line.label}", tint=recorded.tint(traces, user.name))
+        for user in traces.users
+        for line in force_lines(traces, user, 0)
         if line.tint != "hand"
     ]
 
 
 def _position_errors(entry: Entry) -> list[Line]:
-    found = []
-    for user in entry.traces.users:
-        away = apart(entry.traces, user)
-        if away is not None:
-            tint = recorded.tint(entry.traces, user.name)
-            found.append(Line(user.name, away.time_s, away.error[:, 0] * 1e3, tint))
-    return found
+    traces = entry.traces
+    found = ((user.name, apart(traces, user)) for user in traces.users)
+    return [
+        Line(name, away.time_s, away.error[:, 0] * 1e3, recorded.tint(traces, name))
+        for name, away in found
+        if away is not None
+    ]
 
 
 SIGNALS = (
@@ -164,33 +154,18 @@ def overlay(first: Entry, second: Entry) -> Chart:
 def measures(entries: Sequence[Entry]) -> Chart:
     """Return the measures of all sessions, with a mark by the verdict on stability."""
     names = [entry.label.replace(", ", "\n") for entry in entries]
+    stable = np.array([entry.measures["stable"] for entry in entries], dtype=object)
     panels = []
     for name, label, unit, factor in MEASURES:
-        known = [
-            (index, entry.measures[name] * factor, entry.measures["stable"])
-            for index, entry in enumerate(entries)
-            if entry.measures[name] is not None
-        ]
-
-        def points(verdict: bool | None, of: Rows = known) -> tuple[Array, Array]:
-            rows = [(index, value) for index, value, ok in of if ok is verdict]
-            across, up = np.array(rows, dtype=float).reshape(-1, 2).T
-            return across, up
-
-        values = [value for _, value, _ in known]
-        wide = bool(values) and min(values) > 0.0 and max(values) > WIDE * min(values)
-        panels.append(
-            Panel(
-                f"[{unit}]",
-                title=label,
-                dots=[Dots(words, *points(ok), tint, mark) for ok, words, tint, mark in VERDICTS],
-                x_label="",
-                x_names=names,
-                y_log=wide,
-                with_zero=not wide,
-                height=110.0,
-            )
-        )
+        values = factor * np.array([entry.measures[name] for entry in entries], dtype=float)
+        known = values[np.isfinite(values)]
+        wide = len(known) > 0 and known.min() > 0.0 and known.max() > WIDE * known.min()
+        dots = []
+        for verdict, words, tint, mark in VERDICTS:
+            rows = np.flatnonzero(np.isfinite(values) & (stable == verdict))
+            dots.append(Dots(words, rows.astype(float), values[rows], tint, mark))
+        drawn = Panel(f"[{unit}]", dots=dots, title=label, x_label="", x_names=names)
+        panels.append(replace(drawn, y_log=wide, with_zero=not wide, height=110.0))
     caption = "One row of marks per measure, one column per session."
     return Chart("measures", "Measures", caption, panels)
 
@@ -212,15 +187,7 @@ def admittances(entries: Sequence[Entry]) -> list[Chart]:
             dots.append(Dots(entry.label, hertz, size, tint, "ring"))
         else:
             lines.append(Line(entry.label, hertz, size, tint))
-    panel = Panel(
-        "|x / f| [m/N]",
-        lines,
-        dots,
-        x_label="frequency [Hz]",
-        x_log=True,
-        y_log=True,
-        height=315.0,
-    )
+    panel = OVER_FREQUENCY("|x / f| [m/N]", lines, dots, y_log=True, height=315.0)
     return [
         Chart(
             "admittance",

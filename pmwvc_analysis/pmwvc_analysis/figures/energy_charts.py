@@ -33,16 +33,9 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
     groups = {name: sums for name, sums in groups.items() if np.abs(sums).max() > smallest}
     unit, scale = _unit(np.concatenate([*groups.values(), given]))
     time_s = found.time_s[kept]
-    hands = Line("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)
-    panels = [
-        Panel(
-            f"energy [{unit}]",
-            lines=[hands],
-            layers=_stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()}),
-            with_zero=True,
-            height=280.0,
-        )
-    ]
+    hands = [Line("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)]
+    layers = _stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()})
+    panels = [Panel(f"energy [{unit}]", hands, layers=layers, with_zero=True, height=280.0)]
     active = [(entry.owner, entry.part) for entry in found.worth_drawing]
     if active:
         panels.append(_active(found, active, kept))
@@ -58,17 +51,16 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
 
 def _stack(time_s: Array, groups: dict[str, Array]) -> list[Layer]:
     """Return the groups stacked: what is positive upwards, what is negative downwards."""
-    layers = []
-    rises, falls = np.zeros(len(time_s)), np.zeros(len(time_s))
+    layers, rises, falls = [], np.zeros(len(time_s)), np.zeros(len(time_s))
     for index, name in enumerate(ORDER):
         if name not in groups:
             continue
-        up, down = np.maximum(groups[name], 0.0), np.minimum(groups[name], 0.0)
-        tint = user_tint(index)
-        layers.append(Layer(name, time_s, rises.copy(), rises + up, tint, index))
-        if down.any():
-            layers.append(Layer(name, time_s, falls + down, falls.copy(), tint, index))
-        rises, falls = rises + up, falls + down
+        sums = groups[name]
+        higher, lower = rises + np.maximum(sums, 0.0), falls + np.minimum(sums, 0.0)
+        layers.append(Layer(name, time_s, rises, higher, user_tint(index), index))
+        if (sums < 0.0).any():
+            layers.append(Layer(name, time_s, lower, falls, user_tint(index), index))
+        rises, falls = higher, lower
     return layers
 
 
@@ -106,21 +98,13 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         if not own:
             continue
         unit, scale = _unit(np.concatenate(list(own.values())))
-        lines = [
-            Line(
-                account_words(account),
-                time_s,
-                sums * scale,
-                user_tint(index),
-                DASHES[index % len(DASHES)],
-                1.8 - 0.8 * (index // len(DASHES)),
-            )
-            for index, (account, sums) in enumerate(own.items())
-        ]
+        lines = []
+        for index, (account, sums) in enumerate(own.items()):
+            again, at = divmod(index, len(DASHES))
+            look = user_tint(index), DASHES[at], 1.8 - 0.8 * again
+            lines.append(Line(account_words(account), time_s, sums * scale, *look))
         tint = recorded.tint(traces, name)
-        panels.append(
-            Panel(f"energy [{unit}]", lines=lines, title=name, tint=tint, with_zero=True)
-        )
+        panels.append(Panel(f"energy [{unit}]", lines, title=name, tint=tint, with_zero=True))
     if not panels:
         return None
     return Chart(

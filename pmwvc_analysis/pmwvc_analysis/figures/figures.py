@@ -35,7 +35,6 @@ def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:
     ]
 
 
-def write_all(drawn: Sequence[Chart], traces: SessionTraces, folder: Path) -> None:
-    """Write figures as ``NAME.png`` and ``NAME.svg``."""
-    for chart in drawn:
-        write(chart, folder, recorded.span(traces))
+def write_all(drawn: Sequence[Chart], traces: SessionTraces, folder: Path) -> dict[str, Path]:
+    """Write figures as ``NAME.png`` and ``NAME.svg``; return the first of these by name."""
+    return {chart.name: write(chart, folder, recorded.span(traces))[0] for chart in drawn}

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of the links between the users: energy balance, packets, timing of the loops."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
@@ -43,18 +45,8 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
             if found.passive is False and found.least_s is not None:
                 text = f"▼ {quantity(found.least_j, 'J')}"
                 notes.append(Note(text, found.least_s, found.least_j * scale))
-        panels.append(
-            Panel(
-                f"balance [{unit}]",
-                lines=lines,
-                bands=bands,
-                notes=notes,
-                title=entry.name,
-                tint=tint,
-                with_zero=True,
-                height=150.0,
-            )
-        )
+        drawn = Panel(f"balance [{unit}]", lines, bands=bands, notes=notes, with_zero=True)
+        panels.append(replace(drawn, title=entry.name, tint=tint, height=150.0))
     return Chart(
         "energy",
         "Energy balance of the links",
@@ -83,16 +75,9 @@ def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         time_s = (fates.time_in_ns - zeros.get(name, 0)) * 1e-9
         tint = recorded.tint(traces, user)
         lost = int((fates.fate == FateKind.LOST).sum())
-        panels.append(
-            Panel(
-                "delay [ms]",
-                dots=_packets(fates, time_s, tint),
-                title=f"{user} {way}: {count(len(fates.number), 'packet')}, {lost} lost",
-                tint=tint,
-                with_zero=True,
-                height=90.0,
-            )
-        )
+        title = f"{user} {way}: {count(len(fates.number), 'packet')}, {lost} lost"
+        drawn = Panel("delay [ms]", dots=_packets(fates, time_s, tint), title=title, tint=tint)
+        panels.append(replace(drawn, with_zero=True, height=90.0))
     return Chart(
         "network",
         "Packet delay and loss",

@@ -34,15 +34,9 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
         note=conditions(grid.scenario, model, without=varied),
     )
     x, y = np.array(grid.x.values), np.array(grid.y.values)
-    mesh = axes.pcolormesh(
-        _edges(x),
-        _edges(y),
-        growth_per_s(grid, radius),
-        cmap=_colours(),
-        vmin=-SPREAD_PER_S,
-        vmax=SPREAD_PER_S,
-        rasterized=True,
-    )
+    spread: Any = {"vmin": -SPREAD_PER_S, "vmax": SPREAD_PER_S}
+    cells = _edges(x), _edges(y), growth_per_s(grid, radius)
+    mesh = axes.pcolormesh(*cells, cmap=_colours(), rasterized=True, **spread)
     figure.colorbar(mesh, ax=axes, extend="both", label="growth rate [1/s] (stable: up to 0)")
     # Between few rows (delays in whole frames) a line would show what is not there.
     if min(radius.shape) >= SMOOTH and radius.min() <= 1.0 < radius.max():
@@ -54,17 +48,9 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
     ):
         at = [(point.x, point.y) for point in measured if point.stable is flag]
         if at:
-            axes.scatter(
-                [across for across, _ in at],
-                [up for _, up in at],
-                marker=marker,
-                s=70,
-                facecolor=face,
-                edgecolor="black",
-                label=label,
-                zorder=3,
-                clip_on=False,
-            )
+            look: Any = {"facecolor": face, "edgecolor": "black", "zorder": 3, "clip_on": False}
+            across, up = np.array(at).T
+            axes.scatter(across, up, s=70, marker=marker, label=label, **look)
     axes.set_xlabel(label_of(grid.x.name))
     axes.set_ylabel(label_of(grid.y.name))
     if axes.get_legend_handles_labels()[0]:

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of answers of the model: transmitted admittance, and margins of a velocity filter."""
 
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -37,21 +39,15 @@ def transparency(
     phase_dots: list[Dots] = []
     coherence: list[Panel] = []
     if measured is not None:
-        first, last = measured.frequency_hz[[0, -1]]
-        shown = np.unique(
-            np.searchsorted(measured.frequency_hz, np.geomspace(first, last, MOST_DOTS))
-        )
-        at, label = measured.frequency_hz[shown], f"measured ({measured.stretches} stretches)"
+        measured_hz = measured.frequency_hz
+        wanted_hz = np.geomspace(measured_hz[0], measured_hz[-1], MOST_DOTS)
+        shown = np.unique(np.searchsorted(measured_hz, wanted_hz))
+        at, label = measured_hz[shown], f"measured ({measured.stretches} stretches)"
         size_dots = [Dots(label, at, np.abs(measured.admittance)[shown], "u1", "ring")]
         phase_dots = [Dots(label, at, _degrees(measured.admittance)[shown], "u1", "ring")]
-        coherence = [
-            OVER_FREQUENCY(
-                "coherence",
-                dots=[Dots("coherence", at, measured.coherence[shown], "u1", "ring")],
-                levels=[Level("trusted above", TRUSTED, "target")],
-                y_range=(0.0, 1.05),
-            )
-        ]
+        dots = [Dots("coherence", at, measured.coherence[shown], "u1", "ring")]
+        levels = [Level("trusted above", TRUSTED, "target")]
+        coherence = [OVER_FREQUENCY("coherence", dots=dots, levels=levels, y_range=(0.0, 1.05))]
     magnitudes = np.concatenate([each.y for each in size] + [each.y for each in size_dots])
     y_range = (BELOW * float(size[0].y.min()), 1.4 * float(np.nanmax(magnitudes)))
     rendered = found.rendered
@@ -63,29 +59,19 @@ def transparency(
         label = f"first peak {rendered.first_peak_hz:.3g} Hz"
         size.append(Line(label, across, np.array(y_range), "target", DASH_DOT, 1.0))
     along = f" along axis {found.axis + 1}" if scenario.dof > 1 else ""
+    sizes = OVER_FREQUENCY("|x / f| [m/N]", size, size_dots, levels=levels, y_range=y_range)
+    source = "phases of a live session" if live else "phases of the simulator"
     return Chart(
         "transparency",
         "Transmitted admittance",
         "Position of the device per force of the hand.",
         [
-            OVER_FREQUENCY(
-                "|x / f| [m/N]",
-                size,
-                size_dots,
-                levels=levels,
-                y_log=True,
-                y_range=y_range,
-                height=240.0,
-            ),
+            replace(sizes, y_log=True, height=240.0),
             OVER_FREQUENCY("phase [°]", phase, phase_dots, height=200.0),
             *coherence,
         ],
         title(f"Transmitted admittance of {found.user}{along}", scenario),
-        conditions(
-            scenario,
-            "phases of a live session" if live else "phases of the simulator",
-            without={"seed"},
-        ),
+        conditions(scenario, source, without={"seed"}),
     )
 
 
@@ -99,7 +85,8 @@ def _degrees(values: Complex) -> Array:
 def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
     """Return both passivity margins of a velocity filter and its gain over frequency."""
     own, margins = found.master.velocity_filter, found.margins
-    hertz = margins["frequency_hz"]
+    hertz, passive = margins["frequency_hz"], [Level("passive up to here", 1.0, "object")]
+    look: dict[str, Any] = {"with_zero": True, "height": 200.0}
     margin_lines = [
         Line("in phase, |H_LP + s H_HP|²", hertz, margins["in_phase"], "u0"),
         Line("any environment, |H_LP| + s |H_HP|", hertz, margins["any_environment"], "u1"),
@@ -119,18 +106,9 @@ def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
         "Velocity filter",
         "Above, both passivity conditions; below, the velocity left in the force.",
         [
+            OVER_FREQUENCY("gain", margin_lines, levels=passive, **look),
             OVER_FREQUENCY(
-                "gain",
-                margin_lines,
-                levels=[Level("passive up to here", 1.0, "object")],
-                with_zero=True,
-                height=200.0,
-            ),
-            OVER_FREQUENCY(
-                "velocity in the force",
-                [Line("|F_m / (b ẋ)|", hertz, found.gain, "u0")],
-                with_zero=True,
-                height=200.0,
+                "velocity in the force", [Line("|F_m / (b ẋ)|", hertz, found.gain, "u0")], **look
             ),
         ],
         title("Velocity filter", scenario),

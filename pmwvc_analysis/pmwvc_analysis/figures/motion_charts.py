@@ -5,6 +5,8 @@
 The server runs on for a moment after the masters have ended; its curves end where the users' do.
 """
 
+import itertools
+
 import numpy as np
 
 from pmwvc_analysis.charts.chart import DASHES, Chart, Dash, Level, Line, Panel
@@ -27,23 +29,19 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if server is None and not traces.users:
         return None
     dof = server.x_o.shape[-1] if server is not None else traces.users[0].x_m.shape[-1]
-    groups = [names]
-    if len(names) > TOGETHER and dof * len(names) <= MOST_PANELS:
-        groups = [[name] for name in names]
-    panels = []
-    for group in groups:
-        title = group[0] if len(groups) > 1 else ""
-        for axis in range(dof):
-            panels.append(
-                Panel(
-                    "position [mm]" if dof == 1 else f"{AXES[axis]} [mm]",
-                    lines=position_lines(traces, axis, group),
-                    bands=recorded.bands(traces),
-                    title=title,
-                    tint=recorded.tint(traces, title) if title else "ink",
-                    height=300.0 if dof * len(groups) == 1 else 150.0,
-                )
-            )
+    apart = len(names) > TOGETHER and dof * len(names) <= MOST_PANELS
+    panels = [
+        Panel(
+            "position [mm]" if dof == 1 else f"{AXES[axis]} [mm]",
+            lines=position_lines(traces, axis, group),
+            bands=recorded.bands(traces),
+            title=group[0] if apart else "",
+            tint=recorded.tint(traces, group[0]) if apart else "ink",
+            height=150.0 if dof > 1 or apart else 300.0,
+        )
+        for group in ([[name] for name in names] if apart else [names])
+        for axis in range(dof)
+    ]
     return Chart(
         "positions",
         "Positions",
@@ -91,25 +89,21 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     dof = traces.users[0].f_applied.shape[1]
     axes = range(dof) if dof * len(traces.users) <= MOST_PANELS else range(1)
     panels = []
-    for user in traces.users:
-        for axis in axes:
-            lines = force_lines(traces, user, axis)
-            limit = float(limits.get(user.name, np.inf))
-            seen = np.concatenate([line.y for line in lines])
-            near = (-limit, -np.nanmin(seen, initial=0.0)), (limit, np.nanmax(seen, initial=0.0))
-            panels.append(
-                Panel(
-                    "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]",
-                    lines=lines,
-                    bands=recorded.bands(traces),
-                    levels=[
-                        Level("force limit", edge) for edge, n in near if n > NEAR_LIMIT * limit
-                    ],
-                    title=user.name if axis == 0 else "",
-                    tint=recorded.tint(traces, user.name),
-                    height=170.0 if axis == 0 else 110.0,
-                )
+    for user, axis in itertools.product(traces.users, axes):
+        lines, limit = force_lines(traces, user, axis), float(limits.get(user.name, np.inf))
+        seen = np.concatenate([line.y for line in lines])
+        near = (-limit, -np.nanmin(seen, initial=0.0)), (limit, np.nanmax(seen, initial=0.0))
+        panels.append(
+            Panel(
+                "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]",
+                lines=lines,
+                bands=recorded.bands(traces),
+                levels=[Level("force limit", edge) for edge, n in near if n > NEAR_LIMIT * limit],
+                title=user.name if axis == 0 else "",
+                tint=recorded.tint(traces, user.name),
+                height=170.0 if axis == 0 else 110.0,
             )
+        )
     return Chart(
         "forces",
         "Forces",

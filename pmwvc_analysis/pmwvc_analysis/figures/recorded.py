@@ -113,25 +113,18 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
     The line begins with the source of the figure's numbers; parameters that are varied in it or
     have no effect on it are ``without``.
     """
-    user = scenario.users[0]
-    parts = [
-        ("", source),
-        ("", count(len(scenario.users), "user")),
-        ("", f"controller {scenario.controller}"),
-    ]
+    user, master = scenario.users[0], scenario.users[0].master
+    parts = [("", source), ("", count(len(scenario.users), "user"))]
+    parts.append(("", f"controller {scenario.controller}"))
     if has_waves(scenario.controller):
+        filtered = f"filter {master.filter.kind.replace('_', ' ')}"
         parts += [
             ("impedance", f"b = {user.impedance:.4g} N s/m"),
-            ("rate_drop", f"M = {user.master.rate_drop}"),
+            ("rate_drop", f"M = {master.rate_drop}"),
+            *([("channel", f"channel {scenario.channel}")] if scenario.strict else ()),
+            *([] if scenario.strict else [("filter", filtered), ("hold", f"hold {master.hold}")]),
+            ("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}"),
         ]
-        if scenario.strict:
-            parts.append(("channel", f"channel {scenario.channel}"))
-        else:
-            parts += [
-                ("filter", f"filter {user.master.filter.kind.replace('_', ' ')}"),
-                ("hold", f"hold {user.master.hold}"),
-            ]
-        parts += [("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}")]
     delays = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]
     jitters = dict.fromkeys(
         effect.label(link)

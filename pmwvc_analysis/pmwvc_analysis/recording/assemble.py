@@ -63,13 +63,11 @@ def user_traces(
     first = np.cumsum([0, *sizes[:-1]])
     period, dof = float(blocks[0].period), int(blocks[0].dof)
     within = np.arange(sum(sizes)) - np.repeat(first, sizes)
-    hand = [
-        np.asarray(b.f_h, dtype=float).reshape(-1, dof)
-        if b.hand_force_known and len(b.f_h) == size * dof
-        else np.full((size, dof), np.nan)
-        for b, size in zip(blocks, sizes, strict=True)
-    ]
-    restarts = _restarts(blocks)
+    hand, restarts = [], _restarts(blocks)
+    for block, size in zip(blocks, sizes, strict=True):
+        known = block.hand_force_known and len(block.f_h) == size * dof
+        force = np.asarray(block.f_h, dtype=float) if known else np.full(size * dof, np.nan)
+        hand.append(force.reshape(-1, dof))
     traces = UserTraces(
         name=name,
         tick_s=period,
@@ -119,10 +117,8 @@ def _accounts(messages: Sequence[Trace]) -> dict[str, Array]:
 
 def _total(blocks: Sequence[MasterTrace], field: str) -> int:
     """Return a running count summed over epochs."""
-    last: dict[int, int] = {}
-    for block in blocks:
-        last[block.epoch] = max(last.get(block.epoch, 0), int(getattr(block, field)))
-    return sum(last.values())
+    counts = [(block.epoch, int(getattr(block, field))) for block in blocks]
+    return sum(dict(sorted(counts)).values())  # the largest of an epoch stays
 
 
 def server_traces(
@@ -180,13 +176,12 @@ def packet_traces(
     """Return the packets seen on one topic; those of another length than most are left out."""
     lengths = [len(message.wave) for message in messages]
     dof = max(set(lengths), key=lengths.count)
-    rows = [i for i, m in enumerate(messages) if len(m.wave) == dof and len(m.integral) == dof]
-    kept = [messages[i] for i in rows]
-    unknown = [math.nan] * dof
+    rows = [i for i, m in enumerate(messages) if len(m.wave) == len(m.integral) == dof]
+    kept, unknown = [messages[i] for i in rows], [math.nan] * dof
     positions = [list(m.position) if len(m.position) == dof else unknown for m in kept]
     return PacketTraces(
         topic=topic,
-        time_s=clocks.seconds(np.array([log_ns[i] for i in rows], dtype=np.int64), zero_ns),
+        time_s=clocks.seconds(np.array(log_ns, dtype=np.int64)[rows], zero_ns),
         epoch=_column(kept, "epoch", np.uint64),
         seq=_column(kept, "seq", np.int64),
         sent_ns=_column(kept, "sent_ns", np.int64),
@@ -204,9 +199,5 @@ def _taken_by_server(steps: Sequence[ServerTrace], users: Sequence[str]) -> dict
         return {}
     rows = np.repeat(np.arange(len(steps)), [len(step.taken_seq) for step in steps])
     names = np.array([step.users[user] for step in steps for user in step.taken_user], dtype=str)
-    seq, epoch = _joined(steps, "taken_seq"), _joined(steps, "taken_epoch")
-    found = {}
-    for user in users:
-        own = names == user
-        found[user] = TakenTraces(rows[own], seq[own], epoch[own])
-    return found
+    columns = rows, _joined(steps, "taken_seq"), _joined(steps, "taken_epoch")
+    return {user: TakenTraces(*(each[names == user] for each in columns)) for user in users}

@@ -6,20 +6,16 @@ Records carry the monotonic clock of their host (even steps, no meaning across h
 (of each host, may be set while running). Per publisher the median of their difference is added to
 the monotonic clock: intervals stay exact, and a clock that is set does not bend the time line.
 
-Between hosts the echoes of packets align the clock of each master with that of the server, without
-ROS time. A packet names the newest one of the peer: its number, the peer's clock when it was sent,
-and how long it waited. With the server's clock S and the master's clock M, theta = S - M,
+Between hosts the echoes of packets align the clock of each master with that of the server. A
+packet names the newest one of the peer: its number, the peer's clock when it was sent, and how
+long it waited. With the server's clock S and the master's clock M, theta = S - M,
 
     up   = (sent_S - hold) - echo_sent_M = delay up   + theta     (packets of the server)
     down = (sent_M - hold) - echo_sent_S = delay down - theta     (packets of the master)
 
 No delay is below zero, and the delays that an emulated link recorded are taken off. Over a window
-the least of each stays, as in NTP:
-
-    -min(down) <= theta <= min(up),     theta = (min(up) - min(down))/2 +- (min(up) + min(down))/2
-
-Where theta = 0 fits, both run on one host: there is nothing to align. Otherwise theta follows the
-line of :mod:`pmwvc_core.transport.clock_line`: hosts drift.
+the least of each stays, -min(down) <= theta <= min(up). Where theta = 0 fits, both run on one
+host; else theta follows the line of :mod:`pmwvc_core.transport.clock_line`: hosts drift.
 
 Equations: docs/theory.md 13.10.
 """
@@ -86,18 +82,16 @@ def stamps(messages: Sequence[Trace] | Sequence[LinkState] | Sequence[PacketFate
 def start_times(messages: Sequence[Trace]) -> Integers:
     """Return the evenly stepped ROS time of each trace message [ns], epoch by epoch."""
     epochs = np.array([message.epoch for message in messages], dtype=np.uint64)
-    monotonic, stamped = monotonic_times(messages), stamps(messages)
-    result = np.zeros_like(monotonic)
+    result, stamped = monotonic_times(messages), stamps(messages)
     for epoch in np.unique(epochs):
         own = epochs == epoch
-        result[own] = monotonic[own] + offset_ns(monotonic[own], stamped[own])
+        result[own] += offset_ns(result[own], stamped[own])
     return result
 
 
 def offset_ns(monotonic_ns: Integers, stamp_ns: Integers) -> int:
     """Return what turns the monotonic clock into ROS time [ns]."""
-    differences = np.sort(stamp_ns - monotonic_ns)
-    return int(differences[len(differences) // 2])
+    return int(np.sort(stamp_ns - monotonic_ns)[len(stamp_ns) // 2])
 
 
 def seconds(ros_ns: Integers, zero_ns: int) -> Array:
@@ -117,14 +111,14 @@ def time_lines(
     """
     alignment: dict[str, Alignment] = {}
     for name in masters if steps else ():  # by the packets as sent, else as out of their link
-        own, servers = f"/{name}/wave_", f"/server/{name}/wave_"
-        found = align(
-            waves.get(f"{own}up") or waves.get(f"{servers}up") or (),
-            waves.get(f"{servers}down") or waves.get(f"{own}down") or (),
-            fates.get(f"{name}/up"),
-            fates.get(f"{name}/down"),
+        up, down = (
+            waves.get(first) or waves.get(second) or ()
+            for first, second in (
+                (f"/{name}/wave_up", f"/server/{name}/wave_up"),
+                (f"/server/{name}/wave_down", f"/{name}/wave_down"),
+            )
         )
-        if found is not None:
+        if found := align(up, down, fates.get(f"{name}/up"), fates.get(f"{name}/down")):
             alignment[name] = found
     server, ahead_ns = start_times(steps), 0
     if alignment:  # the recorder's clock where the server's own was set while running
@@ -191,12 +185,9 @@ def _passages(echoes: Sequence[tuple[Wave, int]], delays: Mapping[int, int]) -> 
     clocks less its delay in the emulated link [ns] ``(packet, 2)``.
     """
     rows = [
-        (
-            int(at_ns),
-            int(m.sent_ns) - int(m.echo_hold_ns) - int(m.echo_sent_ns) - delays.get(seq, 0),
-        )
+        (int(at_ns), int(m.sent_ns - m.echo_hold_ns - m.echo_sent_ns) - delays.get(m.echo_seq, 0))
         for m, at_ns in echoes
-        if (seq := int(m.echo_seq)) > 0
+        if m.echo_seq > 0
     ]
     return np.array(rows, dtype=np.int64).reshape(-1, 2)
 
@@ -206,8 +197,6 @@ def _delays(fates: FateTraces | None) -> dict[int, int]:
     if fates is None or len(np.unique(fates.epoch)) > 1:
         return {}
     out = fates.time_out_ns > 0
-    found: dict[int, int] = {}
-    took = (fates.time_out_ns - fates.time_in_ns)[out]
-    for seq, delay in zip(fates.seq[out].tolist(), took.tolist(), strict=True):
-        found[seq] = min(delay, found.get(seq, delay))
-    return found
+    seq, took = fates.seq[out], (fates.time_out_ns - fates.time_in_ns)[out]
+    longest_first = np.argsort(-took, kind="stable")  # the last of a number stays
+    return dict(zip(seq[longest_first].tolist(), took[longest_first].tolist(), strict=True))

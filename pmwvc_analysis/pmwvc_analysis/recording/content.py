@@ -4,28 +4,36 @@
 
 Message definitions come from the files themselves. What other programs published on the session's
 topics is left out (own.py).
+
+The targets of remote hands (``hand/target``, ``hand/held``) are as the master took them: ``held:
+false`` lets go, and until ``held: true`` targets do not count. A message's time is that of its
+publication, as long as it was received soon after (else the clocks may differ, and it is that of
+its reception): the recorder may have to wait for the processor longer than the master.
 """
 
+import contextlib
 import itertools
 from collections import ChainMap, Counter, defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.hand_targets import is_of_hand
-from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
-from pmwvc_analysis.recording.sequence import GapCounter, numbered
+from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
+from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
+from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.admission import intact
 
 CUT = "cut"  # kind of event: a file ends early
-WHOLE = "file was whole"  # of one that was mended
+TRUSTED_NS = 500_000_000  # from publication to reception
+NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
 Decode = Callable[[bytes, str], Any]
 
 
@@ -44,10 +52,8 @@ class Content:
 
     def of_type(self, type_name: str) -> Topics:
         """Return the topics of one type that have messages."""
-        found = {
-            topic: self.by_topic[topic] for topic, kind in self.types.items() if kind == type_name
-        }
-        return {topic: series for topic, series in found.items() if series.messages}
+        found = (topic for topic, kind in self.types.items() if kind == type_name)
+        return {topic: self.by_topic[topic] for topic in found if self.by_topic[topic].messages}
 
     def of_links(self, type_name: str) -> dict[str, list[Any]]:
         """Return the messages of one type by the name of their link."""
@@ -110,10 +116,9 @@ def _of_other_files(folder: Path) -> Content:
     except Exception as error:  # rosbags raises many kinds for a damaged file
         reason = str(error) or type(error).__name__
     if not (folder / "metadata.yaml").exists():
-        raise RecordingError(
-            f"{folder} holds no recording: neither an .mcap file nor a metadata.yaml is in it; "
-            "name a session folder, or one that rosbag2 recorded"
-        )
+        why = "neither an .mcap file nor a metadata.yaml is in it"
+        other = "name a session folder, or one that rosbag2 recorded"
+        raise RecordingError(f"{folder} holds no recording: {why}; {other}")
     raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
 
 
@@ -146,6 +151,9 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
     content.counter.topic(raw.topic)
     if raw.type_name == schemas.WAVE and not intact(raw.data):
         return  # corrupted by a link: nothing in it is believed; the fates tell of it
+    if (numbers := peek(raw.type_name, raw.data)) is None:
+        content.undecoded[raw.topic, "too short"] += 1
+        return
     try:
         message = decode(raw.data, raw.type_name)
     except Exception as error:  # a message that is no message: counted, reported, passed over
@@ -155,4 +163,37 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
     series = content.by_topic[raw.topic]
     series.log_ns.append(raw.log_ns)
     series.messages.append(message)
-    series.numbers.append(numbered(raw.type_name, message))
+    series.numbers.append(numbers)
+
+
+def is_of_hand(message: RawMessage) -> bool:
+    """Tell whether a message is on one of the topics of a hand."""
+    ends = {schemas.POINT: "/hand/target", schemas.FLAG: "/hand/held"}
+    return message.topic.endswith(ends.get(message.type_name, "\0"))
+
+
+def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, HandTargets]:
+    """Return the targets of every user that has any, by name."""
+    found: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
+    counts: dict[str, bool] = {}
+    for message in sorted(messages, key=_arrived_ns):
+        user = message.topic.strip("/").split("/")[-3]
+        point: tuple[float, ...] | None = None
+        if message.type_name == schemas.FLAG:
+            counts[user] = len(message.data) > 4 and bool(message.data[4])
+            point = None if counts[user] else NOWHERE
+        elif counts.get(user, True):
+            with contextlib.suppress(Exception):  # no point: rosbags raises many kinds
+                at = schemas.typestore().deserialize_cdr(message.data, schemas.POINT).point
+                point = at.x, at.y, at.z
+        if point is not None:
+            time_s = (_arrived_ns(message) - zero_ns) * 1e-9
+            found.setdefault(user, []).append((time_s, point))
+    columns = {user: zip(*rows, strict=True) for user, rows in found.items()}
+    return {user: HandTargets(*map(np.array, each)) for user, each in columns.items()}
+
+
+def _arrived_ns(message: RawMessage) -> int:
+    """Return when a message arrived at the master, as well as it is known [ns]."""
+    waited = 0 <= message.log_ns - message.publish_ns < TRUSTED_NS
+    return message.publish_ns if waited else message.log_ns

@@ -68,13 +68,12 @@ def record_traces(
     store = schemas.typestore()
     types = build.types_from(store.types)
     outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item[0])
+    names = [user.name for user in traces.users]
     with SessionWriter(folder) as writer:
         records = about(scenario, source=traces.source) | dict(metadata or {})
         for name, values in records.items():
             writer.add_metadata(name, values)
-        for topic in session_topics(
-            [user.name for user in traces.users], links=list(traces.fates)
-        ):
+        for topic in session_topics(names, links=list(traces.fates)):
             writer.add_topic(topic)
         for at_ns, name, message in outgoing:
             data = bytes(store.serialize_cdr(message, message.__msgtype__))
@@ -90,32 +89,29 @@ def _all(
         yield from _server_steps(types, traces.server, traces, start)
     for packets in traces.packets.values():
         yield from _packets(types, packets, scenario, start)
-    for link, received in traces.receptions.items():
+    end_ns = _ns(traces.duration_s)
+    for number, (link, received) in enumerate(traces.receptions.items()):
         owner, _, way = link.rpartition("/")
-        end_ns = _ns(traces.duration_s)
         message = types.Reception(
             stamp=build.time_message(types, start + end_ns),
             epoch=SERVER_EPOCH if way == "up" else _epoch(traces, owner),
-            seq=1 + (list(traces.receptions).index(link) // 2 if way == "up" else 0),
+            seq=1 + (number // 2 if way == "up" else 0),
             link=link,
             sender=0,
             **received.counts,
             **received.passage,
         )
-        topic = f"/{'server' if way == 'up' else owner}/reception"
-        yield end_ns, topic, message
-    links = {
-        f"{user.name}/{way}": getattr(user, f"link_{way}")
-        for user in scenario.users
-        for way in ("up", "down")
-    }
+        yield end_ns, f"/{'server' if way == 'up' else owner}/reception", message
+    users = {user.name: user for user in scenario.users}
     for link, all_fates in traces.fates.items():
+        owner, _, way = link.rpartition("/")
+        params = getattr(users[owner], f"link_{way}")
         # packets still in flight at the end of the session never came out
-        out_ns, end_ns = all_fates.time_out_ns, _ns(traces.duration_s)
+        out_ns = all_fates.time_out_ns
         fates = replace(all_fates, time_out_ns=np.where(out_ns < end_ns, out_ns, 0))
         for at_ns, message in fate_blocks(types, fates, start):
             yield at_ns, "/netem/fates", message
-        for at_ns, message in state_blocks(types, fates, links[link], start, seed=scenario.seed):
+        for at_ns, message in state_blocks(types, fates, params, start, seed=scenario.seed):
             yield at_ns, "/netem/links", message
 
 
@@ -137,12 +133,11 @@ def _master_blocks(
     epoch, received = _epoch(traces, user.name), traces.taken.get(f"{user.name}/down")
     edges = [0, *user.block_ends.tolist()]
     signals = {name: getattr(user, trace) for name, trace in TRACES.items()}
+    signals |= {"lateness": user.lateness_s, "compute": user.compute_s}
+    signals["looked"] = user.nearest_look_ns
     known = bool(np.isfinite(user.f_h).all())
     for block, (first, after) in enumerate(itertools.pairwise(edges)):
         series = {name: array[first:after].ravel() for name, array in signals.items()}
-        series["lateness"] = user.lateness_s[first:after]
-        series["compute"] = user.compute_s[first:after]
-        series["looked"] = user.nearest_look_ns[first:after]
         last = block == len(edges) - 2
         message = build.master_trace(
             types,
@@ -175,9 +170,7 @@ def _server_steps(
     each = (*OF_AVATARS, "state", "contact", "energy_u_s", "energy_v_s")
     whole = (*OF_OBJECT, "kinetic", "potential", "dissipated")
     for row, (time_s, late_s) in enumerate(zip(server.time_s, late, strict=True)):
-        fields: dict[str, Any] = {
-            name: [array[row] for array in getattr(server, name)] for name in each
-        }
+        fields: dict[str, Any] = {name: [a[row] for a in getattr(server, name)] for name in each}
         fields |= {name: getattr(server, name)[row] for name in whole}
         message = build.server_trace(
             types,
@@ -189,9 +182,9 @@ def _server_steps(
             dof=server.x_o.shape[-1],
             users=server.users,
             taken=[
-                (user, seq, epoch)
+                (user, *packet[1:])
                 for user, each in enumerate(received)
-                for _, seq, epoch in _taken(each, row, row + 1)
+                for packet in _taken(each, row, row + 1)
             ],
             looked=int(server.nearest_look_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,

@@ -35,11 +35,6 @@ STATE_NS = 1_000_000_000
 COLUMNS = {name: name for name in PUBLISHED} | {"bytes": "size_bytes"}
 _RECEIVED = ["accepted", "beginnings", "lost", "duplicate", "reordered", *REFUSED]
 _RECEIVED.append("other_controller")
-_LINK_NUMBERS = (
-    "in_count out_count lost duplicated reordered corrupted queued dropped "
-    "delay_mean delay_min delay_max delay_error_max rate_hz delay_s jitter_s loss duplicate "
-    "rate_limit_bps"
-).split()
 
 
 def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:
@@ -49,18 +44,10 @@ def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[
     for first, after in itertools.pairwise(edges):
         if first == after:
             continue
-        part = slice(first, after)
-        at_ns = int(fates.time_in_ns[part].max())
-        yield (
-            at_ns,
-            build.packet_fates(
-                types,
-                stamp_ns=start + at_ns,
-                link=fates.link,
-                first=first + 1,
-                **{column: getattr(fates, name)[part] for column, name in COLUMNS.items()},
-            ),
-        )
+        columns = {field: getattr(fates, name)[first:after] for field, name in COLUMNS.items()}
+        at_ns = int(columns["time_in_ns"].max())
+        head: dict[str, Any] = {"stamp_ns": start + at_ns, "link": fates.link, "first": first + 1}
+        yield at_ns, build.packet_fates(types, **head, **columns)
 
 
 def state_blocks(
@@ -95,8 +82,7 @@ def state_blocks(
             link=fates.link,
             seq=seq,
             counts=counts,
-            delays={name: float(value) for name, value in figures.items()}
-            | {"delay_error_max": 0.0},
+            delays={"delay_error_max": 0.0} | {name: float(d) for name, d in figures.items()},
             rate_hz=float(recent.sum()) * 1e9 / STATE_NS,
             params=params,
             seed=seed,
@@ -118,13 +104,11 @@ def reordered(fates: FateTraces) -> Flags:
 def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
     """Return the fate of each packet of a link, blocks in order and repeated ones left out."""
     blocks = list({int(m.first): m for m in sorted(messages, key=lambda m: int(m.first))}.values())
-
     numbers = [np.arange(len(b.seq), dtype=np.int64) + int(b.first) for b in blocks]
-    columns = {
-        name: np.concatenate([np.asarray(getattr(b, field)).astype(np.int64) for b in blocks])
-        for field, name in COLUMNS.items()
-    }
-    columns["epoch"] = np.concatenate([np.asarray(b.epoch, dtype=np.uint64) for b in blocks])
+    columns: dict[str, Any] = {}
+    for field, name in COLUMNS.items():
+        values = np.concatenate([np.asarray(getattr(block, field)) for block in blocks])
+        columns[name] = values.astype(np.uint64 if name == "epoch" else np.int64)
     return FateTraces(link=link, number=np.concatenate(numbers), **columns)
 
 
@@ -132,17 +116,16 @@ def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Arr
     """Return counts, delays and settings of a link over time, by the names of LinkState."""
     stamps = clocks.stamps(messages)
     order = np.argsort(stamps, kind="stable")
-    names = [name for name in _LINK_NUMBERS if all(hasattr(each, name) for each in messages)]
+    fields = vars(messages[0]).items()
+    names = [name for name, value in fields if isinstance(value, int | float)]
     columns = {n: np.array([getattr(m, n) for m in messages], dtype=float)[order] for n in names}
     return {"time_s": clocks.seconds(stamps[order], zero_ns)} | columns
 
 
 def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:
     """Return the last report of each start of a receiver, added up."""
-    last: dict[int, Reception] = {}
-    passage = {name: math.nan for name in PASSAGE}
-    for message in sorted(messages, key=lambda each: each.seq):
-        last[int(message.epoch)] = message
+    last = {int(message.epoch): message for message in sorted(messages, key=lambda m: m.seq)}
+    passage = dict.fromkeys(PASSAGE, math.nan)
     for message in sorted(messages, key=lambda each: nanoseconds(each.stamp)):
         values = {name: float(getattr(message, name)) for name in PASSAGE}
         if math.isfinite(values["round_trip"]):
@@ -158,9 +141,8 @@ def fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> di
     """
     found = {}
     for link, messages in of_links.items():
-        blocks = [message for message in messages if len(message.time_in_ns)]
-        last_in = np.array([int(np.max(block.time_in_ns)) for block in blocks], dtype=np.int64)
-        if blocks:
+        if blocks := [message for message in messages if len(message.time_in_ns)]:
+            last_in = np.array([int(np.max(block.time_in_ns)) for block in blocks])
             found[link] = zero_ns - int(np.min(clocks.stamps(blocks) - last_in))
     return found
 
@@ -182,10 +164,8 @@ def topic_counts(
     """
     counts: dict[str, dict[str, int]] = {}
     for topic, messages in counter.messages.items():
-        if (link := relayed(topic)) and link in fates:
-            missing = _not_recorded(packets.get(topic), fates[link])
-        else:
-            missing = counter.missing(topic)
+        known = fates.get(relayed(topic) or "")
+        missing = _not_recorded(packets.get(topic), known) if known else counter.missing(topic)
         counts[topic] = {"messages": messages, "missing": missing}
     events: list[dict[str, Any]] = []
     for link, known in fates.items():

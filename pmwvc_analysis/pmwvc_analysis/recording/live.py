@@ -11,7 +11,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 
-from pmwvc_analysis.recording.mcap.salvage import RawMessage
+from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.recording.writer import SessionWriter
 
 QUEUE_BYTES = 256 << 20  # more than a minute of a session of eight users, 3.5 MiB a second
@@ -65,17 +65,14 @@ class BackgroundWriter:
                 self._ending = True
                 self._news.notify()
             self._thread.join()
-            counter = self.writer.counter
-            losses = {
-                topic: f"{messages} messages, {counter.missing(topic)} numbers missing, "
-                f"{self.overrun[topic]} not queued"
-                for topic, messages in counter.messages.items()
-            }
+            losses = {}
+            for topic, messages in self.writer.counter.messages.items():
+                missing = f"{self.writer.counter.missing(topic)} numbers missing"
+                unqueued = f"{self.overrun[topic]} not queued"
+                losses[topic] = f"{messages} messages, {missing}, {unqueued}"
             self.writer.add_metadata("losses", losses)
             self.writer.close()
-        found = [
-            f"{topic}: {count} did not fit the queue" for topic, count in self.overrun.items()
-        ]
+        found = [f"{topic}: {n} did not fit the queue" for topic, n in self.overrun.items()]
         if self.writer.problem:
             found.append(f"{self.writer.problem}; {self.writer.refused} messages not written")
         return found + self.writer.counter.lines()

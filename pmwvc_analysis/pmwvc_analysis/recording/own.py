@@ -111,11 +111,10 @@ def _sender(topic: str) -> str:
 
 def _spans(series: Series) -> dict[int, tuple[int, int, int]]:
     """Return per epoch the first and the last log time [ns] and the number of messages."""
-    spans: dict[int, tuple[int, int, int]] = {}
+    times: dict[int, list[int]] = defaultdict(list)
     for log_ns, message in zip(series.log_ns, series.messages, strict=True):
-        first, last, seen = spans.get(int(message.epoch), (log_ns, log_ns, 0))
-        spans[int(message.epoch)] = (min(first, log_ns), max(last, log_ns), seen + 1)
-    return spans
+        times[int(message.epoch)].append(log_ns)
+    return {epoch: (min(each), max(each), len(each)) for epoch, each in times.items()}
 
 
 def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> set[int]:
@@ -165,16 +164,14 @@ def _increasing(values: Integers) -> Integers:
     if len(values) < 2 or (np.diff(values) > 0).all():
         return np.arange(len(values))
     ends: list[int] = []  # ends[n]: least last value of a subsequence of n + 1 values
-    indices: list[int] = []
-    before = np.full(len(values), -1)
-    for index, value in enumerate(values.tolist()):
+    lengths = []  # of the longest subsequence that ends with a value, less one
+    for value in values.tolist():
         length = bisect.bisect_left(ends, value)
-        before[index] = indices[length - 1] if length else -1
         ends[length : length + 1] = [value]
-        indices[length : length + 1] = [index]
-    chain = []
-    index = indices[-1]
-    while index >= 0:
-        chain.append(index)
-        index = int(before[index])
+        lengths.append(length)
+    chain: list[int] = []
+    for index in reversed(range(len(values))):
+        wanted = len(ends) - 1 - len(chain)
+        if lengths[index] == wanted and (not chain or values[index] < values[chain[-1]]):
+            chain.append(index)
     return np.array(chain[::-1])

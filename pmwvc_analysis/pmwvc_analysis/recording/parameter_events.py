@@ -11,8 +11,9 @@ numbers, which Fast DDS does not write.
 """
 
 import struct
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ KINDS = ("master", "server", "netem", "recorder")
 MOST_EVENTS = 100
 MOST_NAMES = 4  # in one event
 EARLY_S = 0.0005  # before the tick or step that took a change over: it counts from there on
+SAME_S = 1e-9  # an event and the look that took it over may be of one instant
 LATE_S = 0.5  # of such a tick or step, from the time of the event
 NEVER = np.zeros(0), np.zeros(0)
 Settings = list[tuple[float, dict[str, Any]]]
@@ -61,7 +63,7 @@ def taken_over(
     found: Settings = []
     for time_s, values in settings:
         times, ran = taken.get(owner_of(values), NEVER)
-        later = times[(ran > time_s) & (ran < time_s + LATE_S)]
+        later = times[(ran > time_s - SAME_S) & (ran < time_s + LATE_S)]
         found.append((float(later[0]) - EARLY_S if len(later) else time_s, values))
     return sorted(found, key=lambda each: each[0])
 
@@ -86,48 +88,36 @@ def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Arr
 
 
 class _Reader:
-    """Reads one message after the other field; alignment counts from behind the encapsulation."""
+    """Reads one field of a message after the other; alignment counts from the encapsulation on."""
 
     def __init__(self, data: bytes) -> None:
-        self._data = data[4:]
+        self._data, self._at = data[4:], 0
         self._order = "<" if data[1] == 1 else ">"
-        self._at = 0
 
     def number(self, code: str) -> Any:
-        size = struct.calcsize(code)
-        self._at += -self._at % size
+        self._at += -self._at % struct.calcsize(code)
         (value,) = struct.unpack_from(self._order + code, self._data, self._at)
-        self._at += size
+        self._at += struct.calcsize(code)
         return value
 
-    def count(self) -> int:
-        count: int = self.number("I")
-        if count > _LONGEST:
+    def each(self, read: Callable[[], Any]) -> list[Any]:
+        """Return the elements of a sequence."""
+        if (count := self.number("I")) > _LONGEST:
             raise ValueError(f"{count} elements")
-        return count
+        return [read() for _ in range(count)]
 
     def text(self) -> str:
-        length = self.count()
-        raw = self._data[self._at : self._at + length]
-        self._at += length
+        raw = b"".join(self.each(lambda: self.number("c")))
         return raw.rstrip(b"\0").decode("utf-8", errors="replace")
 
-    def numbers(self, code: str) -> None:
-        for _ in range(self.count()):
-            self.number(code)
-
-    def parameters(self) -> dict[str, Any]:
-        return dict((self.text(), self.value()) for _ in range(self.count()))
-
-    def value(self) -> Any:
-        kind = self.number("B")
-        plain = {1: bool(self.number("B")), 2: self.number("q"), 3: self.number("d")}
+    def parameter(self) -> tuple[str, Any]:
+        name, kind = self.text(), self.number("B")
+        plain = {code: self.number(form) for code, form in enumerate("?qd", start=1)}
         plain[4] = self.text()
-        for code in "B?qd":
-            self.numbers(code)
-        for _ in range(self.count()):
-            self.text()
-        return plain.get(kind, "a list")
+        for form in "B?qd":
+            self.each(partial(self.number, form))
+        self.each(self.text)
+        return name, plain.get(kind, "a list")
 
 
 def parameter_change(data: bytes) -> ParameterChange | None:
@@ -135,8 +125,8 @@ def parameter_change(data: bytes) -> ParameterChange | None:
     try:
         reader = _Reader(data)
         seconds, nanoseconds, node = reader.number("i"), reader.number("I"), reader.text()
-        reader.parameters()  # new ones
-        values = reader.parameters()
+        reader.each(reader.parameter)  # new ones
+        values = dict(reader.each(reader.parameter))
     except (struct.error, ValueError, IndexError):
         return None
     return ParameterChange(seconds * NS_PER_S + nanoseconds, node, values)
@@ -196,18 +186,13 @@ def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:
 
 def _text(name: str, before: Any, value: Any) -> str:
     path = split_user(name)[1]
-    words = path.split(".")
     if path.startswith("links."):  # of a link that is no user's
-        path = f"link.up.{words[-1]}"
+        path = f"link.up.{path.rpartition('.')[2]}"
     unit = PARAMETERS[path].spec.unit if path in PARAMETERS else "-"
     unit = f" {unit}" if unit != "-" else ""
-    return f"{name} set to {_plain(value)}{unit}" + (
-        f" (was {_plain(before)}{unit})" if before is not None else ""
-    )
-
-
-def _plain(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    new, old = (f"{v:g}" if isinstance(v, float) else str(v) for v in (value, before))
+    was = f" (was {old}{unit})" if before is not None else ""
+    return f"{name} set to {new}{unit}{was}"
 
 
 def _at_start(folder: Path, node: str) -> Iterator[tuple[str, Any]]:

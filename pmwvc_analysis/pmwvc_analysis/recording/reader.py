@@ -14,24 +14,20 @@ import numpy as np
 
 from pmwvc_analysis.recording import assemble, links
 from pmwvc_analysis.recording.clocks import time_lines
-from pmwvc_analysis.recording.content import CUT, WHOLE, Content, read_content
+from pmwvc_analysis.recording.content import CUT, Content, hand_targets, read_content
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.hand_targets import hand_targets
+from pmwvc_analysis.recording.format.scenario_file import mapping_in
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
+from pmwvc_analysis.recording.salvage import WHOLE
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 
 def read_session(folder: str | Path) -> SessionTraces:
-    """Return everything recorded in a folder.
-
-    Raises
-    ------
-    RecordingError
-        If there is no recording, or nothing of it can be read.
-    """
+    """Return everything recorded in a folder; RecordingError where nothing can be read."""
     return session_of(read_content(Path(folder)), Path(folder))
 
 
@@ -49,7 +45,8 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     servers = content.of_type(schemas.SERVER_TRACE).values()
     steps = [step for series in servers for step in series.messages]
     steps_log_ns = [log_ns for series in servers for log_ns in series.log_ns]
-    waves = content.of_type(schemas.WAVE)
+    waves, states = content.of_type(schemas.WAVE), content.of_links(schemas.LINK_STATE)
+    reports = content.of_links(schemas.RECEPTION)
     fate_messages = content.of_links(schemas.PACKET_FATE)
     fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
@@ -79,15 +76,9 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             for topic, series in waves.items()
         },
         fates=fates,
-        receptions={
-            link: links.reception_traces(link, messages)
-            for link, messages in content.of_links(schemas.RECEPTION).items()
-        },
+        receptions={link: links.reception_traces(link, each) for link, each in reports.items()},
         taken=received,
-        link_states={
-            link: links.link_states(messages, zero_ns=zero_ns)
-            for link, messages in content.of_links(schemas.LINK_STATE).items()
-        },
+        link_states={link: links.link_states(m, zero_ns=zero_ns) for link, m in states.items()},
         metadata={
             **content.metadata,
             "zero_ns": zero_ns,
@@ -107,12 +98,10 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
 def _nothing(folder: Path, content: Content) -> str:
     """Return why a recording that was opened holds nothing of a session, and what it holds."""
     others = [topic for topic, count in content.counter.messages.items() if count]
-    reasons = [str(event["what"]) for event in content.events]
+    why = "; ".join(str(event["what"]) for event in content.events) or "nothing was recorded"
     if others:
         shown = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
         why = f"it has {shown}; a session has /server/trace and /trace of every user"
-    else:
-        why = "; ".join(reasons) or "nothing was recorded"
     if (folder / "nodes").is_dir():
         why += f"; logs of its nodes: {folder / 'nodes'}"
     return f"{folder} holds no message of a session: {why}"
@@ -127,9 +116,6 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     path = Path(folder) / "scenario.yaml"
     if not path.is_file():
         return None
-    from pmwvc_analysis.recording.format.scenario_file import mapping_in
-    from pmwvc_core.scenario.reader import parse_scenario
-
     return parse_scenario({"channel": PLAIN, **mapping_in(path)}, source=str(path))
 
 

@@ -12,11 +12,10 @@ import bisect
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 from pmwvc_analysis.recording.format import schemas
 
-MOST_RANGES = 256  # of one publisher; older ones are settled: hours of losses take no memory
+MOST_RANGES = 256  # of one publisher: hours of losses take no memory
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
 _EPOCH_NUMBER = {  # behind the stamp, and the clock where a type has one
     schemas.WAVE: struct.Struct("<16xQI"),
@@ -62,62 +61,42 @@ def peek(type_name: str, data: bytes) -> Numbered | None:
         return None
 
 
-def numbered(type_name: str, message: Any) -> Numbered:
-    """Return the numbers of a decoded message of one of our types."""
-    if type_name == schemas.PACKET_FATE:
-        return Numbered(str(message.link), int(message.first), len(message.epoch))
-    if type_name == schemas.LINK_STATE:
-        return Numbered(str(message.link), int(message.seq))
-    number = message.step if type_name == schemas.SERVER_TRACE else message.seq
-    return Numbered(f"{int(message.epoch):016x}", int(number))
-
-
 @dataclass
 class StreamCount:
     """The numbers seen of one publisher on one topic, as merged ranges ``[first, after)``.
 
-    Of many ranges the oldest are settled into two counts; a number below ``settled`` that comes
-    then is not counted.
+    Of many ranges the oldest are joined; what is missing between them stays counted.
     """
 
     ranges: list[list[int]] = field(default_factory=list)
-    settled: int = 1  # numbers below are settled
-    settled_seen: int = 0
+    settled: int = 0  # missing numbers in the first range
 
     def add(self, first: int, count: int) -> None:
         """Add consecutive numbers; in order is the fast case."""
         after = first + count
         if self.ranges and first == self.ranges[-1][1]:
             self.ranges[-1][1] = after
-        elif not self.settled_seen or first >= self.settled:  # late, again, or behind a gap
-            touching = [old for old in self.ranges if old[0] <= after and first <= old[1]]
-            whole = [first, after], *touching
-            self.ranges = [old for old in self.ranges if old not in touching]
-            bisect.insort(self.ranges, [min(of[0] for of in whole), max(of[1] for of in whole)])
+            return
+        touching = [old for old in self.ranges if old[0] <= after and first <= old[1]]
+        whole = [first, after], *touching
+        self.ranges = [old for old in self.ranges if old not in touching]
+        bisect.insort(self.ranges, [min(of[0] for of in whole), max(of[1] for of in whole)])
         if len(self.ranges) > MOST_RANGES:
-            old, self.ranges = self.ranges[: MOST_RANGES // 2], self.ranges[MOST_RANGES // 2 :]
-            self.settled_seen += sum(after - first for first, after in old)
-            self.settled = old[-1][1]
-
-    @property
-    def seen(self) -> int:
-        """Count of different numbers that arrived."""
-        return self.settled_seen + sum(after - first for first, after in self.ranges)
-
-    @property
-    def gaps(self) -> list[tuple[int, int]]:
-        """The missing numbers not yet settled, from 1 on, as ``(first, count)``."""
-        expected, found = self.settled, []
-        for first, after in self.ranges:
-            if first > expected:
-                found.append((expected, first - expected))
-            expected = after
-        return found
+            (first, end), (begin, after) = self.ranges[:2]
+            self.settled += begin - end
+            self.ranges[:2] = [[first, after]]
 
     @property
     def missing(self) -> int:
         """Count of numbers from 1 to the last seen that never arrived."""
-        return self.settled - 1 - self.settled_seen + sum(count for _, count in self.gaps)
+        ends = [1, *(after for _, after in self.ranges)]
+        gaps = (max(first - end, 0) for (first, _), end in zip(self.ranges, ends, strict=False))
+        return self.settled + sum(gaps)
+
+    @property
+    def seen(self) -> int:
+        """Count of different numbers that arrived."""
+        return self.ranges[-1][1] - 1 - self.missing if self.ranges else 0
 
 
 class GapCounter:

@@ -4,7 +4,7 @@
 
 Chunks are compressed with zstd, hold at most 4 MiB or one second, and carry a checksum; so does
 the whole data section. What a killed process leaves is readable up to its last whole chunk
-(recover.py). When the disk is full or not writable, writing stops for good: the file is cut back
+(salvage.py). When the disk is full or not writable, writing stops for good: the file is cut back
 to its last whole chunk, the reason is kept in ``problem`` and everything offered afterwards is
 counted in ``refused``. Nothing here raises then: a recorder must not bring down a session.
 """
@@ -33,14 +33,10 @@ _OVERHEAD = 31  # bytes of a message record besides its data
 
 
 class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
-    """Writes serialized messages into a session folder, which is created where it does not exist.
+    """Writes serialized messages into a session folder, which is created where it does not exist;
+    RecordingError where it cannot be written, holds a recording, or its disk is too full.
 
     Writing stops in good order at ``reserve_bytes`` of free space, before the disk is full.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written, already holds a recording, or its disk is too full.
     """
 
     def __init__(self, folder: str | Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
@@ -52,25 +48,21 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._span_ns: tuple[int, int] | None = None
         self._reserve = reserve_bytes
         self._channels: dict[str, tuple[int, Topic]] = {}
-        self._schemas: dict[str, int] = {}
-        self._hashes: dict[str, str] = {}
+        self._types: dict[str, tuple[int, str]] = {}  # schema and hash by name
         self._chunk_start_ns: int | None = None
         self._chunk_bytes = 0
         self._kept: dict[str, int] = {}  # messages per topic in whole chunks
         self._closed = False
         with file_errors(f"record into {self.folder}"):
             self.folder.mkdir(parents=True, exist_ok=True)
-            if (free := self._too_little()) is not None:
-                raise RecordingError(
-                    f"cannot record into {self.folder}: {free} left on the disk, "
-                    f"{self._reserve >> 20} MiB are kept free; make room or choose another folder"
-                )
+            if (full := self._too_full()) is not None:
+                remedy = "make room or choose another folder"
+                raise RecordingError(f"cannot record into {self.folder}: {full}; {remedy}")
             try:
                 self._file: BinaryIO = open(self.path, "xb")
             except FileExistsError as error:
-                raise RecordingError(
-                    f"{self.path} exists: a recording is never overwritten; choose another folder"
-                ) from error
+                never = "a recording is never overwritten; choose another folder"
+                raise RecordingError(f"{self.path} exists: {never}") from error
         # chunks end where flush() is called: then the position behind the last whole one is always
         # known
         self._writer = Writer(self._file, ENDLESS, CompressionType.ZSTD, enable_data_crcs=True)
@@ -89,20 +81,14 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         """Announce a topic; its schema is looked up by the name of its type when not given."""
         if topic.name in self._channels:
             return
-        if topic.type_name not in self._schemas:
-            text = schemas.schema_text(topic.type_name) if schema is None else schema
-            self._hashes[topic.type_name] = schemas.hash_of(text, topic.type_name)
-            self._schemas[topic.type_name] = self._writer.register_schema(
-                topic.type_name, "ros2msg", text.encode()
-            )
+        if (name := topic.type_name) not in self._types:
+            text = schemas.schema_text(name) if schema is None else schema
+            number = self._writer.register_schema(name, "ros2msg", text.encode())
+            self._types[name] = number, schemas.hash_of(text, name)
             self._chunk_bytes += len(text.encode())
-        qos = topics.dump([topic.qos()])
+        qos, (schema_id, type_hash) = topics.dump([topic.qos()]), self._types[name]
         self._chunk_bytes += 2 * len(qos)
-        metadata = {
-            "offered_qos_profiles": qos.strip(),
-            "topic_type_hash": self._hashes[topic.type_name],
-        }
-        schema_id = self._schemas[topic.type_name]
+        metadata = {"offered_qos_profiles": qos.strip(), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)
         self._channels[topic.name] = (channel, topic)
         self.counter.topic(topic.name)
@@ -116,29 +102,25 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self, topic: str, data: bytes, *, log_ns: int, publish_ns: int | None = None
     ) -> None:
         """Add a serialized message (CDR) to an announced topic."""
+        size = len(data) + _OVERHEAD
+        if self._chunk_start_ns is not None and (
+            abs(log_ns - self._chunk_start_ns) >= CHUNK_NS
+            or self._chunk_bytes + size > CHUNK_BYTES
+        ):
+            self.flush()
         if self.problem or self._closed:
             self.refused += 1
             return
-        if self._chunk_start_ns is not None and (
-            abs(log_ns - self._chunk_start_ns) >= CHUNK_NS
-            or self._chunk_bytes + len(data) + _OVERHEAD > CHUNK_BYTES
-        ):
-            self.flush()
-            if self.problem:
-                self.refused += 1
-                return
         if self._chunk_start_ns is None:
             self._chunk_start_ns = log_ns
-        self._chunk_bytes += len(data) + _OVERHEAD
+        self._chunk_bytes += size
         channel, known = self._channels[topic]
         self.counter.add(topic, peek(known.type_name, data))
-        number = self.counter.messages[topic]
+        number = self.counter.messages[topic] & 0xFFFFFFFF
         first_ns, last_ns = self._span_ns or (log_ns, log_ns)
         self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
         sent_ns = log_ns if publish_ns is None else publish_ns
-        self._guarded(
-            lambda: self._writer.add_message(channel, log_ns, data, sent_ns, number & 0xFFFFFFFF)
-        )
+        self._guarded(lambda: self._writer.add_message(channel, log_ns, data, sent_ns, number))
 
     def flush(self) -> None:
         """End the chunk and hand it to the system; stop in good order when space runs out."""
@@ -149,12 +131,9 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         if self.problem:
             return
         self._kept = dict(self.counter.messages)
-        if (free := self._too_little()) is not None:
+        if (full := self._too_full()) is not None:
             self._finish()
-            self.problem = (
-                f"recording stopped: {free} left on the disk, {self._reserve >> 20} MiB "
-                "are kept free; everything up to here is kept"
-            )
+            self.problem = f"recording stopped: {full}; everything up to here is kept"
 
     def refresh_metadata(self) -> None:
         """Write ``metadata.yaml`` for what is recorded so far."""
@@ -180,16 +159,17 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._guarded(self._writer.finish)
         self._guarded(self._file.flush)
 
-    def _too_little(self) -> str | None:
-        """Return the free space where it is less than is kept free."""
+    def _too_full(self) -> str | None:
+        """Return in words that the disk has less space than is kept free."""
         with contextlib.suppress(OSError):
             if (free := shutil.disk_usage(self.folder).free) < self._reserve:
-                return f"{free >> 20} MiB"
+                kept = f"{self._reserve >> 20} MiB are kept free"
+                return f"{free >> 20} MiB left on the disk, {kept}"
         return None
 
     def _information(self) -> dict[str, object]:
         counts = [
-            (topic, self._hashes[topic.type_name], self._kept.get(name, 0))
+            (topic, self._types[topic.type_name][1], self._kept.get(name, 0))
             for name, (_, topic) in self._channels.items()
         ]
         start_ns, end_ns = self._span_ns or (0, 0)

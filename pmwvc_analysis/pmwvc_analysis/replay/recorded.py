@@ -21,15 +21,17 @@ from typing import Literal
 import numpy as np
 
 from pmwvc_analysis.recording.parameter_events import owner_of
-from pmwvc_analysis.replay import loop_times
-from pmwvc_analysis.replay.hands import recorded_force, remote_hand
-from pmwvc_analysis.replay.network import links
+from pmwvc_analysis.replay import times
+from pmwvc_analysis.replay.times import links, tick_numbers
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.traces.stages import stages as stages_of
+from pmwvc_core.ends.simulated_device import CATCH_UP_S
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
-from pmwvc_core.numeric import Integers
+from pmwvc_core.numeric import Flags, Integers
+from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.plant.hands import Made
+from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
 from pmwvc_core.scenario.changes import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions, Steps
@@ -54,15 +56,11 @@ def prescription(
     traces: SessionTraces, recorded: Scenario, replayed: Scenario, *, hand: Hand | None = None
 ) -> Prescription:
     """Return how to replay a session; kinds of hands (see above) not given are chosen by user.
-
-    Raises
-    ------
-    RecordingError
-        If the recording cannot be replayed so, with the reason.
+    RecordingError with the reason where the recording cannot be replayed so.
     """
     users = _matching_users(traces, recorded, replayed)
     tick_s = recorded.tick_s
-    loops = {user.name: loop_times.times_of(user, user.tick_s) for user in users}
+    loops = {user.name: times.times_of(user, user.tick_s) for user in users}
     ends = [int(loop.at[-1]) + 1 for loop in loops.values()]
     ticks = min(end for end in ends if end > max(ends) - ENDS_TOGETHER)
     if replayed.duration_s != recorded.duration_s:
@@ -71,39 +69,31 @@ def prescription(
     schedule = LIVE if traces.live else AT_ONCE
     if (answer := traces.metadata.get("replay", {}).get(ANSWER)) is not None:
         schedule = FrameSchedule(answer_s=int(answer) * tick_s)
-    ran_ns = {name: loop_times.ran_ns(loop, tick_s, ticks) for name, loop in loops.items()}
+    ran_ns = {name: times.ran_ns(loop, tick_s, ticks) for name, loop in loops.items()}
     receivers = {f"{name}/down": loop for name, loop in loops.items()}
     if traces.server is not None:
-        at_server = loop_times.times_of(traces.server, tick_s)
+        at_server = times.times_of(traces.server, tick_s)
         receivers |= {f"{name}/up": at_server for name in loops}
-    networks, notes = links(traces, recorded, replayed, loops=receivers)
-    notes += loop_times.unknown_looks(traces)
-    hands: dict[str, Hand] = {
-        user.name: hand or _usual_hand(user, trace)
-        for user, trace in zip(replayed.users, users, strict=True)
-    }
+    networks, notes = links(traces, recorded, replayed, receivers)
+    notes += times.unknown_looks(traces)
     stages = stages_of(traces, recorded)
-    steps = loop_times.steps(traces, recorded, replayed, ticks)
+    steps = times.steps(traces, recorded, replayed, ticks)
     if traces.live:
         replayed, changed = _with_changes(recorded, replayed, stages, ran_ns, steps)
         notes += changed
+    hands: dict[str, Hand] = {}
     made: dict[str, Made] = {}
-    for user, trace in zip(replayed.users, users, strict=True):
-        ran = ran_ns[user.name]
-        if hands[user.name] == "force":
-            made[user.name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
+    first: dict[str, int] = {}
+    for number, (user, trace) in enumerate(zip(replayed.users, users, strict=True)):
+        name, ran = user.name, ran_ns[user.name]
+        first[name] = times.counts_from(trace, traces, stages, number)
+        hands[name] = hand or _usual_hand(user, trace)
+        if hands[name] == "force":
+            made[name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
         elif user.operator.from_outside and not traces.simulated:
-            made[user.name] = remote_hand(user, traces, ran, tick_s=tick_s, dof=recorded.dof)
+            made[name] = remote_hand(user, traces, ran, tick_s=tick_s, dof=recorded.dof)
     conditions = Conditions(
-        schedule=schedule,
-        first={
-            user.name: loop_times.counts_from(user, traces, stages, number)
-            for number, user in enumerate(users)
-        },
-        ran_ns=ran_ns,
-        steps=steps,
-        links=networks,
-        hands=made,
+        schedule=schedule, first=first, ran_ns=ran_ns, steps=steps, links=networks, hands=made
     )
     if traces.server is None:
         notes.append("no server trace was recorded: the server is stepped at its nominal times")
@@ -115,8 +105,7 @@ def _matching_users(
 ) -> list[UserTraces]:
     """Return the recorded users in the order of the scenario."""
     known = {user.name: user for user in traces.users}
-    missing = [user.name for user in recorded.users if user.name not in known]
-    if missing:
+    if missing := [user.name for user in recorded.users if user.name not in known]:
         raise RecordingError(f"the recording holds no trace of {', '.join(missing)}")
     for name, old, new in (
         ("users", len(recorded.users), len(replayed.users)),
@@ -124,10 +113,8 @@ def _matching_users(
         ("master.tick_s", recorded.tick_s, replayed.tick_s),
     ):
         if old != new:
-            raise RecordingError(
-                f"{name} = {new}: a replay keeps the recorded {old}; "
-                "pmwvc simulate FOLDER/scenario.yaml takes any"
-            )
+            other = "pmwvc simulate FOLDER/scenario.yaml takes any"
+            raise RecordingError(f"{name} = {new}: a replay keeps the recorded {old}; {other}")
     return [known[user.name] for user in recorded.users]
 
 
@@ -172,3 +159,52 @@ def _ran_s(change: Change, loops: Mapping[str, tuple[Integers, Integers]], tick_
     tick, ran_ns = loops[owner]
     row = int(np.searchsorted(tick, change.time_s / tick_s))
     return float(ran_ns[row] * 1e-9) if row < len(tick) else change.time_s
+
+
+def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: int) -> Made:
+    """Return the recorded force, tick for tick; RecordingError where there is none.
+
+    The force in ticks that did not run is interpolated; ``ran_ns`` is negative for these.
+    """
+    if not np.isfinite(user.f_h).any():
+        other = "--hand operator takes the hand of the scenario"
+        raise RecordingError(f"{user.name}: no force of the hand was recorded; {other}")
+    at, force = tick_numbers(user.time_s, tick_s), np.nan_to_num(user.f_h)
+    every = np.arange(len(ran_ns))
+    rows = np.stack([np.interp(every, at, axis) for axis in force.T], axis=-1)
+    recorded = at < len(ran_ns)
+    rows[at[recorded]] = force[recorded]
+    rows = rows[_passing(ran_ns, tick_s)]
+    return RecordedForce(0), recorded_params(rows, dof, repeat=False, early=True)
+
+
+def remote_hand(
+    user: User, traces: SessionTraces, ran_ns: Integers, *, tick_s: float, dof: int
+) -> Made:
+    """Return the remote hand with recorded targets, each at the first tick that ran after its
+    arrival; RecordingError for a replay: it has none.
+    """
+    if not traces.live:
+        why = f"a {traces.source} session holds no targets of a remote hand"
+        other = "replay the recording that it was made from"
+        raise RecordingError(f"{user.name}: {why}; {other}")
+    found = traces.targets.get(user.name)
+    ticks, rows = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
+    if found is not None:
+        ran = np.flatnonzero(ran_ns >= 0)
+        next_ran = np.searchsorted(ran_ns[ran], np.rint(found.time_s * 1e9))
+        taken = next_ran < len(ran)
+        passed = np.cumsum(_passing(ran_ns, tick_s)) - 1
+        ticks, rows = passed[ran[next_ran[taken]]], found.position[taken, :dof]
+    p = TableParams(remote_params(user.operator, tick_s), ticks, rows, tuple(range(dof)), True)
+    return TableHand(resting_remote((0.0,) * dof), 0, 0), p
+
+
+def _passing(ran_ns: Integers, tick_s: float) -> Flags:
+    """Tell in which ticks of the session a hand moves: those that ran, and after each as many that
+    did not as a simulated device makes up for (``CATCH_UP_S``).
+    """
+    ran, every = ran_ns >= 0, np.arange(len(ran_ns))
+    latest = np.maximum.accumulate(np.where(ran, every, -1))
+    most = max(1, round(CATCH_UP_S / tick_s))
+    return np.asarray((latest >= 0) & (every - latest < most))

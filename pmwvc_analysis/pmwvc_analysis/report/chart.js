@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 PMWVC contributors
 // SPDX-License-Identifier: Apache-2.0
-// Zoom, pan and cursor of a report's figures; all panels of time move together.
-// Draws what chart_svg.py draws. Nothing is loaded from elsewhere.
+// Draws a report's figures, with zoom, pan and cursor; all panels of time move together.
+// Without a script there are pictures instead. Nothing is loaded from elsewhere.
 "use strict";
 (() => {
   const store = document.getElementById("chart-data");
@@ -20,6 +20,7 @@
     dot: "h0", cross: "m-3-3l6 6m0-6l-6 6", plus: "m-3 0h6m-3-3v6",
     ring: "m-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0",
   };
+  const HATCHES = ["", "M0 8L8 0", "M0 0L8 8", "M0 4H8", "M4 0V8", "M0 8L8 0M0 0L8 8", "M4 4h.1", "M0 4H8M4 0V8"];
   const full = data.span;
   let range = [...full], panels = [], queued = false;
   const paint = (name) => `var(--c-${name})`;
@@ -65,18 +66,18 @@
   function ySpan(panel, x) {
     let low = Infinity, high = -Infinity;
     const see = (v) => {
-      if (Number.isFinite(v) && (v > 0 || !panel.yLog)) { low = Math.min(low, v); high = Math.max(high, v); }
+      if (Number.isFinite(v) && (v > 0 || !panel.y_log)) { low = Math.min(low, v); high = Math.max(high, v); }
     };
     const scan = (xs, ys) => {
-      const sorted = panel.time, [from, to] = sorted ? within(xs, x) : [0, xs.length];
+      const sorted = panel.of_time, [from, to] = sorted ? within(xs, x) : [0, xs.length];
       for (let i = from; i < to; i++) if (!sorted || (xs[i] >= x.low && xs[i] <= x.high)) see(ys[i]);
     };
-    for (const each of [...panel.lines, ...panel.dots]) if (!panel.hidden.has(each.n)) scan(arrays[each.x], arrays[each.y]);
-    for (const each of panel.layers) { scan(arrays[each.x], arrays[each.l]); scan(arrays[each.x], arrays[each.h]); }
-    panel.levels.forEach(([y]) => see(y));
-    if (panel.zero) see(0);
-    if (low > high) return panel.yLog ? [0.1, 1] : [0, 1];
-    if (panel.yLog) return [low / 1.1, Math.max(high * 1.1, low * 10)];
+    for (const each of [...panel.lines, ...panel.dots]) if (!panel.hidden.has(each.label)) scan(arrays[each.x], arrays[each.y]);
+    for (const each of panel.layers) { scan(arrays[each.x], arrays[each.low]); scan(arrays[each.x], arrays[each.high]); }
+    panel.levels.forEach((level) => see(level.y));
+    if (panel.with_zero) see(0);
+    if (low > high) return panel.y_log ? [0.1, 1] : [0, 1];
+    if (panel.y_log) return [low / 1.1, Math.max(high * 1.1, low * 10)];
     const flat = high - low <= 1e-9 * Math.max(Math.abs(low), Math.abs(high), 1e-6);
     const room = flat ? 0.5 * Math.max(Math.abs(high), 1e-3) : 0.05 * (high - low);
     return [low - room, high + room];
@@ -85,7 +86,7 @@
   function linePath(line, x, y) {
     const xs = arrays[line.x], ys = arrays[line.y], [from, to] = within(xs, x);
     const pixel = (x.high - x.low) / (x.end - x.start);
-    const gap = line.p > 0 && !x.log ? Math.max(1.5 * line.p, pixel) : Infinity;
+    const gap = line.period > 0 && !x.log ? Math.max(1.5 * line.period, pixel) : Infinity;
     const out = [];
     let open = false, column = NaN, first, lowest, highest, last;
     const point = (i) => { out.push(open ? "L" : "M", x.at(xs[i]).toFixed(1), " ", y.at(ys[i]).toFixed(1)); open = true; };
@@ -110,11 +111,11 @@
   }
   function dotsPath(dots, x, y) {
     const xs = arrays[dots.x], ys = arrays[dots.y], seen = new Set();
-    const grid = { dot: 1.5, ring: 0.1 }[dots.m] ?? 4.5;
+    const grid = { dot: 1.5, ring: 0.1 }[dots.mark] ?? 4.5;
     for (let i = 0; i < xs.length; i++) {
       if (xs[i] < x.low || xs[i] > x.high || !Number.isFinite(ys[i])) continue;
       const a = Math.round(x.at(xs[i]) / grid) * grid, b = Math.round(y.at(ys[i]) / grid) * grid;
-      seen.add(`M${a.toFixed(1)} ${b.toFixed(1)}${MARKS[dots.m]}`);
+      seen.add(`M${a.toFixed(1)} ${b.toFixed(1)}${MARKS[dots.mark]}`);
     }
     return [...seen].join("");
   }
@@ -122,17 +123,17 @@
     const xs = arrays[layer.x], [from, to] = within(xs, x), over = [], under = [];
     for (let i = from; i < to; i++) {
       const a = x.at(xs[i]).toFixed(1);
-      over.push(`${a} ${y.at(arrays[layer.h][i]).toFixed(1)}`);
-      under.push(`${a} ${y.at(arrays[layer.l][i]).toFixed(1)}`);
+      over.push(`${a} ${y.at(arrays[layer.high][i]).toFixed(1)}`);
+      under.push(`${a} ${y.at(arrays[layer.low][i]).toFixed(1)}`);
     }
     return over.length ? `M${over.join("L")}L${under.reverse().join("L")}Z` : "";
   }
   function draw(panel) {
     const width = Math.max(280, panel.svg.parentElement.clientWidth || 1000);
     const bottom = TOP + panel.height, labelled = panel.labelled;
-    const span = panel.time ? range : panel.own;
-    const x = axis(...span, LEFT, width - RIGHT, panel.xLog);
-    const y = axis(...ySpan(panel, x), bottom, TOP, panel.yLog);
+    const span = panel.of_time ? range : panel.own;
+    const x = axis(...span, LEFT, width - RIGHT, panel.x_log);
+    const y = axis(...ySpan(panel, x), bottom, TOP, panel.y_log);
     panel.x = x;
     const out = [`<g style="fill:${paint("soft")}">`];
     const rule = (d) => out.push(`<path class="grid" style="stroke:${paint("grid")}" d="${d}"/>`);
@@ -145,34 +146,34 @@
       rule(`M${at} ${TOP}V${bottom}`);
       if (labelled) out.push(`<text x="${at}" y="${bottom + 15}" text-anchor="middle">${text}</text>`);
     }
-    if (labelled) out.push(`<text x="${(LEFT + x.end) / 2}" y="${bottom + 30}" text-anchor="middle">${safe(panel.xLabel)}</text>`);
+    if (labelled) out.push(`<text x="${(LEFT + x.end) / 2}" y="${bottom + 30}" text-anchor="middle">${safe(panel.x_label)}</text>`);
     const w = x.end - LEFT;
     out.push(`</g><svg x="${LEFT}" y="${TOP}" width="${w}" height="${panel.height}" viewBox="${LEFT} ${TOP} ${w} ${panel.height}">`);
-    for (const [a, b, label, tint] of panel.bands) {
+    for (const { span: [a, b], label, tint } of panel.bands) {
       out.push(`<rect class="band" x="${x.at(a).toFixed(1)}" y="${TOP}" width="${Math.max(1, x.at(b) - x.at(a)).toFixed(1)}" height="${panel.height}" style="fill:${paint(tint)}" opacity=".18"><title>${safe(label)}</title></rect>`);
     }
     for (const each of panel.layers) {
-      if (panel.hidden.has(each.n)) continue;
+      if (panel.hidden.has(each.label)) continue;
       const d = layerPath(each, x, y);
-      out.push(`<path class="layer" style="fill:${paint(each.c)};stroke:${paint("paper")};stroke-width:.6" opacity=".8" d="${d}"/>`);
-      if (each.k) out.push(`<path style="fill:url(#hatch${each.k})" d="${d}"/>`);
+      out.push(`<path class="layer" style="fill:${paint(each.tint)};stroke:${paint("paper")};stroke-width:.6" opacity=".8" d="${d}"/>`);
+      if (each.hatch) out.push(`<path style="fill:url(#hatch${each.hatch})" d="${d}"/>`);
     }
     const level = (at, style) => out.push(`<path class="line" style="${style}" d="M${LEFT} ${y.at(at).toFixed(1)}H${x.end}"/>`);
-    if (panel.zero) level(0, `stroke:${paint("object")};stroke-width:.9`);
-    for (const [at, tint] of panel.levels) level(at, `stroke:${paint(tint)};stroke-dasharray:2 3`);
+    if (panel.with_zero) level(0, `stroke:${paint("object")};stroke-width:.9`);
+    for (const { y: at, tint } of panel.levels) level(at, `stroke:${paint(tint)};stroke-dasharray:2 3`);
     for (const each of panel.lines) {
-      if (panel.hidden.has(each.n)) continue;
-      const dash = each.d.length ? `;stroke-dasharray:${each.d.join(" ")}` : "";
-      out.push(`<path class="line" style="stroke:${paint(each.c)};stroke-width:${each.w}${dash}" d="${linePath(each, x, y)}"/>`);
+      if (panel.hidden.has(each.label)) continue;
+      const dash = each.dash.length ? `;stroke-dasharray:${each.dash.join(" ")}` : "";
+      out.push(`<path class="line" style="stroke:${paint(each.tint)};stroke-width:${each.width}${dash}" d="${linePath(each, x, y)}"/>`);
     }
     for (const each of panel.dots) {
-      if (!panel.hidden.has(each.n)) out.push(`<path class="dots ${each.m}" style="stroke:${paint(each.c)}" d="${dotsPath(each, x, y)}"/>`);
+      if (!panel.hidden.has(each.label)) out.push(`<path class="dots ${each.mark}" style="stroke:${paint(each.tint)}" d="${dotsPath(each, x, y)}"/>`);
     }
-    for (const [text, a, b] of panel.notes) {
+    for (const { text, x: a, y: b } of panel.notes) {
       const at = x.at(a), left = at > (LEFT + x.end) / 2;
       out.push(`<text class="note" x="${(at + (left ? -6 : 6)).toFixed(1)}" y="${(y.at(b) - 5).toFixed(1)}" text-anchor="${left ? "end" : "start"}" style="fill:${paint("alarm")};font-weight:700">${safe(text)}</text>`);
     }
-    if (panel.time) {
+    if (panel.of_time) {
       let free = -Infinity;
       for (const [time, number, text] of data.events) {
         const at = x.at(time);
@@ -209,17 +210,17 @@
     const xs = arrays[each.x];
     let i = place(xs, time);
     if (i > 0 && (i === xs.length || time - xs[i - 1] < xs[i] - time)) i--;
-    const far = each.p > 0 && Math.abs(xs[i] - time) > 1.5 * each.p;
-    const v = each.l === undefined ? arrays[each.y][i] : arrays[each.h][i] - arrays[each.l][i];
+    const far = each.period > 0 && Math.abs(xs[i] - time) > 1.5 * each.period;
+    const v = each.low === undefined ? arrays[each.y][i] : arrays[each.high][i] - arrays[each.low][i];
     return far || !Number.isFinite(v) ? "–" : v.toPrecision(4).replace("-", "−");
   }
   function point(time) {
     for (const panel of panels) {
-      if (!panel.time) continue;
+      if (!panel.of_time) continue;
       const cursor = panel.svg.querySelector(".cursor");
       if (cursor) cursor.setAttribute("d", time === null ? "" : `M${panel.x.at(time).toFixed(1)} 0V9999`);
       for (const [label, output] of panel.outputs) {
-        const each = panel.lines.find((line) => line.n === label);
+        const each = panel.lines.find((line) => line.label === label);
         output.textContent = time === null || !each ? "" : value(panel, each, time);
       }
     }
@@ -269,19 +270,48 @@
       if (does) { event.preventDefault(); does(); }
     });
   }
+  // The mark of a legend, 26 by 12.
+  function sample(each) {
+    if (each.low !== undefined) {
+      const box = (fill, more) => `<rect width="26" height="12" style="fill:${fill}"${more}/>`;
+      return box(paint(each.tint), ' opacity=".8"') + (each.hatch ? box(`url(#hatch${each.hatch})`, "") : "");
+    }
+    if (each.mark) return `<path class="dots ${each.mark}" style="stroke:${paint(each.tint)}" d="M13 6${MARKS[each.mark]}"/>`;
+    const dash = each.dash.length ? `;stroke-dasharray:${each.dash.join(" ")}` : "";
+    return `<path class="sample" style="stroke:${paint(each.tint)};stroke-width:${each.width}${dash}" d="M0 6H26"/>`;
+  }
+  function build(panel, heading) {
+    const once = (all, label) => [...new Map(all.map((each) => [label(each), each]).reverse()).values()].reverse();
+    const key = panel.title ? [`<strong style="color:${paint(panel.tint)}">${safe(panel.title)}</strong>`] : [];
+    key.push(`<span class="unit">${safe(panel.y_label)}</span>`);
+    for (const each of once([...panel.lines, ...panel.dots, ...panel.layers], (one) => one.label)) {
+      key.push(`<button class="entry" data-label="${safe(each.label)}" aria-pressed="true"><svg viewBox="0 0 26 12">${sample(each)}</svg><span>${safe(each.label)}</span><output></output></button>`);
+    }
+    for (const { label, tint } of once(panel.bands, (band) => band.label)) {
+      key.push(`<span><span class="swatch" style="background:${paint(tint)}"></span>${safe(label)}</span>`);
+    }
+    for (const { label } of once(panel.levels, (level) => level.label)) key.push(`<span>· · · ${safe(label)}</span>`);
+    const element = document.createElement("div");
+    element.className = "panel";
+    element.innerHTML = `<div class="key">${key.join("")}</div><svg class="plot" tabindex="0" role="img" aria-label="${safe(`${heading} ${panel.title} ${panel.y_label}`)}"></svg>`;
+    return element;
+  }
+  const hatch = (path, i) => `<pattern id="hatch${i}" width="8" height="8" patternUnits="userSpaceOnUse"><path d="${path}" style="stroke:${paint("paper")};fill:none" stroke-width="1.2" opacity=".5"/></pattern>`;
+  document.getElementById("hatches").innerHTML = HATCHES.map(hatch).join("");
   for (const chart of data.charts) {
     const figure = document.getElementById(chart.name);
     if (!figure) continue;
-    figure.querySelectorAll(".panel").forEach((element, i) => {
-      const panel = chart.panels[i];
+    chart.panels.forEach((panel, i) => {
+      const element = build(panel, chart.heading);
+      figure.insertBefore(element, figure.querySelector("figcaption"));
       panel.svg = element.querySelector("svg.plot");
-      panel.labelled = !panel.time || i === chart.panels.length - 1;
+      panel.labelled = !panel.of_time || i === chart.panels.length - 1;
       panel.hidden = new Set();
       panel.outputs = [];
-      if (!panel.time) {
-        const xs = [...panel.lines, ...panel.dots].flatMap((each) => Array.from(arrays[each.x])).filter((v) => v > 0 || !panel.xLog);
+      if (!panel.of_time) {
+        const xs = [...panel.lines, ...panel.dots].flatMap((each) => Array.from(arrays[each.x])).filter((v) => v > 0 || !panel.x_log);
         const [low, high] = [xs.reduce((a, b) => Math.min(a, b)), xs.reduce((a, b) => Math.max(a, b))];
-        panel.own = panel.xLog ? [low / 1.1, Math.max(high * 1.1, low * 10)] : [low, high];
+        panel.own = panel.x_log ? [low / 1.1, Math.max(high * 1.1, low * 10)] : [low, high];
       }
       for (const button of element.querySelectorAll(".entry")) {
         const label = button.dataset.label;
@@ -292,7 +322,7 @@
           later();
         });
       }
-      if (panel.time) attend(panel);
+      if (panel.of_time) attend(panel);
       panels.push(panel);
     });
   }

@@ -31,27 +31,19 @@ def story(
     energies: Budget | None,
 ) -> str:
     """Return the paragraph; what the traces do not hold is left out."""
-    sentences: list[str] = []
-    if traces.server is not None and len(traces.server.time_s):
-        sentences += _contact(traces, traces.server, scenario)
-    sentences += _forces(summary)
-    if energies is not None:
-        sentences += _energy(energies)
-    sentences += _offsets(summary)
-    sentences += _safety(traces, summary)
-    return " ".join(sentences)
+    server = traces.server
+    touched = _contact(traces, server, scenario) if server and len(server.time_s) else ()
+    moved = _energy(energies) if energies is not None else ()
+    rest = (*_offsets(summary), *_safety(traces, summary))
+    return " ".join([*touched, *_forces(summary), *moved, *rest])
 
 
 def _contact(
     traces: SessionTraces, server: ServerTraces, scenario: Scenario | None
 ) -> Iterator[str]:
     rows = recorded.until_users_end(traces)
-    times = server.time_s[rows]
-    first: dict[str, float] = {}
-    for name, touches in zip(server.users, server.contact, strict=True):
-        indices = np.flatnonzero(touches[rows])
-        if len(indices):
-            first[name] = float(times[indices[0]])
+    times, touching = server.time_s[rows], zip(server.users, server.contact, strict=True)
+    first = {name: float(times[np.argmax(on[rows])]) for name, on in touching if on[rows].any()}
     name = "the object" if scenario is None else scenario.environment.noun
     if not first:
         yield f"No user touched {name}."
@@ -86,18 +78,15 @@ def _moved(server: ServerTraces, rows: Flags) -> str:
 
 
 def _forces(summary: dict[str, Any]) -> Iterator[str]:
-    found = {user["name"]: user["force_final_n"] for user in summary["users"]}
-    found = {
-        name: float(np.linalg.norm(force))
-        for name, force in found.items()
-        if force is not None and None not in np.atleast_1d(force)
-    }
+    ends = [user["force_final_n"] for user in summary["users"]]
+    known = (force for force in ends if force is not None and None not in np.atleast_1d(force))
+    found = [float(np.linalg.norm(force)) for force in known]
     peak = max((user["force_peak_n"] or 0.0 for user in summary["users"]), default=0.0)
     if not found or peak < 0.05:
         return
-    sizes = [f"{force:.2f} N" for force in found.values()]
+    sizes = [f"{force:.2f} N" for force in found]
     if len(sizes) > 3:
-        sizes = [f"{min(found.values()):.2f} to {max(found.values()):.2f} N"]
+        sizes = [f"{min(found):.2f} to {max(found):.2f} N"]
     devices = "The device" if len(found) == 1 else "The devices"
     end = "" if len(found) == 1 else "s"
     yield f"{devices} rendered up to {peak:.2f} N; force{end} at the end: {listed(sizes)}."
@@ -109,9 +98,8 @@ def _energy(energies: Budget) -> Iterator[str]:
     largest = sorted(groups.items(), key=lambda each: -each[1])[:3]
     least = LEAST_RATIO * max(abs(given), *(abs(value) for value in groups.values()))
     taken = [f"{quantity(value, 'J')} in {name}" for name, value in largest if value > least]
-    made = [
-        f"{quantity(-value, 'J')} in {name}" for name, value in groups.items() if value < -least
-    ]
+    active = ((name, -value) for name, value in groups.items() if value < -least)
+    made = [f"{quantity(value, 'J')} in {name}" for name, value in active]
     if not np.isfinite(given) or not taken:
         return
     hands = f"The hand{'' if len(energies.hands) == 1 else 's'}"
@@ -121,11 +109,8 @@ def _energy(energies: Budget) -> Iterator[str]:
 
 
 def _offsets(summary: dict[str, Any]) -> Iterator[str]:
-    known = [
-        each
-        for each in summary.get("outcomes", [])
-        if each["what"] == "offset" and each["predicted"] is not None
-    ]
+    told = (each for each in summary.get("outcomes", []) if each["what"] == "offset")
+    known = [each for each in told if each["predicted"] is not None]
     offsets = [
         f"{each['owner']} predicted {predicted_words(each['predicted'], each['until'])}, measured "
         f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"

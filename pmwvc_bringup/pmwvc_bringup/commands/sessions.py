@@ -175,7 +175,7 @@ examples:
 )
 def export_(arguments: argparse.Namespace) -> Result:
     """Read the recording and write the files."""
-    from pmwvc_analysis.export.files import export
+    from pmwvc_analysis.export import export
     from pmwvc_analysis.recording.reader import read_scenario, read_session
 
     folder = Path(arguments.folder)

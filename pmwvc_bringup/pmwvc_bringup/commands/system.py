@@ -70,7 +70,7 @@ def _of_recording(folder: Path, mend_into: str | None) -> "list[RecordingFinding
     from pmwvc_analysis.doctor import check_recording
 
     if mend_into:
-        from pmwvc_analysis.recording.recover import mend
+        from pmwvc_analysis.recording.salvage import mend
 
         target = Path(mend_into).expanduser()
         print(mend(folder, target))

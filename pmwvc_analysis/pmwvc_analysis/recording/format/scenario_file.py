@@ -41,9 +41,8 @@ def mapping_in(path: Path) -> Mapping[str, Any]:
         raise ScenarioError(str(path), [f"cannot be read: {error}"]) from None
     if not isinstance(content, Mapping):
         kind = "nothing" if content is None else type(content).__name__
-        raise ScenarioError(
-            str(path), [f"holds {kind}; a mapping of names and values is expected"]
-        )
+        problem = f"holds {kind}; a mapping of names and values is expected"
+        raise ScenarioError(str(path), [problem])
     return content
 
 

@@ -38,16 +38,13 @@ def _own_text(type_name: str) -> str:
     here = Path(__file__).resolve()
     prefixes = [each for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
     package, name = type_name.split("/msg/")
-    folders = [here.parents[4] / package / "msg"]
-    for prefix in (*prefixes, sys.prefix, *map(str, here.parents)):
-        folders.append(Path(prefix, "share", package, "msg"))
-    for folder in folders:
-        if (path := folder / f"{name}.msg").is_file():
+    shares = [Path(each, "share") for each in (*prefixes, sys.prefix, *map(str, here.parents))]
+    for folder in (here.parents[4], *shares):
+        if (path := folder / package / "msg" / f"{name}.msg").is_file():
             return path.read_text(encoding="utf-8")
-    raise RecordingError(
-        f"no definition of message {type_name}: neither a source tree nor a share folder of a "
-        "built workspace holds it; run 'make setup' or source the workspace"
-    )
+    why = "neither a source tree nor a share folder of a built workspace holds it"
+    remedy = "run 'make setup' or source the workspace"
+    raise RecordingError(f"no definition of message {type_name}: {why}; {remedy}")
 
 
 @functools.cache

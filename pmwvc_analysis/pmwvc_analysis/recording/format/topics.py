@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The topics of a session from the names of users and links, and the metadata of a recording: the
 ``metadata.yaml`` that makes a folder a rosbag2 recording (version 9), and MCAP records of names
-and texts: source, scenario, seed, parameters, versions.
+and texts: source, scenario, seed, parameters, versions. And the space that a recording takes.
 """
 
 import contextlib
@@ -15,7 +15,12 @@ from pathlib import Path
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_core.runtime.messages import KEPT, record_of
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.transport.packet import size_bytes
+
+PACKAGES = ("pmwvc", "pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
+COMPRESSED = 0.45  # of the bytes: measured over live sessions of two users
+RECORD_BYTES = 47  # around a message: its record and its entry in the index
 
 
 @dataclass(frozen=True)
@@ -54,14 +59,9 @@ def session_topics(
 ) -> list[Topic]:
     """Return every topic of a session with these users, whose names are their namespaces.
 
-    Parameters
-    ----------
-    links
-        Names of the emulated links (``user1/up``). A direction without a link has one topic
-        instead of two: the two sides are joined by remapping onto the master's topic.
-    people
-        Also what is made for people or by them (markers, diagnostics, the targets of their
-        hands); nothing waits for these.
+    ``links`` are the emulated ones (``user1/up``): a direction without has one topic instead of
+    two, as both sides are joined by remapping onto the master's. With ``people`` also what is made
+    for people or by them (markers, diagnostics, the targets of their hands).
     """
     found = []
     for user in users:
@@ -75,19 +75,14 @@ def session_topics(
     if links:
         found.append(Topic("/netem/links", schemas.LINK_STATE))
         found.append(Topic("/netem/fates", schemas.PACKET_FATE))
-    found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, True, 1000, essential=False))
+    quiet = [("/parameter_events", schemas.PARAMETER_EVENT, True, 1000)]
     if people:
         for user in users:
-            target = Topic(f"/{user}/hand/target", schemas.POINT, False, 4, essential=False)
-            held = Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, essential=False)
-            found += [target, held]
-        markers, health = (
-            "visualization_msgs/msg/MarkerArray",
-            "diagnostic_msgs/msg/DiagnosticArray",
-        )
-        found.append(Topic("/markers", markers, True, 10, essential=False))
-        found.append(Topic("/diagnostics", health, True, 10, essential=False))
-    return found
+            quiet.append((f"/{user}/hand/target", schemas.POINT, False, 4))
+            quiet.append((f"/{user}/hand/held", schemas.FLAG, True, 4))
+        quiet.append(("/markers", "visualization_msgs/msg/MarkerArray", True, 10))
+        quiet.append(("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", True, 10))
+    return found + [Topic(*each, essential=False) for each in quiet]
 
 
 def relayed(topic: str) -> str | None:
@@ -154,17 +149,13 @@ def dump(content: object) -> str:
 
 def write_metadata(folder: Path, content: Mapping[str, object]) -> None:
     """Replace the folder's ``metadata.yaml`` in one step: a reader never sees half of it."""
-    target = folder / "metadata.yaml"
-    temporary = folder / ".metadata.yaml.tmp"
+    target, temporary = folder / "metadata.yaml", folder / ".metadata.yaml.tmp"
     try:
         temporary.write_text(dump({"rosbag2_bagfile_information": content}), encoding="utf-8")
         os.replace(temporary, target)
     except OSError:
         temporary.unlink(missing_ok=True)
         raise
-
-
-PACKAGES = ("pmwvc", "pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
 
 
 def about(scenario: Scenario | None, *, source: str) -> dict[str, dict[str, str]]:
@@ -176,11 +167,33 @@ def about(scenario: Scenario | None, *, source: str) -> dict[str, dict[str, str]
         with contextlib.suppress(metadata.PackageNotFoundError):
             software[package] = metadata.version(package)
     session = {"source": source}
-    records = {"session": session, "software": software}
-    if scenario is not None:
-        session |= {"scenario": scenario.name, "seed": str(scenario.seed)}
-        records["parameters"] = {
-            name: "null" if value is None else str(value)
-            for name, value in scenario.flat().items()
-        }
-    return records
+    if scenario is None:
+        return {"session": session, "software": software}
+    session |= {"scenario": scenario.name, "seed": str(scenario.seed)}
+    flat = scenario.flat().items()
+    parameters = {name: "null" if value is None else str(value) for name, value in flat}
+    return {"session": session, "software": software, "parameters": parameters}
+
+
+def bytes_per_message(scenario: Scenario, user: User) -> tuple[float, float, float]:
+    """Return what a block of ticks of a user's master, a step of the server and a packet take in
+    the file before compression [byte].
+    """
+    dof = scenario.dof
+    block = 212 + user.master.rate_drop * (64 * dof + 8)
+    step = 184 + 24 * dof + len(scenario.users) * (40 * dof + 30)
+    return block + RECORD_BYTES, step + RECORD_BYTES, size_bytes(dof) + RECORD_BYTES
+
+
+def live_bytes_per_minute(scenario: Scenario) -> float:
+    """Return what the recording of a live session takes on disk a minute [byte]."""
+    health = 1000 + RECORD_BYTES  # diagnostics of one node, once a second
+    link = 4 * (196 + RECORD_BYTES) + 10 * (60 + RECORD_BYTES)  # states, heads of fate blocks
+    steps_hz = 1.0 / scenario.server.period_s
+    _, step, packet = bytes_per_message(scenario, scenario.users[0])
+    raw = steps_hz * step + 31 * (1500 + RECORD_BYTES) + 3 * health  # and markers
+    for user in scenario.users:
+        frames_hz = 1.0 / user.master.frame_s
+        raw += frames_hz * bytes_per_message(scenario, user)[0] + 2 * link + health
+        raw += (frames_hz + steps_hz) * (2 * packet + 42)  # at either end of a link, and its fate
+    return 60.0 * COMPRESSED * raw

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The blocks of one user's loop with the session's own numbers: parameters, and the energy that
-each took in by the end (negative: generated).
+"""A drawing of one user's loop as SVG: blocks with their parameters and the energy that each took
+in by the end (negative: generated), signals between them.
 """
 
 from collections.abc import Mapping
@@ -10,9 +10,11 @@ from typing import NamedTuple
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known
 from pmwvc_analysis.prediction.rendering import link_words, round_trip_words
+from pmwvc_analysis.report.page import filled
 from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import LinkParams
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design.filter_design import pole_of
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
@@ -29,6 +31,7 @@ PARTS: Mapping[str, tuple[str, ...]] = {
 }
 DELAY = EFFECTS.library["delay"]
 ALL_USERS = ("decoder", "contact", "object")
+SMALL_J = 5e-9  # shown as zero
 
 
 class Block(NamedTuple):
@@ -47,16 +50,15 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
     if operator.is_hand or operator.is_remote:
         mass = operator.mass if operator.is_hand else operator.remote.mass
         hand = f"{'' if operator.is_hand else 'remote, '}arm {_number(mass)} kg"
-    port = [f"{_hertz(1.0 / master.tick_s)}"]
-    decoder = [f"{_hertz(1.0 / server.period_s)}", server.coupling.replace("_", " ")]
+    port = [_hertz(1.0 / master.tick_s)]
+    decoder = [_hertz(1.0 / server.period_s), server.coupling.replace("_", " ")]
     if waves:
-        port = [*_impedance(user.impedance), *port]
-        if master.velocity_filter.is_on:
-            port.append(f"velocity filter: {master.velocity_filter.kind}")
-        if master.bank.is_on:
-            port.append(f"local model: {master.bank.kind}")
-        if master.position.is_on:
-            port.append(f"position: {master.position.feedback}")
+        switches = (
+            (f"velocity filter: {master.velocity_filter.kind}", master.velocity_filter.is_on),
+            (f"local model: {master.bank.kind}", master.bank.is_on),
+            (f"position: {master.position.feedback}", master.position.is_on),
+        )
+        port = [*_impedance(user.impedance), *port, *(text for text, on in switches if on)]
         decoder = [*_impedance(user.server_impedance), *decoder]
     title = "wave port" if proofs_hold(scenario.controller) else scenario.controller
     rate = f"1 of {master.rate_drop}, {_hertz(1.0 / (master.tick_s * master.rate_drop))}"
@@ -74,7 +76,7 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
     limits = f"limits: {_number(user.safety.max_force)} N"
     stiffness = f"K = {_number(contact.contact_stiffness)} N/m"
     touches = [stiffness, f"B = {_number(contact.contact_damping)} N s/m"]
-    mass_of_object = [f"{_number(server.object_mass)} kg"]
+    object_mass = [f"{_number(server.object_mass)} kg"] if scenario.environment.movable else []
     texts = {
         "hand": ("hand", [hand]),
         "device": ("device and limits", [f"{_number(device.mass)} kg", limits]),
@@ -85,10 +87,7 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
         "down": ("link down", _link(user.link_down)),
         "decoder": ("server port", decoder),
         "contact": ("contact", touches if scenario.environment.contact_law else []),
-        "object": (
-            server.environment.replace("_", " "),
-            mass_of_object if scenario.environment.movable else [],
-        ),
+        "object": (server.environment.replace("_", " "), object_mass),
     }
     taken = _energies(user.name, energies)
     return {name: Block(*text, taken.get(name)) for name, text in texts.items()}
@@ -138,3 +137,21 @@ def _hertz(value: float) -> str:
 
 def _number(value: float) -> str:
     return f"{float(value):.4g}"
+
+
+def drawing(found: Mapping[str, Block], *, name: str, waves: bool) -> str:
+    """Return the drawing of one user's loop."""
+    rows = {key: _rows(block, shared=key in ALL_USERS) for key, block in found.items()}
+    return filled("loop.svg.j2", blocks=rows, name=name, waves=waves)
+
+
+def _rows(block: Block, *, shared: bool) -> list[tuple[str, str]]:
+    """Return the lines of a block, each with its kind of text."""
+    rows = [(block.title, "loop-title"), *((line, "") for line in block.lines)]
+    if block.energy_j is not None:
+        energy = 0.0 if abs(block.energy_j) < SMALL_J else block.energy_j
+        gives = block.title == "hand"
+        text = f"{'gives' if gives else 'E ='} {quantity(energy, 'J').replace('-', '−')}"
+        rows.append((text, "loop-alarm" if energy < 0.0 and not gives else "loop-energy"))
+        rows += [("of all users", "loop-soft")] if shared else []
+    return rows

@@ -1,19 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The signals of a session as tables: one row per tick, block, step or packet.
+"""The signals of a session as tables, one row per tick, block, step or packet, and these as files:
+CSV for spreadsheets, MAT for MATLAB and Octave, HDF5.
 
-A table holds what is sampled together. Columns are named as in the traces
-(:mod:`pmwvc_core.traces`); a vector is an array ``(row, dof)``.
+Columns are named as in the traces (:mod:`pmwvc_core.traces`); a vector is a matrix ``(row, dof)``.
+CSV is a folder with a file per table and ``columns.csv``, which has the units. MAT holds a struct
+and HDF5 a group per table.
 """
 
+import csv
+import importlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_core.errors import PmwvcError, file_errors
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
@@ -106,13 +113,12 @@ class Table:
 
 def tables(traces: SessionTraces) -> list[Table]:
     """Return every signal of a session, users first; names are plain words."""
-    found: list[Table] = []
-    for user in traces.users:
-        found += _of_user(user)
-    if traces.server is not None:
-        found += _of_server(traces.server)
-    for packets in traces.packets.values():
-        found.append(_table(f"packets_{packets.topic.strip('/')}", packets, PACKETS))
+    found = [table for user in traces.users for table in _of_user(user)]
+    found += _of_server(traces.server) if traces.server is not None else []
+    found += [
+        _table(f"packets_{packets.topic.strip('/')}", packets, PACKETS)
+        for packets in traces.packets.values()
+    ]
     found += [_table(f"fates_{fates.link}", fates, FATES) for fates in traces.fates.values()]
     return found
 
@@ -123,8 +129,8 @@ def _of_user(user: UserTraces) -> Iterator[Table]:
     accounts = {f"account_{name}": values for name, values in user.accounts.items()}
     meanings = {
         **BLOCKS,
-        **{name: Column("J", "energy so far, summed by the master") for name in energies},
-        **{name: Column("J", "energy kept by the controller") for name in accounts},
+        **dict.fromkeys(energies, Column("J", "energy so far, summed by the master")),
+        **dict.fromkeys(accounts, Column("J", "energy kept by the controller")),
     }
     columns = {"time_s": user.block_time_s, "state": user.state, **energies, **accounts}
     yield Table(plain(f"{user.name}_blocks"), columns, meanings)
@@ -154,8 +160,83 @@ def plain(name: str) -> str:
     return re.sub(r"\W", "_", name)
 
 
-def by_axis(name: str, values: NDArray[Any]) -> Sequence[tuple[str, NDArray[Any]]]:
+def by_axis(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Return the axes of a column by name: ``x_m`` of one axis, else ``x_m_1``, ``x_m_2``, ..."""
     if values.ndim == 1 or values.shape[1] == 1:
-        return [(name, values.reshape(-1))]
-    return [(f"{name}_{number}", axis) for number, axis in enumerate(values.T, start=1)]
+        return {name: values.reshape(-1)}
+    return {f"{name}_{number}": axis for number, axis in enumerate(values.T, start=1)}
+
+
+About = dict[str, str | float]
+Writer = Callable[[Path, Sequence[Table], About], None]
+
+
+def export(
+    target: str | Path, traces: SessionTraces, scenario: Scenario | None, *, kind: str
+) -> None:
+    """Write all signals of a session for another tool, with its parameters where they are known,
+    into a folder for ``csv``, which is made, else a file. RecordingError where it cannot be
+    written, PmwvcError where the kind is not known, or needs a package that is not installed.
+    """
+    if kind not in KINDS:
+        raise PmwvcError(f"export as {kind!r}: there are {', '.join(KINDS)}")
+    about: About = {"source": traces.source, "recorded_s": traces.duration_s}
+    for name, value in ({"scenario": scenario.name} | scenario.flat() if scenario else {}).items():
+        about[name] = value if isinstance(value, int | float) else str(value)
+    path = Path(target)
+    with file_errors(f"write {path}"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        KINDS[kind](path, tables(traces), about)
+
+
+def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:
+    folder.mkdir(exist_ok=True)
+    meanings = []
+    for table in found:
+        columns: dict[str, NDArray[Any]] = {}
+        for name, values in table.columns.items():
+            axes = by_axis(name, values)
+            columns |= axes
+            meanings += [(table.name, axis, *table.meanings[name]) for axis in axes]
+        rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+        _rows(folder / f"{table.name}.csv", columns, rows)
+    _rows(folder / "columns.csv", ["table", "column", "unit", "meaning"], meanings)
+    _rows(folder / "parameters.csv", ["parameter", "value"], about.items())
+
+
+def _rows(file: Path, head: Iterable[str], rows: Any) -> None:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream)
+        table.writerow(head)
+        table.writerows(rows)
+
+
+def _write_mat(file: Path, found: Sequence[Table], about: About) -> None:
+    from scipy.io import savemat
+
+    content: dict[str, Any] = {table.name: dict(table.columns) for table in found}
+    content["units"] = {
+        table.name: {name: table.meanings[name].unit for name in table.columns} for table in found
+    }
+    content["parameters"] = np.array(list(about.items()), dtype=object)  # names have dots
+    savemat(file, content, do_compression=True, long_field_names=True)
+
+
+def _write_hdf5(file: Path, found: Sequence[Table], about: About) -> None:
+    try:
+        h5py: Any = importlib.import_module("h5py")
+    except ImportError:
+        raise PmwvcError(
+            "HDF5 needs the package h5py: pip install 'pmwvc[hdf5]'; or export as csv or mat"
+        ) from None
+    with h5py.File(file, "w") as stream:
+        stream.attrs.update(about)
+        for table in found:
+            group = stream.create_group(table.name)
+            for name, values in table.columns.items():
+                data = group.create_dataset(name, data=values)
+                data.attrs["unit"] = table.meanings[name].unit
+                data.attrs["meaning"] = table.meanings[name].meaning
+
+
+KINDS: dict[str, Writer] = {"csv": _write_csv, "mat": _write_mat, "hdf5": _write_hdf5}

@@ -1,42 +1,131 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The recorded network of a session as links for the simulator.
+"""The recorded times of a session, as a simulator takes them.
 
-A packet comes out at the look of its receiver that took it in, as the receiver's trace says. One
-that came out of the emulator and was never taken in is lost. Where a trace is missing, or of a
-recording from before that, the emulator's times are used: a packet's delay is the time from its
-sending to its coming out, both on the monotonic clock of their machine; where sender and emulator
-are on different machines, from its going into the emulator. Live, it takes a little longer to the
-receiver.
+**Loops.** When every tick of a master and every step of the server took its packets in. Ticks and
+steps that a recording lacks (:mod:`pmwvc_analysis.traces.holes`) are taken to have run on time.
+
+**Links.** A packet comes out at the look of its receiver that took it in, as the receiver's trace
+says. One that came out of the emulator and was never taken in is lost. Where a trace is missing,
+or of a recording from before that, the emulator's times are used: a packet's delay is the time
+from its sending to its coming out, both on the monotonic clock of their machine; where sender and
+emulator are on different machines, from its going into the emulator. Live, it takes a little
+longer to the receiver.
 """
 
+import math
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.recording.format.topics import source_of
-from pmwvc_analysis.replay.loop_times import LoopTimes
+from pmwvc_analysis.traces.holes import of_server, of_user
+from pmwvc_analysis.traces.stages import Stage
 from pmwvc_core.network.in_flight import Cause, FateKind, RecordedFate, RecordedLink
-from pmwvc_core.numeric import Integers
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces, TakenTraces
+from pmwvc_core.simulation.conditions import Steps
+from pmwvc_core.traces import (
+    FateTraces,
+    PacketTraces,
+    ServerTraces,
+    SessionTraces,
+    TakenTraces,
+    UserTraces,
+)
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
 TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
 LONGEST_UPLINK_NS = 100_000_000  # from a sender to the emulator on the same machine
 LOW = 0xFFFFFFFF
-
 Links = dict[str, Callable[[], RecordedLink]]
 
 
+class LoopTimes(NamedTuple):
+    """The times of one loop: the tick of the session of each row of its traces, when each row
+    took its packets in [ns], and the intervals that were not recorded [ns].
+    """
+
+    at: Integers
+    looked_ns: Integers
+    holes_ns: Sequence[tuple[int, int]]
+
+
+def tick_numbers(time_s: Array, tick_s: float) -> Integers:
+    """Return times as ticks of the session."""
+    return np.rint(time_s / tick_s).astype(np.int64)
+
+
+def times_of(rows: UserTraces | ServerTraces, tick_s: float) -> LoopTimes:
+    """Return the times of a master's loop, or the server's."""
+    at = tick_numbers(rows.time_s, tick_s)
+    gaps = of_user(rows) if isinstance(rows, UserTraces) else of_server(rows)
+    gaps_ns = [(round(gap.start_s * 1e9), round(gap.end_s * 1e9)) for gap in gaps]
+    return LoopTimes(at, at * round(tick_s * 1e9) + rows.nearest_look_ns, gaps_ns)
+
+
+def unknown_looks(traces: SessionTraces) -> list[str]:
+    """Return a note where a recording does not say when its loops took packets in."""
+    unknown = [user.name for user in traces.users if not len(user.looked_ns)]
+    if traces.server is not None and not len(traces.server.looked_ns):
+        unknown.append("the server")
+    what = "taken for the wake-up of a master, the deadline of a server step"
+    who = ", ".join(unknown)
+    return [f"when {who} took packets in was not recorded: {what}"] if unknown else []
+
+
+def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:
+    """Return when each tick of the session ran [ns], negative where it did not ``(ticks,)``."""
+    tick_ns = round(tick_s * 1e9)
+    result = np.full(ticks, -1, dtype=np.int64)
+    for start_ns, end_ns in loop.holes_ns:
+        lost = np.arange(max(start_ns // tick_ns, 0), min(-(-end_ns // tick_ns), ticks))
+        result[lost] = lost * tick_ns
+    within = loop.at < ticks
+    result[loop.at[within]] = loop.looked_ns[within]
+    return result
+
+
+def counts_from(
+    user: UserTraces, traces: SessionTraces, stages: Sequence[Stage], number: int
+) -> int:
+    """Return the tick of the session at which the loop of a user (number from 0) counts 0: its
+    frames begin at the multiples of the rate drops of all stages.
+    """
+    rate_drops = [stage.scenario.users[number].master.rate_drop for stage in stages]
+    grid = user.grid if traces.live else 0
+    begins = int(tick_numbers(user.time_s[:1], user.tick_s)[0])
+    return begins - (int(user.tick[0]) + grid) % math.lcm(*rate_drops)
+
+
+def steps(
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario, ticks: int
+) -> Steps | None:
+    """Return when the server stepped; on its own grid where its period was changed."""
+    server, tick_s = traces.server, recorded.tick_s
+    tick_ns = round(tick_s * 1e9)
+    if server is None:
+        return None
+    loop, period_s = times_of(server, tick_s), replayed.server.period_s
+    if period_s != recorded.server.period_s:
+        tick = np.arange(loop.at[0], ticks, round(period_s / tick_s))
+        return Steps(tick, tick * tick_ns, np.full(len(tick), period_s))
+    columns = loop.at.tolist(), loop.looked_ns.tolist(), server.periods_s.tolist()
+    rows = [row for row in zip(*columns, strict=True) if row[0] < ticks]
+    missing = np.diff(server.step) - 1
+    for row in np.flatnonzero(missing > 0).tolist():
+        count, lasts = int(missing[row]), float(server.periods_s[row])
+        between = np.linspace(loop.at[row], loop.at[row + 1], count + 2)[1:-1]
+        rows += [(int(at), int(at) * tick_ns, lasts) for at in between if at < ticks]
+    at, looked_ns, lasts_s = zip(*sorted(rows), strict=True)
+    return Steps(np.array(at), np.array(looked_ns), np.array(lasts_s))
+
+
 def links(
-    traces: SessionTraces,
-    recorded: Scenario,
-    replayed: Scenario,
-    *,
-    loops: Mapping[str, LoopTimes],
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario, loops: Mapping[str, LoopTimes]
 ) -> tuple[Links, list[str]]:
     """Return what makes the recorded links, by name, and what is not as recorded, as text.
 
@@ -117,9 +206,9 @@ def _instants(taken: TakenTraces, loop: LoopTimes) -> dict[tuple[int, int], dequ
     found: dict[tuple[int, int], deque[int]] = defaultdict(deque)
     behind = np.searchsorted(taken.row, taken.row, side="right") - 1 - np.arange(len(taken.row))
     at_ns = loop.looked_ns[taken.row] - behind
-    rows = zip(taken.epoch.tolist(), taken.seq.tolist(), at_ns.tolist(), strict=True)
-    for sender, number, time_ns in rows:
-        found[sender, number].append(time_ns)
+    packets = zip(taken.epoch.tolist(), taken.seq.tolist(), strict=True)
+    for packet, time_ns in zip(packets, at_ns.tolist(), strict=True):
+        found[packet].append(time_ns)
     return found
 
 
@@ -135,11 +224,8 @@ def own_sender(traces: SessionTraces, name: str) -> int:
 
 def _numbers(fates: FateTraces, rows: Integers) -> Integers:
     """Return packet numbers that go on where an epoch begins again at 1."""
-    numbers = fates.seq[rows].copy()
-    last = 0
-    epochs = fates.epoch[rows]
-    _, first = np.unique(epochs, return_index=True)
-    for epoch in epochs[np.sort(first)]:
+    numbers, epochs, last = fates.seq[rows].copy(), fates.epoch[rows], 0
+    for epoch in dict.fromkeys(epochs.tolist()):
         own = epochs == epoch
         numbers[own] += last
         last = int(numbers[own].max())
