@@ -23,6 +23,7 @@ import numpy as np
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Series, Sums
 from pmwvc_analysis.traces.hand_work import complete, hand_work, true_motion
+from pmwvc_analysis.traces.holes import gaps
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages
@@ -162,7 +163,7 @@ def _strict(sums: UserSums, known: User, at_server: list[Array], *, live: bool) 
     """
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
-    own = None if complete(user) else user.energy.get("device")
+    own = user.energy.get("device") if user.tick[0] > 0 or len(gaps(user)) else None
     work = sums.anchored(np.sum(user.f_applied * moved, axis=-1), own, unknown=1)
     energies = {"work": work, "v_m": sums.of_wave("v_m"), "u_s": u_s, "v_s": v_s}
     energies |= {"u_tx": paid(sums, live=live), "released": released(sums)}
