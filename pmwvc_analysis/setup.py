@@ -13,11 +13,5 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
-    zip_safe=False,
-    maintainer="PMWVC contributors",
-    maintainer_email="maintainers@pmwvc.example",
-    description="Recorder, reader, energy, stability and transparency, figures and report.",
-    license="Apache-2.0",
     entry_points={"console_scripts": ["recorder = pmwvc_analysis.recorder_node:main"]},
 )

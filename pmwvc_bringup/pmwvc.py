@@ -36,13 +36,10 @@ def names() -> list[str]:
 
 
 def scenario(
-    source: str | Path | Scenario,
-    changes: Mapping[str, object] | None = None,
-    *,
-    users: int | None = None,
-    duration_s: float | None = None,
-) -> Scenario:
-    """Return a scenario, with parameters changed.
+    source: str | Path | Scenario, changes: Mapping[str, object] | None = None, *,
+    users: int | None = None, duration_s: float | None = None,
+) -> Scenario:  # fmt: skip
+    """Return a scenario, with parameters changed; ScenarioError lists every mistake.
 
     Parameters
     ----------
@@ -52,11 +49,6 @@ def scenario(
         Values by dotted name, as with ``--set`` of the command line: ``{"link.delay_s": 0.05}``.
     users, duration_s
         Number of users, 1 to 8; length [s].
-
-    Raises
-    ------
-    ScenarioError
-        Listing every mistake.
     """
     if isinstance(source, Scenario):
         mapping, origin = source.to_dict(), source.name
@@ -98,34 +90,22 @@ def figures(folder: str | Path, traces: SessionTraces, session: Scenario | None)
 
 
 def record(folder: str | Path, traces: SessionTraces, session: Scenario) -> None:
-    """Write a simulated session as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written.
+    """Write a simulated session as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``;
+    RecordingError where the folder cannot be written.
     """
     record_traces(folder, traces, session, metadata=kept(traces))
 
 
 def save(folder: str | Path, traces: SessionTraces, session: Scenario) -> dict[str, Any]:
     """Write a simulated session as ``pmwvc simulate`` does, report included; return its verdict.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written.
+    RecordingError where the folder cannot be written.
     """
     record(folder, traces, session)
     return finish(folder, scenario=session)
 
 
 def read(folder: str | Path) -> tuple[SessionTraces, Scenario | None]:
-    """Return a recorded session, live or simulated, and its scenario where the folder has one.
-
-    Raises
-    ------
-    RecordingError
-        If there is no recording, or nothing of it can be read.
+    """Return a recorded session, live or simulated, and its scenario where the folder has one;
+    RecordingError where there is no recording, or nothing of it can be read.
     """
     return read_session(folder), read_scenario(folder)

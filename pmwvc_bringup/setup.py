@@ -19,11 +19,5 @@ setup(
         (f"share/{name}/config", sorted(glob("config/*"))),
         (f"share/{name}/layouts", sorted(glob("layouts/*"))),
     ],
-    install_requires=["setuptools"],
-    zip_safe=False,
-    maintainer="PMWVC contributors",
-    maintainer_email="maintainers@pmwvc.example",
-    description="Launch files, scenarios, session runner and command line.",
-    license="Apache-2.0",
     entry_points={"console_scripts": ["pmwvc = pmwvc_bringup.cli:main"]},
 )

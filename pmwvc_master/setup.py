@@ -13,12 +13,6 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
-    zip_safe=False,
-    maintainer="PMWVC contributors",
-    maintainer_email="maintainers@pmwvc.example",
-    description="Master node: one haptic device at 1 kHz, coupled by wave variables.",
-    license="Apache-2.0",
     entry_points={
         "console_scripts": ["master = pmwvc_master.node:main"],
         "pmwvc.devices": [

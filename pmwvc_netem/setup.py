@@ -13,11 +13,5 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
-    zip_safe=False,
-    maintainer="PMWVC contributors",
-    maintainer_email="maintainers@pmwvc.example",
-    description="Network emulation: relays any topic with delay, jitter, loss, rate limit.",
-    license="Apache-2.0",
     entry_points={"console_scripts": ["netem = pmwvc_netem.node:main"]},
 )

@@ -13,11 +13,5 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
-    zip_safe=False,
-    maintainer="PMWVC contributors",
-    maintainer_email="maintainers@pmwvc.example",
-    description="Server node: the shared object, its contacts and wave ports for eight users.",
-    license="Apache-2.0",
     entry_points={"console_scripts": ["server = pmwvc_server.node:main"]},
 )

@@ -13,11 +13,5 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
-    zip_safe=False,
-    maintainer="PMWVC contributors",
-    maintainer_email="maintainers@pmwvc.example",
-    description="Live page: shows a session in a browser and lets people take part in it.",
-    license="Apache-2.0",
     entry_points={"console_scripts": ["view = pmwvc_view.node:main"]},
 )

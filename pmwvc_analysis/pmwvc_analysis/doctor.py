@@ -55,7 +55,7 @@ def check_recording(folder: str | Path) -> list[Finding]:
         findings += wrong or [Finding("physics", OK, "ports, powers and running sums agree")]
         if scenario is not None:  # what ports behind counts may give out is no fault
             for user in (each for each in scenario.users if behind_counts(each, scenario)):
-                text = count_bound(user.master, user.device).text()
+                text = count_bound(user.master, user.device).text
                 findings.append(Finding("encoder", NOTE, f"{user.name}: {text}"))
     except PmwvcError as error:
         findings.append(Finding("content", PROBLEM, str(error)))

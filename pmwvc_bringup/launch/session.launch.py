@@ -45,42 +45,33 @@ def session_nodes(context):
     users = int(values["users"]) if values["users"] else None
     duration_s = float(values["duration"]) if values["duration"] else None
     scenario = scenarios.load(values["scenario"], users=users, duration_s=duration_s or None)
-    record = values["record"].lower() in ("true", "1", "yes")
-    page = plan.Page() if values["view"].lower() in ("true", "1", "yes") else None
+    record, view = (values[name].lower() in ("true", "1", "yes") for name in ("record", "view"))
     namespace = values["namespace"].strip("/")
     folder = new_folder(scenario.name, values["out"] or None)
     file = folder / "scenario.yaml"
     file.write_text(scenarios.to_yaml(scenario), "utf-8")
     (folder / "nodes").mkdir()
-    actions = []
+    actions, how = [], {"prefix": plan.ENDS_WITH_PARENT, "output": "screen"}
+    page = plan.Page() if view else None
     for node in plan.nodes(scenario, folder=folder, paused=True, page=page):
         if node.kind == "recorder" and not record:
             continue
         parameters = folder / "nodes" / f"{node.file_name}.yaml"
         parameters.write_text(node.parameter_file(), "utf-8")
-        actions.append(
-            Node(
-                package=plan.MODULES[node.kind].partition(".")[0],
-                executable=node.kind,
-                namespace="/".join(filter(None, (namespace, node.namespace))),
-                parameters=[str(parameters)],
-                exec_name=node.name,
-                prefix=plan.ENDS_WITH_PARENT,
-                output="screen",
-            )
+        action = Node(
+            package=plan.MODULES[node.kind].partition(".")[0],
+            executable=node.kind,
+            namespace="/".join(filter(None, (namespace, node.namespace))),
+            parameters=[str(parameters)],
+            exec_name=node.name,
+            **how,
         )
+        actions.append(action)
     endless = duration_s == 0.0
-    starter = ExecuteProcess(
-        name="starter",
-        cmd=[
-            *(sys.executable, "-m", "pmwvc_bringup.session.starter", str(file)),
-            *("--duration", "0" if endless else str(scenario.duration_s)),
-            *("--namespace", namespace),
-            *([] if record else ["--unrecorded"]),
-        ],
-        prefix=plan.ENDS_WITH_PARENT,
-        output="screen",
-    )
+    words = [sys.executable, "-m", "pmwvc_bringup.session.starter", str(file)]
+    words += ["--duration", "0" if endless else str(scenario.duration_s)]
+    words += ["--namespace", namespace, *([] if record else ["--unrecorded"])]
+    starter = ExecuteProcess(name="starter", cmd=words, **how)
 
     def over(event, _):
         if event.returncode:

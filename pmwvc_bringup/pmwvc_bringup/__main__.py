@@ -54,9 +54,9 @@ def main() -> int:
     if hasattr(signal, "pthread_sigmask"):  # not on Windows
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     sys.excepthook, sys.unraisablehook = _uncaught, _unraisable
-    from pmwvc_bringup import cli, parser
+    from pmwvc_bringup import cli
 
-    parser.library()
+    cli.library()
     if not ignored:
         signal.signal(signal.SIGINT, _while_running)
     code = cli.main()

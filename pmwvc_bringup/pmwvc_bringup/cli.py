@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command line ``pmwvc``: one command is parsed and run, and its result becomes the exit code.
+"""The command line ``pmwvc``: its parser, built from the records of the commands; one command is
+parsed and run, and its result becomes the exit code.
 
 Exit code 0: done; 1: a session could not start, the machine has a problem, or ``--check`` found
 that a session was not stable, not passive, interrupted, disturbed or not recorded whole; 2: a
@@ -8,14 +9,138 @@ mistake of the user, named in one message on stderr; 130: interrupted. (``doctor
 see there.) The commands: :mod:`pmwvc_bringup.commands`.
 """
 
+import argparse
+import contextlib
+import importlib
 import os
+import pkgutil
+import re
 import sys
 from collections.abc import Sequence
+from typing import Any, NoReturn
 
+from pmwvc_bringup import commands
 from pmwvc_bringup.command import Command
 from pmwvc_bringup.output import document
-from pmwvc_bringup.parser import build_parser
 from pmwvc_core.errors import PmwvcError
+
+# The order of the help; commands that are not in it follow by name.
+ORDER = (
+    "run view simulate report export replay compare stability map transparency tune "
+    "filter node token scenarios links doctor completion"
+).split()
+EXAMPLES = """\
+examples:
+  pmwvc doctor                 check whether this machine can run a session
+  pmwvc scenarios              list the scenarios
+  pmwvc run carry_16ms         a live session: ROS 2 nodes, 1 kHz force loops, a report
+  pmwvc simulate carry_16ms    the same in virtual time, without ROS
+"""
+
+
+class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Examples stay as written; the longest name fits before its description."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=28, width=99)
+
+    def add_argument(self, action: argparse.Action) -> None:
+        """Count the indentation of sub-commands, which the base class forgets."""
+        super().add_argument(action)
+        if isinstance(action, argparse._SubParsersAction):
+            self._action_max_length += self._indent_increment
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose refusals name the nearest right word."""
+
+    def __init__(self, **options: Any) -> None:
+        options.setdefault("formatter_class", _HelpFormatter)
+        super().__init__(**{**options, "allow_abbrev": False})
+
+    def error(self, message: str) -> NoReturn:
+        """Print one message and exit with 2."""
+        from pmwvc_core.params.names import hint
+
+        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        options = re.match(r"unrecognized arguments: (\S+)", message)
+        more = ""
+        if choice:
+            more = hint(choice[1], re.findall(r"[\w-]+", choice[2]))
+        elif options:
+            word = options[1].partition("=")[0]
+            owners = [name for name, nested in _nested(self) if word in _options_of(nested)]
+            only = f"; {word} is an option of {', '.join(owners)} only"
+            more = only if owners else hint(word, sorted(_options_of(self)))
+        self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
+
+
+class _Version(argparse.Action):
+    """Prints the version."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print it and exit."""
+        from importlib import metadata
+
+        found = "of an environment that was not built"
+        for distribution in ("pmwvc", "pmwvc_bringup"):  # of the wheel without ROS, of a workspace
+            with contextlib.suppress(metadata.PackageNotFoundError):
+                found = metadata.version(distribution)
+        print(f"pmwvc {found}")
+        parser.exit()
+
+
+def _nested(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.ArgumentParser]]:
+    """Return the parsers of the sub-commands by name."""
+    return [
+        item
+        for action in parser._actions
+        if isinstance(action, argparse._SubParsersAction)
+        for item in action.choices.items()
+    ]
+
+
+def _options_of(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the long options of a parser and its sub-commands."""
+    own = {name for action in parser._actions for name in action.option_strings}
+    return {name for name in own if name.startswith("--")}.union(
+        *(_options_of(nested) for _, nested in _nested(parser))
+    )
+
+
+def library() -> list[Command]:
+    """Return every command, in the order of the help."""
+    records = [
+        value
+        for found in pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
+        for value in vars(importlib.import_module(found.name)).values()
+        if isinstance(value, Command)
+    ]
+    order = {name: number for number, name in enumerate(ORDER)}
+    return sorted(records, key=lambda one: (order.get(one.name, len(order)), one.name))
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    parser = Parser(
+        prog="pmwvc",
+        description="Networked cooperative haptics by passive multirate wave-variable control.",
+        epilog=EXAMPLES,
+    )
+    text = "show program's version number and exit"
+    parser.add_argument("--version", nargs=0, action=_Version, help=text)
+    several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for command in library():
+        nested = several.add_parser(
+            command.name,
+            help=command.help,
+            description=f"{command.help}.",
+            epilog=command.examples,
+        )
+        nested.set_defaults(command=command)
+        for add_to in command.arguments:
+            add_to(nested)
+    return parser
 
 
 def main(words: Sequence[str] | None = None) -> int:

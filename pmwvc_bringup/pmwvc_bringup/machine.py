@@ -14,12 +14,12 @@ import os
 import platform
 import shutil
 import sys
-import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -28,10 +28,12 @@ from pmwvc_bringup import scenarios
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 MIB = 2**20
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 TICK_NS = 1_000_000  # the force loop of every scenario
 LINUX = "Linux"
 LIVE_ONLY = "run make setup for live sessions; all commands but run and node work without"
-Outcome: TypeAlias = tuple[str, str, str]  # status, text, remedy
+Answer = TypeVar("Answer")
+Outcome: TypeAlias = tuple[str, ...]  # status, text and, but where all is well, the remedy
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def _python() -> Outcome:
     text = f"{platform.python_version()} in {sys.prefix}"
     if not (3, 11) <= sys.version_info[:2] <= (3, 13):
         return PROBLEM, text, "use Python 3.11 to 3.13: make setup"
-    return OK, text, ""
+    return OK, text
 
 
 def _ros() -> Outcome:
@@ -74,17 +76,17 @@ def _ros() -> Outcome:
         importlib.import_module("rclpy")
         version = importlib.metadata.version("ros-rclpy")
     except importlib.metadata.PackageNotFoundError:
-        return OK, "rclpy of a ROS installation", ""
+        return OK, "rclpy of a ROS installation"
     except ImportError as error:
         return PROBLEM, f"rclpy cannot be imported: {error}", LIVE_ONLY
-    return OK, f"rclpy {version} from wheels", ""
+    return OK, f"rclpy {version} from wheels"
 
 
 def _system() -> Outcome:
     """Return what a system without ROS is good for, which is no fault of it."""
     need = "ROS 2 (make setup)" if platform.system() == LINUX else "Linux"
-    text = f"{platform.system()} {platform.machine()}: all commands but run and node; "
-    return OK, f"{text}live sessions need {need}", ""
+    text = f"{platform.system()} {platform.machine()}: all commands but run and node"
+    return OK, f"{text}; live sessions need {need}"
 
 
 def _messages() -> Outcome:
@@ -96,16 +98,16 @@ def _messages() -> Outcome:
             support.check_for_type_support(getattr(messages, name))
     except Exception as error:
         return PROBLEM, f"{type(error).__name__}: {error}", LIVE_ONLY
-    return OK, f"{len(names)} types with their support libraries", ""
+    return OK, f"{len(names)} types with their support libraries"
 
 
 def _compiler() -> Outcome:
-    found = [tool for tool in ("gcc", "g++", "make") if shutil.which(tool)]
-    if len(found) < 3:
-        missing = ", ".join({"gcc", "g++", "make"} - set(found))
+    tools = ("gcc", "g++", "make")
+    missing = ", ".join(tool for tool in tools if not shutil.which(tool))
+    if missing:
         text = f"{missing} missing: messages cannot be rebuilt"
         return WARNING, text, "run apt install build-essential"
-    return OK, " ".join(found), ""
+    return OK, " ".join(tools)
 
 
 def _cores() -> Outcome:
@@ -116,20 +118,15 @@ def _cores() -> Outcome:
         return WARNING, text, "use two cores or more: on one, loops wait for each other"
     if load > count:
         return WARNING, text, "close other programs: loops will be late"
-    return OK, text, ""
+    return OK, text
 
 
 def _clock() -> Outcome:
     from pmwvc_core.runtime.pacing import Pacer
 
     resolution_ns = time.get_clock_info("monotonic").resolution * 1e9
-    late_ns: list[int] = []
-
-    def loop() -> None:
-        pacer = Pacer(TICK_NS)
-        late_ns.extend(pacer.wait().lateness_ns for _ in range(300))
-
-    _in_thread(loop)
+    pacer = Pacer(TICK_NS)
+    late_ns = _in_thread(lambda: [pacer.wait().lateness_ns for _ in range(300)])
     half, most = np.percentile(late_ns, (50, 99)) / 1e3
     text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups: median lateness {half:.0f} µs"
     text += f", 99th percentile {most:.0f} µs"
@@ -137,37 +134,33 @@ def _clock() -> Outcome:
         return PROBLEM, text, "use a kernel with high-resolution timers"
     if most > 1000:
         return WARNING, text, "ticks will be late: the machine is busy or virtual"
-    return OK, text, ""
+    return OK, text
 
 
 def _real_time() -> Outcome:
-    from pmwvc_core.runtime.real_time import RealTimeReport, hold_memory, request_real_time
+    from pmwvc_core.runtime.real_time import hold_memory, request_real_time
 
-    reports: list[RealTimeReport] = []
-    _in_thread(lambda: reports.append(hold_memory() + request_real_time(20)))
-    report = reports[0]
+    report = _in_thread(lambda: hold_memory() + request_real_time(20))
     text = str(report).removeprefix("real time: ")
     if report.refused:
         remedy = "set rtprio 20 and memlock unlimited in /etc/security/limits.conf; log in again"
         return WARNING, text, remedy
-    return OK, text, ""
+    return OK, text
 
 
 def _shared_memory() -> Outcome:
     folder = Path("/dev/shm")
     if not folder.is_dir():
-        return OK, "not there; sessions do not use it", ""
+        return OK, "not there; sessions do not use it"
     left = sorted(folder.glob("fastrtps_*")) + sorted(folder.glob("fastdds_*"))
     size = sum(path.stat().st_size for path in left if path.exists()) / MIB
     free = shutil.disk_usage(folder).free / MIB
     text = f"{free:.0f} MiB free"
     if left:
-        return (
-            WARNING,
-            f"{text}; {len(left)} files of ROS programs, {size:.1f} MiB",
-            "if no ROS program is running, killed ones left them: run fastdds shm clean",
-        )
-    return OK, text, ""
+        text += f"; {len(left)} files of ROS programs, {size:.1f} MiB"
+        remedy = "if no ROS program is running, killed ones left them: run fastdds shm clean"
+        return WARNING, text, remedy
+    return OK, text
 
 
 def _limits() -> Outcome:
@@ -181,23 +174,22 @@ def _limits() -> Outcome:
         return WARNING, text, "run ulimit -n 1024"
     if 0 <= processes < 512:
         return WARNING, text, "run ulimit -u 512"
-    return OK, text, ""
+    return OK, text
 
 
 def _disk() -> Outcome:
     free = shutil.disk_usage(Path.cwd()).free / MIB
-    sizes = []
-    for users in (2, 8):  # of a scenario of the library
-        size = live_bytes_per_minute(scenarios.load("carry_16ms", users=users)) / MIB
-        sizes.append(f"{size:.0f} MiB a minute with {users} users")
-    text = f"{free / 1024:.1f} GiB free here; a live session takes about {', '.join(sizes)}"
+    loaded = {users: scenarios.load("carry_16ms", users=users) for users in (2, 8)}
+    sizes = {users: live_bytes_per_minute(one) / MIB for users, one in loaded.items()}
+    texts = (f"{size:.0f} MiB a minute with {users} users" for users, size in sizes.items())
+    text = f"{free / 1024:.1f} GiB free here; a live session takes about {', '.join(texts)}"
     if not os.access(Path.cwd(), os.W_OK):
         return PROBLEM, "this folder is not writable", "use --out, or start in a writable folder"
     if free < 200:
         return PROBLEM, text, "free disk space, or use --out"
     if free < 2048:
         return WARNING, text, "free disk space for long sessions, or use --out"
-    return OK, text, ""
+    return OK, text
 
 
 def _environment() -> Outcome:
@@ -213,30 +205,20 @@ def _environment() -> Outcome:
         return PROBLEM, text, "another ROS is sourced: use a fresh shell"
     if found.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp") != "rmw_fastrtps_cpp":
         return WARNING, text, "only rmw_fastrtps_cpp is tested; unset it"
-    if found.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "OFF":
-        remedy = "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes do not discover each other; unset it"
-        return PROBLEM, text, remedy
-    return OK, text, ""
+    if found.get(RANGE, "").upper() == "OFF":
+        return PROBLEM, text, f"{RANGE}=OFF: nodes do not discover each other; unset it"
+    return OK, text
 
 
-def _in_thread(work: Callable[[], None]) -> None:
-    """Run in a thread of its own: its scheduling parameters end with it."""
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
+def _in_thread(work: Callable[[], Answer]) -> Answer:
+    """Return what work in a thread of its own gives: its scheduling parameters end with it."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(work).result()
 
 
 CHECKS: dict[str, Callable[[], Outcome]] = {
-    "python": _python,
-    "ros": _ros,
-    "messages": _messages,
-    "compiler": _compiler,
-    "cores": _cores,
-    "clock": _clock,
-    "real time": _real_time,
-    "/dev/shm": _shared_memory,
-    "limits": _limits,
-    "disk": _disk,
-    "environment": _environment,
-}
+    "python": _python, "ros": _ros, "messages": _messages, "compiler": _compiler, "cores": _cores,
+    "clock": _clock, "real time": _real_time, "/dev/shm": _shared_memory, "limits": _limits,
+    "disk": _disk, "environment": _environment,
+}  # fmt: skip
 NOT_LIVE: dict[str, Callable[[], Outcome]] = {"python": _python, "system": _system, "disk": _disk}

@@ -50,13 +50,11 @@ def find(name: str) -> Path:
             raise ScenarioError(name, [f"there is no such {kinds}"])
         return path
     files = known()
-    if name in files:
-        return files[name]
-    near = hint(name, files, cutoff=0.4)
-    raise ScenarioError(
-        name,
-        [f"there is no such scenario{near} (pmwvc scenarios lists them; or give a .yaml file)"],
-    )
+    if name not in files:
+        near = hint(name, files, cutoff=0.4)
+        ways = "pmwvc scenarios lists them; or give a .yaml file"
+        raise ScenarioError(name, [f"there is no such scenario{near} ({ways})"])
+    return files[name]
 
 
 def read(path: Path) -> dict[str, object]:
@@ -84,15 +82,11 @@ def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:
 
 
 def load(
-    name: str,
-    *,
-    settings_texts: Iterable[str] = (),
-    users: int | None = None,
+    name: str, *, settings_texts: Iterable[str] = (), users: int | None = None,
     duration_s: float | None = None,
-) -> Scenario:
+) -> Scenario:  # fmt: skip
     """Return a scenario with its options; ScenarioError with every mistake of file and options."""
-    path = find(name)
-    mapping = read(path)
+    mapping = read(find(name))
     overrides, problems = settings(settings_texts)
     try:
         scenario = parse_scenario(

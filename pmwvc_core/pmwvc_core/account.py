@@ -6,13 +6,9 @@
 
     taken = given + stored + dissipated + residual
 
-One of two ways: drawn up from the signals at the ends of a block (:class:`Account`; where these
-are energies that others know as well, the block names them, :class:`Passage`), or kept by the
-block while it runs, where no signal shows it (:class:`Entry`).
-
-Signals are those of one step, or the rows of a trace ``(..., n, dof)``: then every row is a step,
-and energies are ``(..., n, 1)``. No loop that controls draws an account up; that is done from what
-was recorded.
+Drawn up from recorded signals at the ends of a block (:class:`Account`, :class:`Passage`), or kept
+by the block while it runs, where no signal shows it (:class:`Entry`). Signals are those of one
+step, or the rows of a trace ``(..., n, dof)``; then energies are ``(..., n, 1)``.
 """
 
 import enum
@@ -37,10 +33,8 @@ class Account(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """The account of a block by the names of its energies (several are added): those that come in
-    and go out, and those held and lost where they are known.
-
-    ``part`` is the part of an energy budget that the others leave over.
+    """The account of a block by the names of its energies (several are added); ``part`` is that of
+    an energy budget that the others leave over.
     """
 
     part: str

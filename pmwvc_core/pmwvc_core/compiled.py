@@ -21,12 +21,7 @@ import numba
 from numba import types
 from numba.core.imputils import impl_ret_borrowed, lower_builtin, lower_constant
 from numba.core.registry import CPUDispatcher
-from numba.core.typing.templates import (
-    AbstractTemplate,
-    AttributeTemplate,
-    infer_getattr,
-    signature,
-)
+from numba.core.typing import templates
 from numba.extending import models, overload, register_model
 
 from pmwvc_core.expressions import BY_AXIS
@@ -142,7 +137,7 @@ def _family(family: Family) -> Any:
     return stub
 
 
-class _Replace(AbstractTemplate):
+class _Replace(templates.AbstractTemplate):
     """The type of ``s._replace(field=value, ...)``."""
 
     key = "NamedTuple._replace"
@@ -156,17 +151,17 @@ class _Replace(AbstractTemplate):
         made = types.BaseTuple.from_types(kinds, self.this.instance_class)
         kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
         fields = [inspect.Parameter(name, kind, default=None) for name in names]
-        found = signature(made, *given, recvr=self.this)
+        found = templates.signature(made, *given, recvr=self.this)
         return found.replace(pysig=inspect.Signature(fields))
 
 
-class _HasReplace(AttributeTemplate):
+class _HasReplace(templates.AttributeTemplate):
     def resolve__replace(self, s):
         return types.BoundFunction(_Replace, s)
 
 
 for _kind in (types.NamedTuple, types.NamedUniTuple):
-    infer_getattr(type(_kind.__name__, (_HasReplace,), {"key": _kind}))
+    templates.infer_getattr(type(_kind.__name__, (_HasReplace,), {"key": _kind}))
 
 
 @lower_builtin(_Replace.key, types.BaseTuple, types.VarArg(types.Any))
@@ -181,9 +176,9 @@ def _replace(context, builder, sig, args):
     return impl_ret_borrowed(context, builder, sig.return_type, made)
 
 
-def _built(text: str, **names: Any) -> Any:
+def _built(text: str) -> Any:
     """Return the function of a generated text."""
-    found: dict[str, Any] = dict(names)
+    found: dict[str, Any] = {}
     exec(text, found)  # texts of this module only
     return found["built"]
 
@@ -219,14 +214,12 @@ def _columns(rows):
 
 def _elementwise(function: Callable[..., Any]) -> None:
     """Compile a function of two arguments, the first of which is a vector."""
-    (first, second), (form, _) = inspect.signature(function).parameters, BY_AXIS[function]
 
-    def build(a):
-        elements = [form.format(a=first, b=second, i=i) for i in range(len(a))]
-        return _built(f"def built({first}, {second}):\n    return {_tuple(elements)}")
+    def build(a, b):
+        elements = [BY_AXIS[function][0].format(a="a", b="b", i=i) for i in range(len(a))]
+        return _built(f"def built(a, b):\n    return {_tuple(elements)}")
 
-    head = f"def built({first}, {second}):\n    return build({first})"
-    overload(function, jit_options=BARE)(_built(head, build=build))
+    overload(function, jit_options=BARE)(build)
 
 
 for _law in ELEMENTWISE:

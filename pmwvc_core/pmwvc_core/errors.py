@@ -1,17 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The exception tree.
-
-Our own mistakes and a user's wrong settings raise; a peer's bad packet never does: it is counted
-and dropped.
+"""The exception tree: our own mistakes and a user's wrong settings raise; a peer's bad packet is
+counted and dropped.
 
 ::
 
     PmwvcError
     ├── ParameterError        one value is outside what it may be
     │   └── ScenarioError     a scenario file or override; lists every mistake it holds
-    ├── RecordingError        a file of recorded motion, force or delay, or a session folder,
-    │                         cannot be used
+    ├── RecordingError        a recorded file or a session folder cannot be used
     └── DeviceError           a device cannot be opened, calibrated or read
 """
 
@@ -25,9 +22,7 @@ class PmwvcError(Exception):
 
 
 class ParameterError(PmwvcError, ValueError):
-    """A parameter has a value it may not have; the message names it, the value and the allowed
-    range.
-    """
+    """A parameter has a wrong value; the message names it, the value and the range."""
 
 
 class ScenarioError(ParameterError):

@@ -127,9 +127,8 @@ class Expressions:
 
     def if_long(self, t: str, value: ast.expr, then: ast.expr, other: ast.expr) -> ast.expr:
         """Return ``then`` where a value, from here on ``t``, has one element per axis."""
-        named = ast.NamedExpr(ast.Name(t, ast.Store()), value)
-        size = ast.Call(ast.Name("len", ast.Load()), [named], [])
-        return ast.IfExp(ast.Compare(size, [ast.Eq()], [ast.Constant(self.axes)]), then, other)
+        test = expression_of(f"len({t} := {ast.unparse(value)}) == {self.axes}")
+        return ast.IfExp(test, then, other)
 
     def by_type(self, laws: dict[type, Any], name: str, given: list[ast.expr]) -> ast.expr:
         """Return the call of what a table has for the type of the first argument."""

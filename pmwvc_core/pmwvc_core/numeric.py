@@ -1,11 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The few operations that let one control law run on plain floats and on arrays ``(..., dof)``.
-
-A signal is a ``float`` (one axis, one run: what the 1 kHz loop uses) or an array whose last axis
-is the degrees of freedom and whose leading axes are runs. Everything else a law needs is ``+ - *
-/``. A quantity per run (an energy, a flag, a parameter) has a last axis of length 1 so that it
-broadcasts.
+"""The few operations that let one formula run on plain floats and on arrays ``(..., dof)``, whose
+last axis is the degrees of freedom; a quantity per run has a last axis of length 1.
 """
 
 import math
@@ -25,9 +21,7 @@ LARGEST = 1e100  # of a measurement or a force [m], [m/s], [N]; what is beyond i
 
 
 def dot(left: Value, right: Value) -> Value:
-    """Inner product over the degrees of freedom, kept as a last axis of length 1 (a float on
-    floats).
-    """
+    """Inner product over the axes, kept as a last axis of length 1 (a float on floats)."""
     product = left * right
     if type(product) is float:  # a third of the time of isinstance
         return product
@@ -43,9 +37,7 @@ def squared(value: Value) -> Value:
 
 
 def root(value: Value) -> Value:
-    """Square root of a value that is not negative, or the root that something used like a number
-    (a matrix impedance) has of itself.
-    """
+    """Square root of a value that is not negative, or of a matrix impedance."""
     if isinstance(value, (float, int)):
         return math.sqrt(value)
     return np.sqrt(value) if isinstance(value, np.ndarray) else value.root()
@@ -54,11 +46,6 @@ def root(value: Value) -> Value:
 def finite(value: Value) -> bool:
     """Tell whether every element is a finite number."""
     return math.isfinite(value) if type(value) is float else bool(np.isfinite(value).all())
-
-
-def anywhere(condition: Flag) -> bool:
-    """Tell whether a condition holds for any run."""
-    return condition if isinstance(condition, bool) else bool(condition.any())
 
 
 def flatten(value: Value) -> Array:

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Plug-ins by name: factories and records that other packages offer as entry points of a group.
-
-A laboratory adds one by installing a package of its own. A *factory* makes an object (a device, an
-environment); a *record* describes something with its properties (a controller, a coupling, a link
-effect), of which there is a library besides.
+"""Plug-ins by name, which other packages offer as entry points of a group: a *factory* makes an
+object (a device, an environment), a *record* describes a controller, a coupling, a link effect.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -35,7 +32,7 @@ class PluginGroup:
         if name not in points:
             raise self.error(
                 f"{self.parameter} = {name!r}: not installed; there are: "
-                f"{', '.join([*self.own, *points]) or 'none'}. "
+                f"{', '.join(dict.fromkeys([*self.own, *points])) or 'none'}. "
                 f"A plug-in is a package with an entry point in the group {self.group!r}"
             )
         return points[name]
@@ -45,9 +42,7 @@ class PluginGroup:
         return f"{self.parameter} = {name!r} ({self.required(name).value})"
 
     def load(self, name: str) -> Any:
-        """Import what the entry point of a plug-in names; a PmwvcError of the type ``error`` where
-        there is no such plug-in, or it cannot be imported.
-        """
+        """Import what a plug-in's entry point names; ``error`` where that cannot be done."""
         point = self.required(name)
         try:
             return point.load()
@@ -56,8 +51,7 @@ class PluginGroup:
 
     def make(self, name: str, setup: Any) -> Any:
         """Return what the factory of a plug-in makes of ``setup``; a PmwvcError of the type
-        ``error`` where there is no such plug-in (naming those there are), where it cannot be
-        imported or made (with the reason), or lacks what it must have.
+        ``error`` where it cannot be imported or made, or lacks what it must have.
         """
         factory, where = self.load(name), self.where(name)
         with refused(where, self.error):
@@ -71,9 +65,7 @@ class PluginGroup:
 
 @contextmanager
 def refused(where: str, error_type: type[PmwvcError] = ParameterError) -> Iterator[None]:
-    """Refuse, with the reason and by an ``error_type``, what the code of a plug-in fails to make;
-    what is a PmwvcError already passes.
-    """
+    """Refuse by an ``error_type`` what a plug-in fails to make; a PmwvcError passes."""
     try:
         yield
     except PmwvcError:
@@ -93,8 +85,7 @@ class Record:
 
     name: str  # as in a scenario and as the entry point
     words: str = ""  # a sentence for predictions and reports: what it does or guarantees
-    # name of the record whose linear model stands for this one: its own where the law is linear,
-    # another of the library where that is the nearest, None where there is none
+    # name of the record whose linear model stands for this one (its own or the nearest), or None
     linear: str | None = None
 
 
@@ -102,9 +93,7 @@ R = TypeVar("R", bound=Record)
 
 
 class Records(Generic[R]):
-    """The records of one kind by name: those of the library, then those of other packages.
-    Arguments by name: those of :class:`PluginGroup`.
-    """
+    """The records of one kind by name: those of the library, then those of other packages."""
 
     def __init__(
         self, kind: type[R], library: Iterable[R], *, group: str, parameter: str, what: str
@@ -123,10 +112,7 @@ class Records(Generic[R]):
         return (*self.library, *self.installed())
 
     def of(self, name: str) -> R:
-        """Return a record by name; ParameterError where there is none of this name (naming those
-        there are), a plug-in cannot be imported (with the reason), or its entry point names no
-        such record.
-        """
+        """Return a record by name; ParameterError where there is none that can be used."""
         if name not in self.library:
             self.met[name] = imported(self, name)
         return self.met[name]
@@ -136,11 +122,6 @@ class Records(Generic[R]):
 def imported(records: Records[R], name: str) -> R:
     """Return a record of another package; what raises is asked again the next time."""
     plugins, kind = records.plugins, records.kind
-    if name not in records.installed():
-        raise ParameterError(
-            f"{plugins.parameter} = {name!r}: must be one of {', '.join(records.names())}. "
-            f"A plug-in is a package with an entry point in the group {plugins.group!r}"
-        )
     record, where = plugins.load(name), plugins.where(name)
     if not isinstance(record, kind):
         raise ParameterError(

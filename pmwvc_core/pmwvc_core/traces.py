@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The signals of a session as arrays: the same for a live run, a simulated run and a recording.
-
-Time is the axis before the degrees of freedom; a batch of simulated runs adds leading axes:
-``(..., tick, dof)``. All times are seconds since the start of the session, on the time line of the
-recording.
+"""The signals of a session as arrays ``(..., tick, dof)``, the same for a live run, a simulated
+run and a recording. Times are seconds since the start of the session.
 """
 
 from dataclasses import dataclass, field
@@ -19,18 +16,15 @@ ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
 
 
-def _unknown() -> Integers:
-    """Return a column that a recording does not say."""
-    return np.zeros(0, dtype=np.int64)
+def _unknown(kind: type = np.int64) -> Any:
+    """Declare a column that a recording may not say."""
+    return field(default_factory=lambda: np.zeros(0, dtype=kind))
 
 
 @dataclass
 class UserTraces:
-    """One master: a row per executed tick of the force loop, energies at the end of each block of
-    M ticks.
-
-    ``f_h`` is NaN where the hand's force is not known. ``state``: 0 starting, 1 coupled, 2
-    damping, 3 fault. ``accounts`` are the energies that only this controller keeps.
+    """One master: a row per executed tick, energies at the end of each block of M ticks. ``f_h``
+    is NaN where it is not known; ``state``: 0 starting, 1 coupled, 2 damping, 3 fault.
     """
 
     name: str
@@ -54,14 +48,10 @@ class UserTraces:
     missed: int = 0
     safety_events: Any = 0
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., block) [J]
-    # (block,) consecutive where none is missing
-    block_number: Integers = field(default_factory=_unknown)
-    # (block,) which start of the master published it
-    epoch: NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, dtype=np.uint64))
-    # (block,) frames up to it that took changes of parameters over
-    changes: Integers = field(default_factory=_unknown)
-    # (tick,) [ns] from the deadline until packets were taken in
-    looked_ns: Integers = field(default_factory=_unknown)
+    block_number: Integers = _unknown()  # (block,) consecutive where none is missing
+    epoch: NDArray[np.uint64] = _unknown(np.uint64)  # (block,) start of the master
+    changes: Integers = _unknown()  # (block,) frames up to it that took changes over
+    looked_ns: Integers = _unknown()  # (tick,) from the deadline until packets were taken in
     grid: int = 0  # ticks of the loop's clock before tick 0: frames begin at its multiples of M
 
     @property
@@ -111,17 +101,14 @@ class ServerTraces:
     potential: Array
     dissipated: Array
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
-    # (step,) steps up to it that took changes of parameters over
-    changes: Integers = field(default_factory=_unknown)
-    # (step,) [ns] from the deadline until packets were taken in
-    looked_ns: Integers = field(default_factory=_unknown)
+    changes: Integers = _unknown()  # (step,) steps up to it that took changes over
+    looked_ns: Integers = _unknown()  # (step,) from the deadline until packets were taken in
 
     @property
     def nearest_look_ns(self) -> Integers:
         """When packets were taken in, as looked_ns, or the deadline where that is not known."""
-        if len(self.looked_ns):
-            return self.looked_ns
-        return np.zeros(len(self.time_s), dtype=np.int64)
+        known = len(self.looked_ns) > 0
+        return self.looked_ns if known else np.zeros(len(self.time_s), dtype=np.int64)
 
     @property
     def period_s(self) -> float:
@@ -147,9 +134,7 @@ class PacketTraces:
 
 @dataclass
 class FateTraces:
-    """The fate of each packet on a link, by number (1, 2, 3...); times on the emulator's monotonic
-    clock.
-    """
+    """The fates of a link's packets; times on the emulator's monotonic clock."""
 
     link: str
     number: Integers
@@ -197,13 +182,10 @@ class ReceptionTraces:
 
 @dataclass
 class SessionTraces:
-    """Everything recorded of one session.
-
-    ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a
-    node that died, a gap: ``{"time_s": float | None, "what": str, "who": str}``. ``counts`` holds
-    per topic ``{"messages": int, "missing": int}``, and ``not_relayed`` where packets never came
-    to the emulated link. ``settings`` are parameters that changed in a live session: time [s], and
-    values by their names in a scenario. ``taken`` is by link; empty where it is not recorded.
+    """Everything recorded of one session, ``live``, ``simulated`` or ``replayed``. ``events`` are
+    findings: ``{"time_s": float | None, "what": str, "who": str}``; ``counts`` holds per topic
+    ``messages``, ``missing``, and ``not_relayed`` where packets never came to the emulated link;
+    ``settings`` are parameters that changed live: time [s], and values by scenario names.
     """
 
     source: str

@@ -1,13 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Laws as Python runs them fastest, for one number of axes: what is interpreted is made from the
-source of the law itself, as what is compiled is (:mod:`.compiled`).
+"""Laws as Python runs them fastest, for one number of axes, made from the source of the law itself
+as compiled ones are (:mod:`.compiled`).
 
 A loop over axes becomes one expression per axis, a family is looked up where it is called, a
-NamedTuple is built, or has fields replaced, without the functions that ``typing`` makes for it; a
-law of one expression stands where it is called. Values and the order of additions stay the same,
-so results have the same bits. What is added or scaled has one element per axis; only rows, such as
-those of users, may have another number of elements, and take the way of the source.
+NamedTuple is built without the functions that ``typing`` makes for it, and a law of one expression
+stands where it is called. Values and the order of additions stay the same, so results have the
+same bits. Only rows, such as those of users, may have another number of elements than axes.
 """
 
 import ast
@@ -17,17 +16,8 @@ from functools import cache
 from types import FunctionType
 from typing import Any, get_args
 
-from pmwvc_core.expressions import (
-    BY_AXIS,
-    ByType,
-    Expressions,
-    definition,
-    expression_of,
-    in_order,
-    names_values,
-    replacing,
-    returned,
-)
+from pmwvc_core import expressions as texts
+from pmwvc_core.expressions import BY_AXIS, ByType, Expressions, expression_of, names_values
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
 
@@ -58,7 +48,7 @@ class _Unrolling(Expressions, ast.NodeTransformer):
 
     def function(self, law: Any) -> Any:
         """Return the law."""
-        tree = deepcopy(definition(law))
+        tree = deepcopy(texts.definition(law))
         self._enter(law)
         tree.decorator_list, tree.args.defaults, tree.returns = [], [], None
         for each in ast.walk(tree.args):
@@ -158,19 +148,23 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         given = [self.visit(each) for each in node.args]
         if any(isinstance(each, ast.Starred) for each in given):
             return ast.Call(self.visit(node.func), given, [])
-        if isinstance(function, Family):
-            return self.by_type(members(function, self.axes), function.name, given)
         if function in BY_AXIS:
             return self.by_axis(*BY_AXIS[function], given)
         if function is vectors.length and self.axes == 1:
             return self.by_axis("abs({a}[{i}])", " + ", given)
         if function in (min, max) and len(given) == 2:
             return self.extreme("<" if function is max else ">", given)
+        return self._applied(function, node.func, given)
+
+    def _applied(self, function: Any, named: ast.expr, given: list[ast.expr]) -> ast.expr:
+        """Return the call of a law; a tuple and a short law in its place, a family by type."""
+        if isinstance(function, Family):
+            return self.by_type(members(function, self.axes), function.name, given)
         if isinstance(function, type) and hasattr(function, "_fields"):
             return self.built(function, given)
         if isinstance(function, FunctionType) and _is_short(function):
             return self._in_place(function, given)
-        return ast.Call(self.visit(node.func), given, [])
+        return ast.Call(self.visit(deepcopy(named)), given, [])
 
     def _replaced(self, of: ast.expr, keywords: list[ast.keyword]) -> ast.expr:
         """Return a NamedTuple with other fields: built here where its type is known."""
@@ -180,30 +174,18 @@ class _Unrolling(Expressions, ast.NodeTransformer):
         sorted_ = [name for name in fields if name in given] == [*given]
         free = sorted_ or not any(map(names_values, given.values()))
         if not fields or not isinstance(s, ast.Name) or not free:
-            return self.by_type(replacing((*given,)), "replacing", [s, *given.values()])
-        kept = (expression_of(f"{s.id}[{i}]") for i in range(len(fields)))
-        return self.built(
-            kind, [given.get(name, old) for name, old in zip(fields, kept, strict=True)]
-        )
+            return self.by_type(texts.replacing((*given,)), "replacing", [s, *given.values()])
+        kept = {name: expression_of(f"{s.id}[{i}]") for i, name in enumerate(fields)}
+        return self.built(kind, [*(kept | given).values()])
 
     def _each(self, law: ast.expr, rows: list[ast.expr], shared: list[ast.expr]) -> ast.expr:
         of_rows, of_all = [*map(self.visit, rows)], [*map(self.visit, shared)]
-        if any(isinstance(one, ast.Starred) for one in of_all):
-            every = [ast.Tuple(of_rows, ast.Load()), *of_all]
-            return self.called(vectors.each, [self.visit(law), *every])
         t, chosen, cells = self.new(), self._value(law), list[ast.expr]()
         other, for_all = [*map(self.held, of_rows[1:])], [*map(self.held, of_all)]
         for i in range(self.axes):
             of_one = [f"{t}[{i}]", *[f"{pair[i > 0]}[{i}]" for pair in other]]
             known = [expression_of(text) for text in [*of_one, *[pair[i > 0] for pair in for_all]]]
-            if isinstance(chosen, Family):
-                cells.append(self.by_type(members(chosen, self.axes), chosen.name, known))
-            elif isinstance(chosen, type):
-                cells.append(self.built(chosen, known))
-            elif isinstance(chosen, FunctionType) and _is_short(chosen):
-                cells.append(self._in_place(chosen, known))
-            else:
-                cells.append(ast.Call(self.visit(deepcopy(law)), known, []))
+            cells.append(self._applied(chosen, law, known))
         every = [ast.Name(t, ast.Load()), *map(deepcopy, of_rows[1:])]
         rest = [ast.Tuple(every, ast.Load()), *map(deepcopy, of_all)]
         loop = self.called(vectors.each, [self.visit(law), *rest])
@@ -211,12 +193,12 @@ class _Unrolling(Expressions, ast.NodeTransformer):
 
     def _in_place(self, law: FunctionType, given: list[ast.expr]) -> ast.expr:
         """Return the expression of a short law with its arguments put in."""
-        expression: Any = deepcopy(returned(law))
+        expression: Any = deepcopy(texts.returned(law))
         used = [node.id for node in ast.walk(expression) if isinstance(node, ast.Name)]
         outer = self._of, self._local, self._types, self._places
         self._enter(law)
-        heads, ordered = [], in_order(expression)
-        for argument, value in zip(definition(law).args.args, given, strict=True):
+        heads, ordered = [], texts.in_order(expression)
+        for argument, value in zip(texts.definition(law).args.args, given, strict=True):
             name = argument.arg
             if isinstance(value, ast.Name):
                 self._places[name] = value.id, None
@@ -239,5 +221,5 @@ class _Unrolling(Expressions, ast.NodeTransformer):
 def _is_short(law: FunctionType) -> bool:
     """Tell whether a law stands where it is called."""
     inside = law.__module__.startswith(LAWS) and law not in _BUILDING
-    expression = returned(law) if inside else None
+    expression = texts.returned(law) if inside else None
     return expression is not None and sum(1 for _ in ast.walk(expression)) <= LONGEST

@@ -69,20 +69,14 @@ class Block:
         signals: dict[str, Any] = {n: array("d", bytes(8 * ticks * dof)) for n in PER_AXIS}
         times: dict[str, Any] = {n: array(code, bytes(4 * ticks)) for n, code in PER_TICK.items()}
         self._series = signals | times
-        self._times = tuple(times.values())
-        self._rows = [
-            column if dof == 1 else np.frombuffer(column).reshape(ticks, dof)
-            for column in signals.values()
-        ]
+        self._times, self._rows = tuple(times.values()), list(signals.values())
+        if dof > 1:
+            self._rows = [np.frombuffer(column).reshape(ticks, dof) for column in self._rows]
 
     def put(
-        self,
-        signals: Row,
-        lateness: float,
-        compute: float,
-        looked_ns: int,
+        self, signals: Row, lateness: float, compute: float, looked_ns: int,
         packets: Sequence[WavePacket],
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Write one tick: signals, ``lateness`` and ``compute`` [s], when packets were taken in
         after the deadline [ns], and these packets.
         """
@@ -116,9 +110,8 @@ class Block:
 
 
 class TraceBlocks:
-    """The block that is being filled, and the one before it, which waits to be published.
-
-    A block has ``rate_drop`` ticks of ``dof`` axes; ``work`` is that of device and hand so far.
+    """The block that is being filled, and the one before it, which waits to be published: of
+    ``rate_drop`` ticks of ``dof`` axes. ``work`` is that of device and hand so far.
     """
 
     def __init__(
@@ -134,15 +127,9 @@ class TraceBlocks:
         return count == tick or (last and count < tick)
 
     def put(
-        self,
-        tick: Tick,
-        row: Row,
-        compute_ns: int,
-        *,
-        looked_ns: int,
-        packets: Sequence[WavePacket],
-        changes: int,
-    ) -> None:
+        self, tick: Tick, row: Row, compute_ns: int, *, looked_ns: int,
+        packets: Sequence[WavePacket], changes: int,
+    ) -> None:  # fmt: skip
         """Note a tick, its signals and the packets taken in at an instant [ns]."""
         block = self._filled
         if self._first is None:

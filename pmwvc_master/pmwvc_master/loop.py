@@ -26,17 +26,11 @@ class MasterLoop:
     """One user's force loop in time: its period ``tick_s`` [s], the monotonic clock [ns]."""
 
     def __init__(
-        self,
-        protocol: UserEnd,
-        device: HapticDevice,
-        *,
-        link: PacketLink,
+        self, protocol: UserEnd, device: HapticDevice, *, link: PacketLink,
         publish_trace: Callable[["MasterLoop", Block], None],
-        publish_motion: Callable[[DeviceSample, Value, int], None],
-        tick_s: float,
-        dof: int,
+        publish_motion: Callable[[DeviceSample, Value, int], None], tick_s: float, dof: int,
         clock: Callable[[], int] = time.monotonic_ns,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.protocol, self.device, self.tick_s = protocol, device, tick_s
         self._link, self._publish_motion, self._clock = link, publish_motion, clock
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)

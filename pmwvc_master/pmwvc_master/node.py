@@ -5,7 +5,9 @@
 The main thread runs the force loop (:mod:`pmwvc_master.loop`); a second one serves parameters,
 services and diagnostics, and hands complete new objects over, which the loop takes at a frame
 boundary. Services: ``~/rearm`` (Trigger) after a fault; ``~/start`` (Trigger) where
-``start.paused`` is set.
+``start.paused`` is set. Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``; and for
+observers, at the packet rate and with the names of CRTK, ``measured_cv`` (TwistStamped, velocity
+of the device) and ``measured_cf`` (WrenchStamped, force of the device on the hand, ``-f_m``).
 """
 
 import secrets
@@ -15,25 +17,31 @@ import time
 from collections.abc import Mapping
 from functools import partial
 
+from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
-from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.frame.rows import LATE_NS
+from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import MasterParams, SafetyParams
+from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
+from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.runtime.watch import Watch
+from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.receiver import diagnostics
-from pmwvc_core.wave.design.aliasing import warnings_of
-from pmwvc_master.devices import make_device
+from pmwvc_core.wave.aliasing import warnings_of
+from pmwvc_master.blocks import Block
+from pmwvc_master.devices import DeviceSample, make_device, warnings_of_device
 from pmwvc_master.loop import MasterLoop
-from pmwvc_master.profile import warnings_of_device
 from pmwvc_master.settings import declare_settings
-from pmwvc_master.wires import RosWires
 
 FAREWELL_PERIODS = 3
+OF_BLOCK = ("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy", "accounts")
 LATE_SAMPLES = f"ticks without a device sample of the last {LATE_NS / 1e6:g} ms"
 STATES = ("starting", "coupled", "damping", "fault")
 
@@ -47,17 +55,17 @@ class Master:
         settings = self.settings
         epoch = secrets.randbits(64) or 1
         self.device = make_device(settings.device.plugin, settings.device_setup(node))
-        known = self.device.info.hand_force_known
-        wires = RosWires(node, settings, epoch=epoch, hand_force_known=known)
+        self._epoch, self._seq, self._types = epoch, 0, messages.live_types()
+        trace_qos = offered(RECORDED_QOS, settings.master.frame_s)
+        self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
+        self._twist = node.create_publisher(TwistStamped, "measured_cv", qos_profile_sensor_data)
+        self._wrench = node.create_publisher(WrenchStamped, "measured_cf", qos_profile_sensor_data)
+        self._frame_id = f"{node.get_namespace().strip('/') or node.get_name()}/device"
         self.loop = MasterLoop(
-            settings.make_force_loop(epoch, self.device.info),
-            self.device,
-            link=wires.link,
-            publish_trace=wires.publish_trace,
-            publish_motion=wires.publish_motion,
-            tick_s=settings.master.tick_s,
-            dof=settings.dof,
-        )
+            settings.make_force_loop(epoch, self.device.info), self.device, link=self._link(),
+            publish_trace=self._publish_trace, publish_motion=self._publish_motion,
+            tick_s=settings.master.tick_s, dof=settings.dof,
+        )  # fmt: skip
         self._use_profile()
         self.device.open()
         master = settings.master
@@ -66,11 +74,9 @@ class Master:
                 master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
             ):
                 node.get_logger().warning(text)
-        node.get_logger().info(
-            f"{1.0 / master.tick_s:.0f} force ticks and "
-            f"{1.0 / master.frame_s:.0f} packets per second; "
-            f"device {settings.device.plugin}; waiting for the server"
-        )
+        rates = f"{1.0 / master.tick_s:.0f} force ticks and {1.0 / master.frame_s:.0f} packets"
+        device = f"device {settings.device.plugin}"
+        node.get_logger().info(f"{rates} per second; {device}; waiting for the server")
         self._late = 0  # late samples when last looked
         link = "wave_down", "wave_up", self.loop.protocol.inbox
         links = {f"{settings.name}/down": link}
@@ -79,14 +85,53 @@ class Master:
         publish_health(node, self._health)
         self.loop.memory = hold_memory()
 
+    def _link(self) -> WaveTopics:
+        settings = self.settings
+        return WaveTopics(
+            self.node, self._types, incoming="wave_down", outgoing="wave_up",
+            admission=Admission(settings.token, out="up", into="down"), dof=settings.dof,
+            extra=record_of(settings.controller).extra(settings.dof)[1],
+            period_s=settings.master.frame_s,
+        )  # fmt: skip
+
+    def _publish_trace(self, loop: MasterLoop, block: Block) -> None:
+        """Publish the ticks of a frame."""
+        self._seq += 1
+        self._trace.publish(
+            messages.master_trace(
+                self._types,
+                block.series(),
+                stamp_ns=_ros_time(block.start_ns),
+                epoch=self._epoch,
+                seq=self._seq,
+                period=loop.tick_s,
+                dof=self.settings.dof,
+                missed=loop.missed,
+                safety_events=loop.protocol.s.limits.events,
+                hand_force_known=self.device.info.hand_force_known,
+                **{name: getattr(block, name) for name in OF_BLOCK},
+            )
+        )
+
+    def _publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
+        """Publish velocity and force of the device, where anybody subscribes."""
+        if not (self._twist.get_subscription_count() or self._wrench.get_subscription_count()):
+            return
+        twist, wrench = TwistStamped(), WrenchStamped()
+        for message in (twist, wrench):
+            message.header.stamp = messages.time_message(self._types, _ros_time(due_ns))
+            message.header.frame_id = self._frame_id
+        twist.twist.linear, wrench.wrench.force = _vector(sample.xd), _vector(-f)
+        self._twist.publish(twist)
+        self._wrench.publish(wrench)
+
     def _use_profile(self) -> None:
         """Show the force limit that holds; warn of parameters that do not fit the device."""
         node, asked = self.node, self.settings.safety.max_force
         allowed = self.loop.protocol.p.limits.max_force
         if allowed < asked:
-            node.get_logger().warning(
-                f"safety.max_force = {asked:g} N: lowered to the device's limit of {allowed:g} N"
-            )
+            text = f"lowered to the device's limit of {allowed:g} N"
+            node.get_logger().warning(f"safety.max_force = {asked:g} N: {text}")
             node.set_parameters([Parameter("safety.max_force", value=float(allowed))])
         self._warn(self.settings.master)
 
@@ -149,6 +194,15 @@ class Master:
         if state == "fault":
             return ERROR, text, values
         return (WARN if wrong or state == "damping" else OK), text, values
+
+
+def _vector(value: Value) -> Vector3:
+    return Vector3(**dict(zip("xyz", map(float, flatten(value)), strict=False)))
+
+
+def _ros_time(monotonic_ns: int) -> int:
+    """Return a time of the monotonic clock on the time line of ROS [ns]."""
+    return time.time_ns() - time.monotonic_ns() + monotonic_ns
 
 
 main = partial(run_node, "master", Master)

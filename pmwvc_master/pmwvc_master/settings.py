@@ -14,7 +14,7 @@ from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.made.waves import made_waves
 from pmwvc_core.master.safety import check_change
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams, TaskParams, specs
-from pmwvc_core.params.ports import matrix_conflicts
+from pmwvc_core.params.ports import port_conflicts
 from pmwvc_core.runtime.parameter_values import SHARED_AT_MASTER, USER_AT_MASTER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare_top, declare_value
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
@@ -22,8 +22,7 @@ from pmwvc_core.scenario.changes import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.admission import Token
 from pmwvc_core.wave.impedance import impedance_of
-from pmwvc_master.devices import DeviceInfo, DeviceSetup
-from pmwvc_master.profile import limits_of
+from pmwvc_master.devices import DeviceInfo, DeviceSetup, limits_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,11 +44,11 @@ class MasterSettings(User):
         """Whether the waves run on the strict channel."""
         return is_strict(self.controller, self.channel)
 
-    def check_deadband(self, master: MasterParams) -> None:
-        """Refuse (ParameterError) a deadband that the channel or the receiver cannot do with."""
-        wrong = master.deadband.problem(strict=self.strict, timeout_s=self.safety.timeout_s)
-        if wrong:
-            raise ParameterError(f"master.deadband.{wrong}")
+    def check(self, master: MasterParams) -> None:
+        """Refuse (ParameterError) a port that axes, channel or receiver cannot do with."""
+        waits_s = self.safety.timeout_s
+        for wrong in port_conflicts(master, dof=self.dof, strict=self.strict, timeout_s=waits_s):
+            raise ParameterError(f"master.{wrong}")
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:
         """Return this user's end of the protocol, for a device that declares this of itself."""
@@ -88,7 +87,7 @@ def declare_settings(
         """Refuse a change of the packets that the channel cannot carry."""
         if new.rate_drop != old.rate_drop and not settings.strict:
             raise ParameterError(f"master.rate_drop = {new.rate_drop}: {NEEDS_STRICT}")
-        settings.check_deadband(new)
+        settings.check(new)
 
     binding = ParameterBinding(node)
     name, seed = node.get_namespace().rpartition("/")[2], specs(Scenario)["seed"]
@@ -107,8 +106,5 @@ def declare_settings(
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")
-    settings.check_deadband(settings.master)
-    wrong = matrix_conflicts(settings.master.impedance_matrix, settings.dof)
-    if wrong:
-        raise ParameterError(f"master.{wrong[0]}")
+    settings.check(settings.master)
     return settings

@@ -1,101 +1,201 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The network-emulation node: relays topics with delay, jitter, loss and a slow line.
+"""The network-emulation node: relays topics with delay, jitter, loss and a slow line; reports the
+fates of packets in blocks (``netem/fates``) and the state of its links (``netem/links``).
 
 It works above DDS: it adds a hop of its own (its timing error is published), and knows nothing of
-what happens inside the network below.
+what happens inside the network below. One thread owns all links. It sleeps in a wait set until a
+message comes in or shortly before the next one is due, then to the deadline itself on the clock;
+no executor is involved. Another one serves parameters and diagnostics.
 """
 
+import dataclasses
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Mapping
+from contextlib import ExitStack
 from functools import partial
 
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
-from pmwvc_core.runtime.messages import record_of
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.pacing import sleep_until
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
-from pmwvc_core.runtime.real_time import hold_memory
+from pmwvc_core.runtime.real_time import RealTimeReport, hold_memory, request_real_time
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_core.runtime.watch import PATIENCE_S, nothing_on, publishers_of
-from pmwvc_netem.relay import Relay
-from pmwvc_netem.relayed_link import RelayedLink
+from pmwvc_netem.relayed_link import RelayedLink, delays_of
 from pmwvc_netem.settings import LinkSetup, Settings
 
 DEPTH = 100  # a burst while the relay sleeps must not be lost by the relay
 LATE_NS = 2_000_000  # a release this late is worth a warning
+FINE_NS = 150_000  # the last bit before a deadline is slept on the clock
+LONGEST_WAIT_NS = 50_000_000  # a stop is seen this late
+PRIORITY = 20
+FATES_NS = 100_000_000
+BLOCK = 64  # fates; a link with as many is not kept waiting for the time
+STATES_NS = 250_000_000
 
 
 class Netem:
-    """The node: settings, links and relay."""
+    """The node: settings, all links, the loop that serves them, and their reports."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._relay: Relay | None = None
-        self._settings = Settings(node, self._change)
-        made = [_relayed(node, setup) for setup in self._settings.setups]
-        self._links = [relayed for relayed, _ in made]
-        inlets = [inlet for _, inlet in made]
+        self._changes: deque[tuple[str, LinkParams]] = deque()
+        self._guard = node.create_guard_condition(lambda: None)
+        settings = Settings(node, self._change)
+        self._changes.clear()  # the links begin with them
+        self._seed = settings.seed
+        made = [_relayed(node, setup) for setup in settings.setups]
+        self._links, inlets = [relayed for relayed, _ in made], [inlet for _, inlet in made]
         self._topics = [inlet.subscription.topic_name for inlet in inlets]
-        self._relay = Relay(node, self._links, inlets, seed=self._settings.seed)
+        self._handles = [inlet.subscription.handle for inlet in inlets]
+        self._wait_set = rclpy_implementation.WaitSet(
+            len(self._handles), 1, 0, 0, 0, 0, node.context.handle
+        )
+        self._types = messages.live_types()
+        self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", RECORDED_QOS)
+        self._states = node.create_publisher(self._types.LinkState, "netem/links", RECORDED_QOS)
+        self._states_seq = self._fates_due_ns = self._states_due_ns = 0
+        self._states_at_ns = time.monotonic_ns()
+        self._worst_error_ns = 0  # latest release since health was looked at
         self._publishers = publishers_of(node)
         self._faults: dict[str, int] = {}  # of plug-ins, reported already
         self._running_s: float | None = None  # since when
-        publish_health(node, partial(self._health, self._relay))
-        self._relay.memory = hold_memory()
+        self._real_time: RealTimeReport | None = None
+        publish_health(node, self._health)
+        self._memory = hold_memory()
+
+    def _change(self, name: str, params: LinkParams) -> None:
+        """Have a link's settings changed by the thread that owns it."""
+        self._changes.append((name, params))
+        self._guard.trigger()
 
     def run(self, stop: threading.Event) -> None:
-        """Relay."""
+        """Relay until ``stop`` is set."""
         names = ", ".join(relayed.name for relayed in self._links)
         self._node.get_logger().info(f"relaying {len(self._links)} links: {names}")
-        if self._relay is not None:
-            self._relay.run(stop)
+        self._real_time = self._memory + request_real_time(PRIORITY)
+        self._running_s = time.monotonic()
+        by_name = {relayed.name: relayed.link for relayed in self._links}
+        with ExitStack() as held:
+            for handle in (*self._handles, self._guard.handle):
+                held.enter_context(handle)  # not destroyed while in use
+            report_ns = 0
+            while not stop.is_set():
+                while self._changes:
+                    name, params = self._changes.popleft()
+                    try:
+                        by_name[name].configure(params)
+                    except PmwvcError as error:  # a plug-in cannot follow: the settings stay
+                        by_name[name].faults.note(params.effects, error)
+                for relayed in self._links:
+                    relayed.take_in()
+                for relayed in self._links:
+                    relayed.let_out()
+                now_ns = time.monotonic_ns()
+                if now_ns >= report_ns:
+                    report_ns = self._report(now_ns)
+                self._sleep(report_ns)
 
     def close(self) -> None:
         """Complete the record."""
-        if self._relay is not None:
-            self._relay.end()
+        self._publish_states(time.monotonic_ns())
+        for relayed in self._links:
+            relayed.end()
+            self._publish_fates(relayed)
 
-    def _change(self, name: str, params: LinkParams) -> None:
-        if self._relay is not None:
-            self._relay.change(name, params)
+    def _sleep(self, report_ns: int) -> None:
+        """Sleep until a message comes in, one is due, or a report is."""
+        now_ns = time.monotonic_ns()
+        dues = [due for relayed in self._links if (due := relayed.link.next_due_ns) is not None]
+        due_ns = min(dues, default=now_ns + LONGEST_WAIT_NS)
+        coarse_ns = min(due_ns - FINE_NS, report_ns, now_ns + LONGEST_WAIT_NS)
+        if coarse_ns > now_ns:
+            self._wait_set.clear_entities()
+            for handle in self._handles:
+                self._wait_set.add_subscription(handle)
+            self._wait_set.add_guard_condition(self._guard.handle)
+            self._wait_set.wait(coarse_ns - now_ns)
+        elif due_ns - now_ns <= FINE_NS:
+            sleep_until(due_ns)
 
-    def _health(self, relay: Relay) -> tuple[int, str, Mapping[str, object]]:
+    def _report(self, now_ns: int) -> int:
+        """Publish what is due; return when to be called again [ns]."""
+        everything = now_ns >= self._fates_due_ns
+        for relayed in self._links:
+            if everything or len(relayed.fates) >= BLOCK:
+                self._publish_fates(relayed)
+        if everything:
+            self._fates_due_ns = now_ns + FATES_NS
+        if now_ns >= self._states_due_ns:
+            self._publish_states(now_ns)
+            self._states_due_ns = now_ns + STATES_NS
+        return min(self._fates_due_ns, self._states_due_ns, now_ns + FATES_NS // 10)
+
+    def _publish_fates(self, relayed: RelayedLink) -> None:
+        while len(relayed.fates):
+            block, stamp_ns = relayed.fates.take(BLOCK), time.time_ns()
+            self._fates.publish(
+                messages.packet_fates(self._types, stamp_ns=stamp_ns, link=relayed.name, **block)
+            )
+
+    def _publish_states(self, now_ns: int) -> None:
+        self._states_seq += 1
+        elapsed_s = (now_ns - self._states_at_ns) * 1e-9
+        self._states_at_ns = now_ns
+        for relayed in self._links:
+            passed, relayed.passed = relayed.passed, []
+            self._worst_error_ns = max([self._worst_error_ns, *(late for _, late in passed)])
+            self._states.publish(
+                messages.link_state(
+                    self._types,
+                    stamp_ns=time.time_ns(),
+                    link=relayed.name,
+                    seq=self._states_seq,
+                    counts=dataclasses.asdict(relayed.link.counters),
+                    delays=delays_of(passed),
+                    rate_hz=len(passed) / elapsed_s if elapsed_s > 0.0 else 0.0,
+                    params=relayed.link.params,
+                    seed=self._seed,
+                )
+            )
+
+    def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
-        late_ns, relay.worst_error_ns = relay.worst_error_ns, 0
+        late_ns, self._worst_error_ns = self._worst_error_ns, 0
         values: dict[str, object] = {"release late max [us]": f"{late_ns / 1e3:.0f}"}
         failed = []
         for relayed in self._links:
             c, faults = relayed.link.counters, relayed.link.faults
-            values[relayed.name] = (
-                f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}, "
-                f"in flight {c.queued}, invalid {relayed.invalid}"
-            )
+            ways = f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}"
+            rest = f"in flight {c.queued}, invalid {relayed.invalid}"
+            values[relayed.name] = f"{ways}, {rest}"
             if faults.count:
                 values[f"{relayed.name}: faults"] = str(faults)
             if faults.count > self._faults.get(relayed.name, 0):
                 self._faults[relayed.name] = faults.count
                 failed.append(f"{relayed.name}: {faults}")
                 self._node.get_logger().warning(failed[-1])
-        values["real time"] = str(relay.real_time or "not requested yet")
-        wrong = [*self._never_met(relay), *failed]
+        values["real time"] = str(self._real_time or "not requested yet")
+        wrong = [*self._never_met(), *failed]
         if late_ns > LATE_NS:
             wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
         if wrong:
             return WARN, "; ".join(wrong), values
         return OK, f"relaying {len(self._links)} links", values
 
-    def _never_met(self, relay: Relay) -> list[str]:
+    def _never_met(self) -> list[str]:
         """Return the links into which nothing has come though the relay has run for a while."""
-        if self._running_s is None:
-            if relay.real_time is not None:
-                self._running_s = time.monotonic()
-            return []
-        if time.monotonic() - self._running_s < PATIENCE_S:
+        if self._running_s is None or time.monotonic() - self._running_s < PATIENCE_S:
             return []
         return [
             nothing_on(topic, sorted(self._publishers(topic)))
@@ -111,7 +211,7 @@ def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
     outlet = node.create_publisher(setup.kind, setup.target, qos)
     outlets = [outlet]
     if setup.is_wave:
-        record = record_of(outlet.topic_name)
+        record = messages.record_of(outlet.topic_name)
         outlets.append(node.create_publisher(setup.kind, record, RECORDED_QOS))
 
     def give(message: bytes) -> None:
@@ -119,13 +219,9 @@ def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
             each.publish(message)
 
     relayed = RelayedLink(
-        setup.name,
-        Link(setup.params, seed=setup.seed, direction=setup.seed[2]),
-        take=inlet.take,
-        give=give,
-        clock=time.monotonic_ns,
-        is_wave=setup.is_wave,
-    )
+        setup.name, Link(setup.params, seed=setup.seed, direction=setup.seed[2]), take=inlet.take,
+        give=give, clock=time.monotonic_ns, is_wave=setup.is_wave,
+    )  # fmt: skip
     return relayed, inlet
 
 

@@ -14,8 +14,7 @@ No ROS and no clock here: where bytes come from, go to, and what time it is are 
 
 import math
 import struct
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 from pmwvc_core.network.in_flight import TRAVELLING, Cause, Fate, FateKind, FateLog
 from pmwvc_core.network.link import Link
@@ -43,33 +42,17 @@ def flipped(message: bytes, fraction: float) -> bytes:
     return bytes(bits)
 
 
-@dataclass(slots=True)
-class Timing:
-    """Delays [ns] of what went out since this object was created."""
+def delays_of(passed: Sequence[tuple[int, int]]) -> dict[str, float]:
+    """Return the delays [s] of messages by the names of LinkState; NaN where there are none.
 
-    count: int = 0
-    delay_sum_ns: int = 0
-    delay_min_ns: int = 0
-    delay_max_ns: int = 0
-    error_max_ns: int = 0  # out later than due
-
-    def add(self, delay_ns: int, error_ns: int) -> None:
-        """Count one message that went out."""
-        self.delay_min_ns = min(delay_ns, self.delay_min_ns) if self.count else delay_ns
-        self.delay_max_ns = max(delay_ns, self.delay_max_ns)
-        self.error_max_ns = max(error_ns, self.error_max_ns)
-        self.delay_sum_ns += delay_ns
-        self.count += 1
-
-    def delays(self) -> dict[str, float]:
-        """Return the delays [s] by the names of LinkState; NaN where nothing went out."""
-        unit_s = 1e-9 if self.count else math.nan
-        return {
-            "delay_mean": self.delay_sum_ns * unit_s / max(self.count, 1),
-            "delay_min": self.delay_min_ns * unit_s,
-            "delay_max": self.delay_max_ns * unit_s,
-            "delay_error_max": self.error_max_ns * unit_s,
-        }
+    ``passed`` has the delay of each, and by how much it went out later than due [ns].
+    """
+    names = ("delay_mean", "delay_min", "delay_max", "delay_error_max")
+    if not passed:
+        return dict.fromkeys(names, math.nan)
+    delays, errors = zip(*passed, strict=True)
+    found = (sum(delays) / len(delays), min(delays), max(delays), max(0, *errors))
+    return {name: value * 1e-9 for name, value in zip(names, found, strict=True)}
 
 
 class RelayedLink:
@@ -80,19 +63,13 @@ class RelayedLink:
     """
 
     def __init__(
-        self,
-        name: str,
-        link: Link,
-        *,
-        take: Callable[[], bytes | None],
-        give: Callable[[bytes], None],
-        clock: Callable[[], int],
-        is_wave: bool,
-    ) -> None:
+        self, name: str, link: Link, *, take: Callable[[], bytes | None],
+        give: Callable[[bytes], None], clock: Callable[[], int], is_wave: bool,
+    ) -> None:  # fmt: skip
         self.name, self.link = name, link
         self.fates = FateLog()
         self.invalid = self._count = 0
-        self.timing = Timing()
+        self.passed: list[tuple[int, int]] = []  # since somebody took them
         self._take, self._give, self._clock, self._is_wave = take, give, clock, is_wave
 
     def take_in(self) -> None:
@@ -123,7 +100,7 @@ class RelayedLink:
             out_ns = self._clock()
             self._give(message)
             self.fates.add(fate, time_out_ns=out_ns, epoch=epoch, seq=seq)
-            self.timing.add(out_ns - fate.time_in_ns, out_ns - fate.time_due_ns)
+            self.passed.append((out_ns - fate.time_in_ns, out_ns - fate.time_due_ns))
 
     def end(self) -> None:
         """Close the record: what is still under way never comes out."""

@@ -19,7 +19,6 @@ from rclpy.node import Node
 
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network import effects
-from pmwvc_core.network.link import stream_of
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams, Spec, Validated, specs
 from pmwvc_core.params.fields import parameter
@@ -103,7 +102,7 @@ class Settings:
                 source, target = (f"{end}/wave_{direction}" for end in ends)
                 listener = partial(self._listener, name)
                 params = self._declare_link(f"{user}.{prefix}", listener, common)
-                seed = stream_of(self.seed, index, number)
+                seed = (self.seed, index, number)
                 setups.append(LinkSetup(name, kind, is_wave, source, target, False, seed, params))
                 each.append(params)
             # those for all users get the values that all users have in common
@@ -128,7 +127,7 @@ class Settings:
             raise ParameterError(f"{prefix}.from, {prefix}.to: must be two topics")
         reliable = declare_value(self._node, f"{prefix}.reliable", RELIABLE, False)
         params = self._declare_link(prefix, partial(self._listener, name), None)
-        seed = stream_of(self.seed, index, OTHER)
+        seed = (self.seed, index, OTHER)
         return LinkSetup(name, kind, is_wave, source, target, reliable, seed, params)
 
     def _declare_link(

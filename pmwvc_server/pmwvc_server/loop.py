@@ -45,13 +45,10 @@ class ServerLoop:
     """
 
     def __init__(
-        self,
-        protocol: ServerEnd,
-        *,
-        links: Sequence[PacketLink],
+        self, protocol: ServerEnd, *, links: Sequence[PacketLink],
         publish_trace: Callable[["ServerLoop", Step], None],
         clock: Callable[[], int] = time.monotonic_ns,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.protocol, self._links, self._clock = protocol, links, clock
         self._publish_trace = publish_trace
         self.health, self.missed, self._due_ns = Health(), 0, 0  # due: the present step

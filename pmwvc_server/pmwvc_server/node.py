@@ -16,7 +16,7 @@ import numpy as np
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
-from pmwvc_core.ends.joining import kept_words, why_kept
+from pmwvc_core.ends.server_view import kept_words, why_kept
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
@@ -28,9 +28,8 @@ from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.loop import ServerLoop
-from pmwvc_server.markers import Scene
 from pmwvc_server.settings import PauseParams, declare_settings
-from pmwvc_server.wires import RosWires
+from pmwvc_server.wires import RosWires, scene
 
 MARKER_HZ = 30.0
 NEWS = {
@@ -59,7 +58,6 @@ class Server:
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()
-        self._scene = Scene(self.names, size_m=settings.server.object_size_m)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         links = {
             f"{name}/up": (f"~/{name}/wave_up", f"~/{name}/wave_down", inbox)
@@ -108,7 +106,8 @@ class Server:
         self._log_changes()
         if self._markers.get_subscription_count():
             stamp = self.node.get_clock().now().to_msg()
-            self._markers.publish(self._scene.markers(self.loop, stamp))
+            size_m = self.settings.server.object_size_m
+            self._markers.publish(scene(self.loop, self.names, size_m=size_m, stamp=stamp))
 
     def _log_changes(self) -> None:
         changes = self.loop.changes
@@ -135,16 +134,15 @@ class Server:
             values[f"{name}: kept apart"] = kept or "no"
             apart += [f"{name}: {kept}"] if kept else []
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
-        text = f"{there} of {len(self.names)} users"
-        text += "; paused" if loop.protocol.paused else ""
-        text += f"; {', '.join(silent)} silent" if silent else ""
-        text += f"; {missed} deadlines missed" if missed else ""
-        text += "".join(f"; {each}" for each in apart)
+        texts = [f"{there} of {len(self.names)} users"]
+        texts += ["paused"] if loop.protocol.paused else []
+        texts += [f"{', '.join(silent)} silent"] if silent else []
+        texts += [f"{missed} deadlines missed"] if missed else []
         contained = self._contain(values)
         wrong, peers = self._watch.peers.look()
         values |= peers
         wrong += [contained] if contained else []
-        text = "; ".join([text, *wrong])
+        text = "; ".join([*texts, *apart, *wrong])
         return (WARN if missed or silent or wrong else OK), text, values
 
     def _kept_apart(self, user: int) -> str:

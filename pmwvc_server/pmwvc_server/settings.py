@@ -8,7 +8,7 @@ coupling and object may change while the node runs; the last word counts, and a 
 users goes to each of them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -28,7 +28,7 @@ from pmwvc_core.params import (
     specs,
 )
 from pmwvc_core.params.fields import parameter
-from pmwvc_core.params.ports import matrix_conflicts
+from pmwvc_core.params.ports import port_conflicts
 from pmwvc_core.params.user import ServerTimes, server_times
 from pmwvc_core.runtime.parameter_values import SHARED_AT_SERVER, USER_AT_SERVER
 from pmwvc_core.runtime.parameters import (
@@ -126,15 +126,16 @@ def declare_settings(
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
     for_all.strict = is_strict(settings.controller, settings.channel)
-    for_all.timeout_s = settings.times.timeout_s
+    for_all.receiver = {
+        **{"dof": settings.dof, "strict": for_all.strict},
+        "timeout_s": settings.times.timeout_s,
+    }
     for user in settings.users:
         if user.side == 0:
             raise ParameterError(f"{user.name}.side = 0: must be -1 or 1")
-        for_all.check_deadband(user.contact)
         for group, given in (("master", user.master), ("server", user.contact)):
-            wrong = matrix_conflicts(given.impedance_matrix, settings.dof)
-            if wrong:
-                raise ParameterError(f"{user.name}.{group}.{wrong[0]}")
+            for wrong in port_conflicts(given, **for_all.receiver):
+                raise ParameterError(f"{user.name}.{group}.{wrong}")
     return settings
 
 
@@ -143,7 +144,7 @@ class _ForAll:
 
     contact = ContactParams()
     black_box = strict = False
-    timeout_s = 0.0
+    receiver: Mapping[str, Any] = {"dof": None, "strict": False, "timeout_s": 0.0}
 
     def __init__(self, node: Node, users: list[str]) -> None:
         self._node, self._users = node, users
@@ -157,13 +158,8 @@ class _ForAll:
         """Refuse what a black box would not notice."""
         if self.black_box and new != old:
             raise ParameterError(f"server: {FIXED}")
-        self.check_deadband(new)
-
-    def check_deadband(self, contact: ContactParams) -> None:
-        """Refuse a deadband that the channel or the receiver cannot do with."""
-        wrong = contact.deadband.problem(strict=self.strict, timeout_s=self.timeout_s)
-        if wrong:
-            raise ParameterError(f"server.deadband.{wrong}")
+        for wrong in port_conflicts(new, **self.receiver):
+            raise ParameterError(f"server.{wrong}")
 
     def check(self, old: ServerParams, new: ServerParams) -> None:
         """Refuse changes around a black box, of a fixed period, or to an impossible coupling."""

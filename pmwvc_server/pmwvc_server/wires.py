@@ -1,17 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The loop's wires in ROS: the topics of each user's packets, and the trace.
+"""The loop's wires in ROS: the topics of each user's packets, the trace, and the scene as markers.
 
 Private topics: for each user ``~/<user>/wave_up`` in and ``~/<user>/wave_down`` out, and
 ``~/trace``; with the node's own name these are ``/server/user1/wave_up`` and so on.
 """
 
 import time
+from collections.abc import Sequence
+from typing import Any
 
+from geometry_msgs.msg import Point, Vector3
 from rclpy.node import Node
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.frame.rows import PortRow
+from pmwvc_core.frame.rows import Presence
+from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.transport.admission import Admission
@@ -52,8 +58,6 @@ class RosWires:
             for packet in arrived
             if not packet.refusal
         ]
-        signals = step.row._asdict()
-        signals |= zip(PortRow._fields, zip(*signals.pop("ports"), strict=True), strict=True)
         self._trace.publish(
             messages.server_trace(
                 self._types,
@@ -69,6 +73,60 @@ class RosWires:
                 looked=step.looked_ns - tick.due_ns,
                 taken=taken,
                 changes=loop.protocol.changes,
-                **signals,
+                **step.row._asdict(),
             )
         )
+
+
+FRAME = "world"
+AVATAR_M = 0.012  # diameter
+ARROW_M_PER_N = 0.02
+# Okabe and Ito's colours: distinguished by colour-blind people too.
+COLORS = (
+    (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65),
+    (0.90, 0.62, 0.00), (0.34, 0.71, 0.91), (0.94, 0.89, 0.26), (0.00, 0.00, 0.00),
+)  # fmt: skip
+
+
+def scene(loop: ServerLoop, users: Sequence[str], *, size_m: float, stamp: Any) -> MarkerArray:
+    """Return the scene after the last step: an object with edges of ``size_m`` [m], its target,
+    the avatars and their forces on it. Axes that there are not are drawn at zero.
+    """
+    end = loop.protocol
+    cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
+    cube.pose.position, cube.scale = _point(end.x_o), _size(size_m)
+    target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
+    target.pose.position, target.scale = _point(end.target_m), _size(1.02 * size_m)
+    found = [cube, target]
+    for user, name in enumerate(users):
+        presence, color = end.presence[user], COLORS[user % len(COLORS)]
+        opacity = 0.4 if presence is Presence.DAMPING else 1.0
+        avatar = _marker(f"{name}/avatar", user, Marker.SPHERE, stamp, color, opacity)
+        force = _marker(f"{name}/force", user, Marker.ARROW, stamp, color, opacity)
+        found += [avatar, force]
+        if presence is Presence.ABSENT:
+            avatar.action = force.action = Marker.DELETE
+            continue
+        x, f = map(flatten, end.avatar(user))
+        avatar.pose.position, avatar.scale = _point(x), _size(AVATAR_M)
+        force.points = [_point(x), _point(x + f * ARROW_M_PER_N)]
+        force.scale = Vector3(x=0.004, y=0.008, z=0.008)
+    return MarkerArray(markers=found)
+
+
+def _size(edge_m: float) -> Vector3:
+    return Vector3(x=edge_m, y=edge_m, z=edge_m)
+
+
+def _point(value: Value) -> Point:
+    x, y, z = [*flatten(value), 0.0, 0.0][:3]
+    return Point(x=float(x), y=float(y), z=float(z))
+
+
+def _marker(
+    namespace: str, number: int, kind: int, stamp: Any, color: Sequence[float], opacity: float
+) -> Marker:
+    marker = Marker(ns=namespace, id=number, type=kind, action=Marker.ADD)
+    marker.header.frame_id, marker.header.stamp = FRAME, stamp
+    marker.color = ColorRGBA(**dict(zip("rgba", (*color, opacity), strict=True)))
+    return marker

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parameters that a page may change: nothing else of a session can be reached from there."""
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
@@ -62,10 +63,9 @@ def control_of(path: str) -> Control:
     where there is none.
     """
     number, rest = split_user(path)
-    found = _BY_PATH.get(rest)
-    if found is None or (number and rest in AT_RESTART):
+    if rest not in _BY_PATH or (number and rest in AT_RESTART):
         raise ParameterError(f"{path}: cannot be changed here")
-    return found
+    return _BY_PATH[rest]
 
 
 def changed(scenario: Scenario, values: Settings) -> Scenario:
@@ -111,8 +111,8 @@ def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
     differ.
     """
     flat = scenario.flat()
-    found: dict[str, Any] = {PRESET: preset}
-    found |= {CONTROLLER: scenario.controller, CHANNEL: scenario.channel}
+    found: dict[str, Any] = {PRESET: preset, CONTROLLER: scenario.controller}
+    found[CHANNEL] = scenario.channel
     for control in CONTROLS:
         if control.path not in found:
             leaf = resolved(control.path)[1][0]
@@ -129,25 +129,23 @@ def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:
         names = tuple(PRESETS) if spec is None else spec.choices
         if control.path == CONTROLLER:
             names = RECORDS.names()
-        numeric = control.ends is not None and spec is not None
         low = high = None
-        if numeric and spec is not None:
+        if control.ends and spec is not None:
             low = spec.low if spec.low is not None else spec.above
             high = spec.high if spec.high is not None else spec.below
-        found.append(
-            {
-                "path": control.path,
-                "label": control.label,
-                "unit": spec.unit if spec is not None else "-",
-                "value": values[control.path],
-                "min": low,
-                "max": high,
-                "slider": list(control.ends) if control.ends else None,
-                "choices": None if numeric else list(names),
-                "node": control.node,
-                "restart": control.path in AT_RESTART,
-            }
-        )
+        about = {
+            "path": control.path,
+            "label": control.label,
+            "unit": spec.unit if spec is not None else "-",
+            "value": values[control.path],
+            "min": low,
+            "max": high,
+            "slider": list(control.ends) if control.ends else None,
+            "choices": None if control.ends else list(names),
+            "node": control.node,
+            "restart": control.path in AT_RESTART,
+        }
+        found.append(about)
     return found
 
 
@@ -155,11 +153,9 @@ def choices() -> dict[str, Any]:
     """Return presets and controllers as the session message declares them."""
     controllers = []
     for name in RECORDS.names():
-        try:
+        with contextlib.suppress(ParameterError):  # a plug-in that cannot be used
             record = record_of(name)
-        except ParameterError:  # a plug-in that cannot be used
-            continue
-        controllers.append({"name": name, "words": record.words, "waves": record.waves})
+            controllers.append({"name": name, "words": record.words, "waves": record.waves})
     return {
         "presets": [{"name": name, "words": preset.basis} for name, preset in PRESETS.items()],
         "controllers": controllers,

@@ -1,41 +1,42 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The description of a session for a page: what stays the same while it runs."""
+"""What a page is told of a session: its description, which stays the same while it runs; and the
+exact model's predictions of proposed settings. They are made in a process of their own: an
+eigenvalue problem must not hold up snapshots, and still less a force loop.
+"""
 
+import asyncio
+import contextlib
+import multiprocessing
+import os
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from importlib import import_module
 from typing import Any
 
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s
 from pmwvc_core.controllers.library import proofs_hold
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import FateKind
+from pmwvc_core.runtime.interrupts import held_back
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 from pmwvc_view import controls
+from pmwvc_view.controls import Settings
 
 
 def describe(
-    scenario: Scenario,
-    *,
-    mode: str,
-    duration_s: float | None,
-    values: Mapping[str, Any],
+    scenario: Scenario, *, mode: str, duration_s: float | None, values: Mapping[str, Any],
     remote: Sequence[str],
-) -> dict[str, Any]:
-    """Return the session message without what the server adds.
-
-    Parameters
-    ----------
-    mode
-        live, simulated or recorded.
-    duration_s
-        Its length; None where it goes on until it is ended [s].
-    values
-        Of the controls.
-    remote
-        Users whose handle a page can take.
+) -> dict[str, Any]:  # fmt: skip
+    """Return the session message without what the server adds: ``mode`` is live, simulated or
+    recorded; ``duration_s`` None where it goes on until it is ended [s]; ``values`` those of the
+    controls; ``remote`` the users whose handle a page can take.
     """
     server = scenario.server
     return {
@@ -96,3 +97,89 @@ def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:
         matrix = isinstance(user.impedance, MatrixImpedance)
         found[f"{user.name}.impedance"] = None if matrix else user.master.impedance
     return found
+
+
+NICE = 10  # loops and pages come first
+
+
+class Predictor:
+    """Answers questions one after the other; of those that wait only the newest."""
+
+    def __init__(self, *, live: bool) -> None:
+        self._live = live
+        self._pool: ProcessPoolExecutor | None = None
+        self._busy = asyncio.Lock()
+        self._newest = 0
+
+    def begin(self) -> None:
+        """Start the process, so that the first question need not wait for it."""
+        if self._pool is None:
+            # Not forked: the caller may have threads.
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
+            # A Ctrl-C reaches every process of a terminal; this one is ended by close().
+            with held_back():
+                self._pool.submit(import_module, "pmwvc_analysis.prediction.text")  # starts it
+            for process in self._pool._processes or ():
+                _give_way(process)
+
+    async def ask(self, scenario: Scenario, values: Settings) -> dict[str, Any] | None:
+        """Return the prediction for a scenario with settings, or None where a newer question came.
+
+        Reading the settings is work too: the process does it, and only for a question that is
+        answered.
+        """
+        self._newest = number = self._newest + 1
+        async with self._busy:
+            if number != self._newest:
+                return None
+            self.begin()
+            loop = asyncio.get_running_loop()
+            question = partial(predicted, scenario, values, self._live)
+            try:
+                return await loop.run_in_executor(self._pool, question)
+            except BrokenProcessPool:
+                self._pool = None
+                return unknown("The model's process ended.")
+
+    def close(self) -> None:
+        """End the process."""
+        if self._pool is not None:
+            for process in list((self._pool._processes or {}).values()):
+                process.terminate()
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            self._pool = None
+
+
+def _stand_back() -> None:
+    """Give way to loops and pages, whatever priority the parent has."""
+    with contextlib.suppress(OSError, AttributeError):  # not on every system
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    _give_way(0)
+
+
+def _give_way(process: int) -> None:
+    with contextlib.suppress(OSError, AttributeError):  # not on every system
+        os.setpriority(os.PRIO_PROCESS, process, NICE)
+
+
+def predicted(scenario: Scenario, values: Settings, live: bool) -> dict[str, Any]:
+    """Return the prediction for a scenario with settings as its message."""
+    from pmwvc_analysis.prediction import prediction, text
+
+    try:
+        scenario = controls.changed(scenario, values)
+    except PmwvcError as error:
+        return unknown(str(error))
+    try:
+        found = prediction.prediction(scenario, live=live)
+        lines = text.lines(scenario, live=live)
+    except PmwvcError as error:
+        return unknown(f"No prediction: {error}")
+    names = {"stable": "stable", "rendered_stiffness": "k_felt", "mass": "mass_felt"}
+    return {**{name: found[key] for name, key in names.items()}, "lines": lines}
+
+
+def unknown(why: str) -> dict[str, Any]:
+    """Return the message where nothing is predicted."""
+    return {"stable": None, "rendered_stiffness": None, "mass": None, "lines": [why]}

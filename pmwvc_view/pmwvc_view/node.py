@@ -26,25 +26,23 @@ from pmwvc_view.web.access import is_loopback, new_token, why_refused
 from pmwvc_view.web.server import PageServer
 
 PRIORITY = 2  # below loops and recorder: a hand waits for no ordinary program
-SPECS: Mapping[str, tuple[Spec, Any]] = {
+# Default, unit, range and description of each parameter.
+SPECS: Mapping[str, tuple[Any, str, float | None, float | None, str]] = {
     "host": (
-        Spec(str, description="address to listen on; beyond loopback others can join"),
         "127.0.0.1",
+        "-",
+        None,
+        None,
+        "address to listen on; beyond loopback others can join",
     ),
-    "port": (Spec(int, low=0, high=65535, description="port to listen on, 0: any free one"), 0),
-    "token": (Spec(str, description="token of the page's address (empty: a random one)"), ""),
-    "snapshot_hz": (
-        Spec(float, "Hz", low=1.0, high=125.0, description="snapshots per second"),
-        1.0 / SNAPSHOT_S,
-    ),
-    "session.name": (Spec(str, description="name of the session"), "session"),
-    "session.description": (Spec(str, description="what the session shows"), ""),
-    "session.report": (Spec(str, description="file of its report, once it is over"), ""),
-    "session.emulated": (Spec(bool, description="an emulator belongs to the session"), False),
-    "session.duration_s": (
-        Spec(float, "s", low=0.0, high=LONGEST_S, description="its length, 0: not known"),
-        0.0,
-    ),
+    "port": (0, "", 0, 65535, "port to listen on, 0: any free one"),
+    "token": ("", "", None, None, "token of the page's address (empty: a random one)"),
+    "snapshot_hz": (1.0 / SNAPSHOT_S, "Hz", 1.0, 125.0, "snapshots per second"),
+    "session.name": ("session", "", None, None, "name of the session"),
+    "session.description": ("", "", None, None, "what the session shows"),
+    "session.report": ("", "", None, None, "file of its report, once it is over"),
+    "session.emulated": (False, "", None, None, "an emulator belongs to the session"),
+    "session.duration_s": (0.0, "s", 0.0, LONGEST_S, "its length, 0: not known"),
 }
 
 
@@ -64,32 +62,21 @@ class View:
         graph = find(self._node, self._users, stop, emulated=values["session.emulated"])
         if graph is None:
             return
-        length_s = float(values["session.duration_s"])
+        length_s, snapshot_s = float(values["session.duration_s"]), 1.0 / values["snapshot_hz"]
+        about = {name: values[f"session.{name}"] for name in ("name", "description")}
         session = LiveSession(
-            self._node,
-            graph,
-            about={
-                "name": values["session.name"],
-                "description": values["session.description"],
-                "duration_s": length_s or LONGEST_S,
-            },
-            snapshot_s=1.0 / values["snapshot_hz"],
-            duration_s=length_s or None,
-            report=values["session.report"],
-        )
-        host, token = values["host"], values["token"] or new_token()
+            self._node, graph, about={**about, "duration_s": length_s or LONGEST_S},
+            snapshot_s=snapshot_s, duration_s=length_s or None, report=values["session.report"],
+        )  # fmt: skip
+        host, port, token = values["host"], values["port"], values["token"] or new_token()
         self._server = server = PageServer(
-            session,
-            host=host,
-            port=values["port"],
-            token=token,
-            snapshot_s=1.0 / values["snapshot_hz"],
+            session, host=host, port=port, token=token, snapshot_s=snapshot_s
         )
         if not is_loopback(host):
             text = f"host = {host}: whoever has the address with its token can take part"
             self._node.get_logger().warning(text)
-        if why := why_refused(host, values["port"]):
-            raise ParameterError(f"host = {host}, port = {values['port']}: {why}")
+        if why := why_refused(host, port):
+            raise ParameterError(f"host = {host}, port = {port}: {why}")
         server.run(stop, lambda: print(f"page {server.address}", flush=True))
 
     def close(self) -> None:
@@ -99,16 +86,16 @@ class View:
         """Return what people should know, once a second."""
         if self._server is None:
             return OK, "waiting for a session", {}
-        values: dict[str, object] = {"pages": self._server.pages, "port": self._server.port}
-        return OK, "serving", values
+        return OK, "serving", {"pages": self._server.pages, "port": self._server.port}
 
 
 def declare_settings(node: Node) -> tuple[list[str], dict[str, Any]]:
     """Declare the parameters; return the names of the users and all other values by name."""
     users = declare_names(node, "users", [], "names of the users (empty: those of the session)")
-    values = {
-        name: declare_value(node, name, spec, default) for name, (spec, default) in SPECS.items()
-    }
+    values = {}
+    for name, (default, unit, low, high, text) in SPECS.items():
+        spec = Spec(type(default), unit, low=low, high=high, description=text)
+        values[name] = declare_value(node, name, spec, default)
     return users, values
 
 

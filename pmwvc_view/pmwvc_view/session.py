@@ -5,6 +5,7 @@ real time. All of it is called from one event loop.
 """
 
 import asyncio
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -17,10 +18,10 @@ from pmwvc_core.scenario.changes import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description, protocol
 from pmwvc_view.controls import Control, Setting, Settings
+from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
 from pmwvc_view.feed.verdict import Notices, verdict
-from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 TEXT_EVERY = 8  # snapshots between two verdicts
@@ -40,28 +41,18 @@ class Session(ABC):
     ``can`` names the kinds of requests that it serves, each by the method of its name (``take``,
     ``let_go`` and ``seen`` are the server's own), which takes the fields of the request and gives
     an ``Answer``; that of ``set`` and ``pause`` is awaited.
-
-    Attributes
-    ----------
-    generation
-        Counts its beginnings: another number, and everything is described anew.
-    ended
-        Why it is over; None while it goes on.
-    back
-        Whether the same address will serve again once it is over.
-    report
-        Where its report will be, "" where there will be none.
     """
 
     can: frozenset[str] = frozenset()
     layout: Layout
+    _scenario: Scenario
 
     def __init__(self, predictor: Predictor) -> None:
         self._predictor = predictor
-        self.generation = 0
-        self.ended: str | None = None
-        self.back = False
-        self.report = ""
+        self.generation = 0  # counts its beginnings: another one, and all is described anew
+        self.ended: str | None = None  # why it is over; None while it goes on
+        self.back = False  # whether the same address will serve again once it is over
+        self.report = ""  # where its report will be, "" where there will be none
 
     @abstractmethod
     def description(self) -> dict[str, Any]:
@@ -77,19 +68,13 @@ class Session(ABC):
             "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
             "can": sorted(self.can),
             "snapshot_s": snapshot_s,
-            "limits": {
-                "heartbeat_s": protocol.HEARTBEAT_S,
-                "silence_s": protocol.SILENCE_S,
-                "credits": protocol.CREDITS,
-                "message_bytes": protocol.MESSAGE_BYTES,
-                "messages_hz": protocol.MESSAGES_HZ,
-            },
+            "limits": protocol.LIMITS,
             "layout": self.layout.to_page(),
         }
 
-    @abstractmethod
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""
+        return self._scenario
 
     @abstractmethod
     def poll(self) -> Sequence[Snapshot]:
@@ -127,9 +112,8 @@ class State(NamedTuple):
 
 
 class RunningSession(Session):
-    """A session that goes on: its feed, the verdict on it, and notices.
-
-    ``_duration_s`` is None where the end is not known [s].
+    """A session that goes on: its feed, the verdict on it, and notices. ``_duration_s`` is None
+    where the end is not known [s].
     """
 
     can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
@@ -153,6 +137,19 @@ class RunningSession(Session):
         self._text: dict[str, Any] = {}
         self._polls = 0
 
+    def _snapshots(
+        self, now_ns: int, places: Mapping[str, Any], round_trips: Mapping[str, float | None]
+    ) -> Sequence[Snapshot]:
+        """Return the snapshots up to now [ns]; ``places`` has the target of every hand by user [m]
+        (None: it is open), ``round_trips`` are by column [s].
+        """
+        targets = {f"{user}.target": place for user, place in places.items()}
+        held = {f"{user}.held": place is not None for user, place in places.items()}
+        self._feed.others = {**self._lags, **round_trips, **targets, **held}
+        snapshots = self._feed.rows(now_ns)
+        self._notices.watch(snapshots, self.layout, self._names)
+        return snapshots
+
     @abstractmethod
     def _state(self) -> State:
         """Return how it stands."""
@@ -172,9 +169,9 @@ class RunningSession(Session):
             if control.path in controls.AT_RESTART:
                 return Answer(False, f"{path}: changes with a new beginning (restart)")
             known = self.scenario()
-            if fixed := why_fixed(
-                control.path, strict=known.strict, server=known.server, coupling=known.coupling
-            ):
+            server, coupling = known.server, known.coupling
+            fixed = why_fixed(control.path, strict=known.strict, server=server, coupling=coupling)
+            if fixed:
                 return Answer(False, f"{control.path}: {fixed}")
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
@@ -185,19 +182,13 @@ class RunningSession(Session):
             return Answer(False, str(error))
         return Answer(not why, why or f"{path} = {value}")
 
-    def scenario(self) -> Scenario:
-        """Return the scenario that settings are added to."""
-        return self._scenario
-
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
+        values = controls.values_of(self.scenario(), self._state().preset)
         return description.describe(
-            self._scenario,
-            mode="live" if self._live else "simulated",
-            duration_s=self._duration_s,
-            values=controls.values_of(self.scenario(), self._state().preset),
-            remote=self._remote(),
-        )
+            self._scenario, mode="live" if self._live else "simulated", values=values,
+            duration_s=self._duration_s, remote=self._remote(),
+        )  # fmt: skip
 
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return verdict, values of controls, and whether time passes."""
@@ -205,14 +196,14 @@ class RunningSession(Session):
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
             self._feed.window.judge(scenario, live=self._live)
+            users = scenario.users
             self._text = verdict(
-                self._feed,
-                self._names,
-                most_n={user.name: user.safety.max_force for user in scenario.users},
-                storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
+                self._feed, self._names,
+                most_n={user.name: user.safety.max_force for user in users},
+                storage_j={user.name: sum(declared(scenario, user)) for user in users},
                 exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),
-            )
+            )  # fmt: skip
         known, wanted = self._valued, self.scenario()
         if known is None or known[0] is not wanted or known[1] != state.preset:
             values = controls.values_of(wanted, state.preset)
@@ -231,23 +222,17 @@ def ramped(present: Scenario, wanted: Scenario, *, over_s: float) -> Scenario:
     A delay that grows at once leaves a gap as long as its growth; beyond the watchdog's patience
     both hands would be dropped.
     """
-    users = tuple(
-        replace(
-            new,
-            link_up=towards(old.link_up, new.link_up, over_s=over_s),
-            link_down=towards(old.link_down, new.link_down, over_s=over_s),
-        )
-        for old, new in zip(present.users, wanted.users, strict=True)
-    )
-    return replace(wanted, users=users)
+    users = []
+    for old, new in zip(present.users, wanted.users, strict=True):
+        up = towards(old.link_up, new.link_up, over_s=over_s)
+        down = towards(old.link_down, new.link_down, over_s=over_s)
+        users.append(replace(new, link_up=up, link_down=down))
+    return replace(wanted, users=tuple(users))
 
 
 def towards(present: LinkParams, wanted: LinkParams, *, over_s: float) -> LinkParams:
     """Return the settings of one link after so long [s]."""
-    if present == wanted:
-        return present
-    most = RATE * over_s
-    step = wanted.delay_s - present.delay_s
+    most, step = RATE * over_s, wanted.delay_s - present.delay_s
     if abs(step) <= most:
         return wanted
-    return replace(present, delay_s=present.delay_s + (most if step > 0.0 else -most))
+    return replace(present, delay_s=present.delay_s + math.copysign(most, step))

@@ -7,6 +7,7 @@ Unlike a simulation it has no end, and its parameters change while it runs. Need
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -31,43 +32,34 @@ LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
 
-class PageTargets:
-    """The targets that a page gives to a hand: the newest one [m], once; None: it is open."""
-
-    def __init__(self) -> None:
-        self._new: list[Target] = []
-        self.newest: Target = None
-
-    def give(self, target: Target) -> None:
-        """Note a target; None lets go."""
-        self._new.append(target)
-        self.newest = target
-
-    def take(self) -> Sequence[Target]:
-        """Return what came since the last tick."""
-        new, self._new = self._new, []
-        return new
-
-
 class Simulation:
     """The ends of a scenario, stepped tick by tick without an end; its traces go to a feed.
-
     ``epoch`` is the number of this beginning.
     """
 
     def __init__(self, scenario: Scenario, feed: Feed, *, epoch: int) -> None:
-        self._feed, self._epoch = feed, epoch
+        self._feed, self._epoch, self._dof = feed, epoch, scenario.dof
         self._names = [user.name for user in scenario.users]
         self._waves = has_waves(scenario.controller)
-        self._dof = scenario.dof
         self._time = VirtualTime(scenario, on_frame=self._show_frame, on_step=self._show_step)
         self._users, self.tick_ns = self._time.users, self._time.tick_ns
-        self.targets: dict[str, PageTargets] = {}
-        for user in self._users:
+        # Of the hands that a page can take: targets since the last tick [m], and the newest.
+        self.targets: dict[str, list[Target]] = {}
+        self._newest: dict[str, Target] = {}
+        for name, user in zip(self._names, self._users, strict=True):
             if user.settings.operator.from_outside:
-                self.targets[user.settings.name] = source = PageTargets()
-                user.device.listen(source.take)
+                self.targets[name] = []
+                user.device.listen(partial(self._taken, name))
         self.tick = 0
+
+    def give(self, user: str, target: Target) -> None:
+        """Give a hand its newest target [m]; None opens it."""
+        self.targets[user].append(target)
+        self._newest[user] = target
+
+    def _taken(self, user: str) -> Sequence[Target]:
+        new, self.targets[user] = self.targets[user], []
+        return new
 
     def run(self, until_tick: int) -> None:
         """Step up to a tick."""
@@ -75,13 +67,11 @@ class Simulation:
             self.tick = min(self.tick + LONGEST, until_tick)
             self._time.run(self.tick * self.tick_ns)
             for index, user in enumerate(self._users):
-                for way, link in enumerate((user.up, user.down)):
+                for number, link in enumerate((user.up, user.down), start=2 * index):
                     # The newest fates; an arrival may lie ahead. No record of packets is kept.
-                    if fates := link.fates:
-                        rows = [
-                            (f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates
-                        ]
-                        self._feed.on_packets(2 * index + way, np.array(rows, dtype=np.float64))
+                    rows = [(f.number, f.time_in_ns, f.time_due_ns, f.kind) for f in link.fates]
+                    if rows:
+                        self._feed.on_packets(number, np.array(rows, dtype=np.float64))
                     link.fates, link.sent, link.arrived = [], [], []
 
     def change(self, new: Scenario) -> None:
@@ -96,13 +86,12 @@ class Simulation:
         }
 
     def places(self) -> dict[str, Value | None]:
-        """Return the target of every remote hand that is closed, by column [m]."""
+        """Return the target of every remote hand by user [m]; None: it is open."""
         found: dict[str, Value | None] = {}
-        for user in self._users:
+        for name, user in zip(self._names, self._users, strict=True):
             if hand := user.device.remote:
-                source = self.targets.get(user.settings.name)
-                followed = value(hand.target) if source is None else source.newest
-                found[f"{user.settings.name}.target"] = followed if hand.holding else None
+                followed = self._newest.get(name) if name in self.targets else value(hand.target)
+                found[name] = followed if hand.holding else None
         return found
 
     def _show_step(self, _: int, now_ns: int, row: ServerRow) -> None:
@@ -110,15 +99,13 @@ class Simulation:
         step = Step(
             start_ns=now_ns,
             object=np.array([vector(getattr(row, name)) for name in traces.OBJECT]),
-            avatars=np.array(
-                [[vector(getattr(port, name)) for port in row.ports] for name in traces.AVATAR]
-            ),
+            avatars=np.array([[*map(vector, getattr(row, name))] for name in traces.AVATAR]),
             state=[int(state) for state in row.state],
-            contact=[bool(np.any(port.contact)) for port in row.ports],
+            contact=[bool(touches) for touches in row.contact],
             lateness_s=0.0,
             sums={
-                name: ServerSums(now_ns, self._epoch, _one(port.energy_u_s), _one(port.energy_v_s))
-                for name, port in zip(self._names, row.ports, strict=True)
+                name: ServerSums(now_ns, self._epoch, _one(u_j), _one(v_j))
+                for name, u_j, v_j in zip(self._names, row.energy_u_s, row.energy_v_s, strict=True)
             },
         )
         self._feed.on_server(step)
@@ -134,15 +121,10 @@ class Simulation:
             up, down = ways(_one(report.u_m), _one(report.u_tx), _one(report.v_m), kept)
         sums = MasterSums(times[-1], self._epoch, up, down, user.device.s.against_j)
         block = Block(
-            start_ns=times[0],
-            period_ns=self.tick_ns,
-            signals=signals[:, _COLUMNS].swapaxes(0, 1),
-            lateness_s=[0.0] * len(times),
-            state=int(report.state),
-            reason=str(report.reason),
-            missed=0,
-            sums=sums,
-        )
+            start_ns=times[0], period_ns=self.tick_ns, signals=signals[:, _COLUMNS].swapaxes(0, 1),
+            lateness_s=[0.0] * len(times), state=int(report.state), reason=str(report.reason),
+            missed=0, sums=sums,
+        )  # fmt: skip
         self._feed.on_master(self._names[index], block)
 
     def _vector(self, value: Value) -> Array:
@@ -175,8 +157,7 @@ class SimulatedSession(RunningSession):
         self.generation += 1
         self._simulation = Simulation(scenario, self._feed, epoch=self.generation)
         self._at_s = self._clock()
-        self._left_s = 0.0  # of real time, not simulated yet
-        self._lost_s = 0.0  # never simulated
+        self._left_s = self._lost_s = 0.0  # of real time, not simulated yet; never simulated
 
     def _state(self) -> State:
         lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
@@ -191,10 +172,8 @@ class SimulatedSession(RunningSession):
         passed_s, self._at_s = now_s - self._at_s, now_s
         if self._paused:
             return []
-        if passed_s > LONGEST_STEP_S:
-            self._lost_s += passed_s - LONGEST_STEP_S
-            passed_s = LONGEST_STEP_S
-        self._left_s += passed_s
+        self._left_s += min(passed_s, LONGEST_STEP_S)
+        self._lost_s += max(passed_s - LONGEST_STEP_S, 0.0)
         if self._scenario != self._wanted:  # a delay never jumps
             self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
             self._simulation.change(self._scenario)
@@ -204,18 +183,14 @@ class SimulatedSession(RunningSession):
         before = simulation.tick
         simulation.run(before + int(self._left_s / tick_s))
         self._left_s -= (simulation.tick - before) * tick_s
-        places = simulation.places()
-        held = {name.replace(".target", ".held"): at is not None for name, at in places.items()}
-        self._feed.others = {**self._lags, **simulation.round_trips(), **places, **held}
-        snapshots = self._feed.rows(simulation.tick * simulation.tick_ns)
-        self._notices.watch(snapshots, self.layout, self._names)
-        return snapshots
+        now_ns = simulation.tick * simulation.tick_ns
+        return self._snapshots(now_ns, simulation.places(), simulation.round_trips())
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
-        if source := self._simulation.targets.get(user):
+        if user in self._simulation.targets:
             target = description.within_workspace(position, self._scenario, user)
-            source.give(None if target is None else value(tuple(target)))
+            self._simulation.give(user, None if target is None else value(tuple(target)))
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self._wanted = wanted

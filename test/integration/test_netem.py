@@ -14,7 +14,7 @@ from support.processes import NodeProcess, refused, ros
 from support.relayed import Line, same
 
 from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.network.link import Link, stream_of
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.transport.admission import intact
 from pmwvc_core.transport.packet import size_bytes
@@ -70,7 +70,7 @@ def test_live_fates_are_those_of_the_core_for_the_same_seed():
                 numbers = [row["seq"] for row in rows]
                 assert numbers == list(range(numbers[0], len(line.sent) + 1))
                 fates = [FateKind(row["fate"]) for row in rows]
-                stream = stream_of(5, index, number)
+                stream = (5, index, number)
                 assert fates == expected_fates(params, stream, len(fates))
                 series.append(tuple(fates[:80]))
                 copies = sum(row["fate"] == FateKind.DUPLICATE for row in line.records())
@@ -105,7 +105,7 @@ def test_live_fates_are_those_of_an_independent_oracle_and_are_counted_at_the_re
         state = line.state_after(len(rows))
         peer.until(lambda: len(line.received) == state.out_count)
     time_ns = np.array([row["time_in_ns"] for row in rows])
-    wanted = link_oracle.fates(params, stream_of(5, 0, 0), time_ns)
+    wanted = link_oracle.fates(params, (5, 0, 0), time_ns)
     lost = np.array([row["fate"] == FateKind.LOST for row in rows])
     assert (lost == wanted.lost).all() and lost.any()
     due_ns = np.array([row["time_due_ns"] for row in rows])

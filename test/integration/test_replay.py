@@ -21,7 +21,7 @@ from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import POSITION_M, exact, replay
 from pmwvc_analysis.session_files import finish
-from pmwvc_bringup.commands.replay import lead
+from pmwvc_bringup.commands.compare import lead
 from pmwvc_core.runtime.topics import WAVE_QOS
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_msgs.msg import MasterTrace

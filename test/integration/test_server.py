@@ -10,13 +10,14 @@ import signal
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from support.packer import Packer
 from support.processes import NodeProcess, refused, ros
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WAVE_QOS
-from pmwvc_core.transport.packet import FLAG_DIRECT, Packer
+from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 from pmwvc_server.node import main
 
@@ -274,7 +275,7 @@ def test_packets_of_a_rogue_publisher_are_counted_and_harmless(pressed):
     for _ in range(10):
         send(wave=[math.nan])
         send(wave=[1e300])
-        send(wave=[0.1, 0.2, 0.3])
+        send(**{name: [0.1, 0.2, 0.3] for name in ("wave", "integral", "position")})
         send(epoch=old.epoch, seq=old.seq, sent_ns=old.sent_ns)
         send(flags=FLAG_DIRECT)
         run.steps_more(1)

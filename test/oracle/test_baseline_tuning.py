@@ -10,9 +10,9 @@ from support.plain import load
 
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.stability import verdict
-from pmwvc_core.baselines import tuning
-from pmwvc_core.baselines.tuning import Loop, loop_of
+from pmwvc_core.controllers import record as tuning
 from pmwvc_core.controllers.library import LIBRARY
+from pmwvc_core.controllers.record import Loop, loop_of
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams

@@ -8,7 +8,7 @@ from scipy import signal
 from support.strategies import TICK_S
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.filter_design import design, order_of
+from pmwvc_core.wave.filter_design import design, order_of
 
 
 @pytest.mark.parametrize("meet", ["pass", "stop"])

@@ -16,8 +16,8 @@ from support.wave_power import power
 from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
 from pmwvc_core.law.wave.wave import impedance, wave_force, wave_j, wave_u, wave_v, wave_velocity
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.aliasing import worst_case_gain
-from pmwvc_core.wave.design.filter_design import design, half_power_hz
+from pmwvc_core.wave.aliasing import worst_case_gain
+from pmwvc_core.wave.filter_design import design, half_power_hz
 
 # Fused multiply-add, where a compiler uses it, rounds once instead of twice.
 ROUNDING = 0.0 if platform.machine() in ("x86_64", "AMD64") else 1e-13

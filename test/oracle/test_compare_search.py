@@ -15,7 +15,7 @@ from pmwvc_analysis.compare.settings import (
     path_error_m,
     tuned,
 )
-from pmwvc_analysis.prediction.text import rule_loop
+from pmwvc_core.baselines.tuning import loop_of
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.simulation.session import simulate, simulate_one
 
@@ -72,7 +72,7 @@ def test_a_rival_found_by_search_is_better_than_by_its_rule_and_as_printed(contr
     )
     best = session_with(controller, delay_s, values)
     assert cost_of(simulate_one(best), best) == pytest.approx(printed, rel=1e-3)
-    control = by_rule(controller, rule_loop(scenario.users[0], scenario))
+    control = by_rule(controller, loop_of(scenario.users[0], scenario.server))
     sessions = [session_with(controller, delay_s, each) for each in ({}, control)]
     plain, ruled = simulate(sessions, keep=cost_of)
     assert plain == pytest.approx(default, rel=1e-3)

@@ -11,10 +11,10 @@ import pytest
 from support import plain as scenarios
 from support.linear_loops import scenario
 
-from pmwvc_analysis.delays import long_delay
-from pmwvc_analysis.delays.any_delay import any_delay
-from pmwvc_analysis.models import stability
+from pmwvc_analysis.models import linearize, stability
+from pmwvc_analysis.models import opened as long_delay
 from pmwvc_analysis.models.answer import answer
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_core.errors import PmwvcError
@@ -88,12 +88,9 @@ def test_the_largest_stiffness_is_that_of_the_matrix(monkeypatch):
 
 def test_runs_of_a_batch_are_those_alone():
     of = scenario(link__delay_s=2.0, device__damping=0.2)
-    stiffness = np.array([[50.0], [500.0], [5000.0]])
-    together = stability.radii(varied(of, "server.contact_stiffness", stiffness))
-    alone = [
-        stability.radii(varied(of, "server.contact_stiffness", float(k)))[0]
-        for k in stiffness[:, 0]
-    ]
+    runs = [varied(of, "server.contact_stiffness", k) for k in (50.0, 500.0, 5000.0)]
+    together = stability.radii(*runs)
+    alone = [stability.radii(run)[0] for run in runs]
     np.testing.assert_allclose(together, alone, rtol=1e-12)
 
 
@@ -108,17 +105,17 @@ def test_radius_and_count_call_the_same_runs_stable_where_rigid_motions_are_doub
     )
 
     def at(stiffness):
-        return long_delay.opened(varied(of, "server.contact_stiffness", stiffness))
+        return long_delay.opened(*(varied(of, "server.contact_stiffness", k) for k in stiffness))
 
     low, high, within = 0.14, 0.17, []
     while not within:
-        loops = at(np.linspace(low, high, 12)[:, np.newaxis])
+        loops = at(np.linspace(low, high, 12))
         assert min(loci.at_one for loci in loops.loci) > 1
         grows = np.array([loci.log_radius() for loci in loops.loci])
         within = list(np.flatnonzero((grows > 1e-8) & (grows < 0.9 * long_delay.DOUBLE)))
         edge = int(np.flatnonzero(np.diff(np.sign(grows)))[0])
         low, high = np.linspace(low, high, 12)[edge : edge + 2]
-        told = list(map(stability.stable, loops.radii()))
+        told = list(map(linearize.stable, loops.radii()))
         np.testing.assert_array_equal(told, loops.stable())
     assert all(told[run] for run in within)
 
@@ -131,7 +128,7 @@ def test_any_allowed_delay_is_answered(name, delay_s):
     assert len(opened.loci[0]._system.a) < 40  # whatever the delay
     assert opened.states > 2.0 * delay_s / 0.008
     found = answer(of)
-    assert found["stable"] and found["spectral_radius"] <= 1.0 + stability.ROUNDING
+    assert found["stable"] and found["spectral_radius"] <= 1.0 + linearize.ROUNDING
     assert any_delay(of).proved, "so it had to be stable"
     assert prediction(of, live=True)["stable"]
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from support import linear_loops
 
-from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models import linearize
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency import frequency

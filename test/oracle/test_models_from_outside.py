@@ -13,8 +13,8 @@ from oracle.test_multirate_model import bounded, compare, scenarios
 from support import linear_loops
 from support.lab import offer, source_of
 
-from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import AMPLITUDE, NonlinearError
 from pmwvc_analysis.models.linearize import build, spectral_radius

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from support import plain as files
 from support.law_rigs import Port
+from support.packer import Packer
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -20,7 +21,6 @@ from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.params import MasterParams, PositionParams
 from pmwvc_core.params.baselines import PspmParams
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.transport.packet import Packer
 
 ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")
 FIRST_ORDER = "master.filter.kind=first_order"

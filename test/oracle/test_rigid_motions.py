@@ -7,7 +7,6 @@ import pytest
 from support import linear_loops
 
 from pmwvc_analysis.models.linearize import build, linearize, spectral_radius
-from pmwvc_analysis.models.motions import rigid
 
 RIGID = [
     ({}, 4),  # two devices and the cube each somewhere else, and all moving on
@@ -37,15 +36,11 @@ def test_motions_that_are_no_instability_are_exact_and_counted(values, modes):
         **{"server__contact_stiffness": 40.0} | values,
     )
     model = linearize(scenario)
-    assert rigid.count(model.rigid) == modes
-    matrices = model.matrices
-    for place, family in enumerate(model.rigid):
-        before = model.rigid[:place]
-        # What is left to be zero shows in the eigenvalue that the quotient takes away.
-        left = rigid.quotient(matrices, before)[0]
-        ones = np.sum(np.abs(np.linalg.eigvals(left) - 1.0) < 1e-3)
-        after = rigid.quotient(matrices, [*before, family])[0]
-        assert np.sum(np.abs(np.linalg.eigvals(after) - 1.0) < 1e-3) == ones - 1
+    (left,), motions = model.quotient
+    assert motions == modes
+    # What is left to be zero shows in the eigenvalues that the quotient takes away.
+    ones = (np.sum(np.abs(np.linalg.eigvals(a) - 1.0) < 1e-3) for a in (model.transition, left))
+    assert next(ones) - next(ones) == modes
     assert spectral_radius(build(scenario)) < 1.0
 
 
@@ -67,16 +62,8 @@ def tied(**values):
     ],
 )
 def test_a_position_feedback_ties_devices_to_their_avatars(values, modes):
-    linear = linearize(tied(link__delay_s=0.008, **values))
-    (a,), found = linear.rows, rigid.families(linear)
-    assert rigid.count(found) == modes
-    for place, family in enumerate(found):
-        vector = family.vector[0]
-        rest = a @ vector - vector
-        spanned = np.array([f.vector[0] for f in found[:place]])
-        if len(spanned):
-            rest = rest - np.linalg.lstsq(spanned.T, rest, rcond=None)[0] @ spanned
-        np.testing.assert_allclose(rest, 0.0, atol=1e-12)
+    _, motions = linearize(tied(link__delay_s=0.008, **values)).quotient
+    assert motions == modes
 
 
 def test_the_published_position_feedback_drives_a_free_cube():
@@ -99,11 +86,21 @@ def test_a_uniform_motion_goes_on(controller, live):
         device__velocity="euler",
     )
     linear = linearize(scenario, live=live)
-    (a,), drift = linear.rows, rigid.families(linear)[-1].vector[0]
-    rest = a @ drift - drift
-    positions = [name.endswith(".x") or ".up.position[" in name for name in linear.states]
+    names, of = linear.states, {"period_s": linear.ticks * scenario.tick_s}
+    drift = going_on(linear, names.index("server.environment.body.xd"))
+    rest = linear.transition @ drift - drift
+    positions = [name.endswith((".x", ".deflection")) or ".up.position[" in name for name in names]
     assert np.abs(rest[np.logical_not(positions)]).max() < 1e-12
-    moved = rest[linear.states.index("server.environment.body.x")]
-    assert moved == pytest.approx(linear.loop.ticks * scenario.tick_s * 1.0)
+    moved = rest[names.index("server.environment.body.x")]
+    assert moved == pytest.approx(of["period_s"] * 1.0)
     if controller == "direct":  # all by the same
-        np.testing.assert_allclose(rest[positions], moved, atol=1e-12)
+        together = [n.endswith(".x") or ".up.position[" in n for n in names]
+        np.testing.assert_allclose(rest[together], moved, atol=1e-12)
+
+
+def going_on(linear, velocity):
+    """Return the motion in which one velocity is 1 that is a translation of A by translations."""
+    moves = linear.transition - np.eye(len(linear.states))
+    _, _, rows = np.linalg.svd(moves @ moves)
+    motions = rows[len(rows) - int(linear.quotient[1][0]) :]
+    return motions.T @ np.linalg.pinv(motions[:, velocity][np.newaxis])[:, 0]

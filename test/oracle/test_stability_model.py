@@ -138,9 +138,9 @@ def test_equal_users_are_taken_together_without_a_difference(controller, couplin
 
 def test_a_batch_equals_one_by_one():
     scenario = linear_loops.scenario(link__delay_s=0.016, server__coupling="one_frame_late")
-    values = np.array([0.0, 50.0, 700.0, 2500.0, 9000.0])[:, np.newaxis]
-    together = radii(with_stiffness(scenario, values))
-    alone = [radii(with_stiffness(scenario, float(k)))[0] for k in values[:, 0]]
+    values = 0.0, 50.0, 700.0, 2500.0, 9000.0
+    together = radii(*(with_stiffness(scenario, k) for k in values))
+    alone = [radii(with_stiffness(scenario, float(k)))[0] for k in values]
     np.testing.assert_allclose(together, alone, rtol=1e-9)
 
 
@@ -174,7 +174,7 @@ STACKED = [
 @pytest.mark.parametrize(("name", "values", "others"), STACKED)
 def test_parameters_around_the_port_stack(name, values, others):
     scenario = linear_loops.scenario(link__delay_s=0.016, **others)
-    together = radii(varied(scenario, name, np.array(values)[:, np.newaxis]))
+    together = radii(*(varied(scenario, name, value) for value in values))
     alone = [radii(varied(scenario, name, value))[0] for value in values]
     np.testing.assert_allclose(together, alone, rtol=1e-9)
     assert np.ptp(alone) > 1e-9

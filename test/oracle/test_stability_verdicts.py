@@ -61,7 +61,7 @@ def slow(seed, per_s):
     )
 
     def rates(stiffness):
-        found = radii(varied(base, "server.contact_stiffness", stiffness[:, np.newaxis]))
+        found = radii(*(varied(base, "server.contact_stiffness", k) for k in stiffness))
         return np.log(found) / (frame / 1000)
 
     low, high = 100.0, 1000.0

@@ -17,8 +17,8 @@ from oracle.test_multirate_model import compare
 from support import linear_loops
 from support.laws import as_written
 
-from pmwvc_analysis.delays import long_delay
 from pmwvc_analysis.models import loop
+from pmwvc_analysis.models import opened as long_delay
 from pmwvc_analysis.models.linearize import build
 from pmwvc_analysis.models.links import hyperperiod_ticks, line_of
 from pmwvc_analysis.models.stability import radii

@@ -103,10 +103,10 @@ def same(found, wanted, what, *, within=CLOSE):
 
 
 def compare_users(row, answers, model, wanted, at):
-    for i, (found, sent, expected) in enumerate(zip(row.ports, answers, wanted, strict=True)):
+    for i, (sent, expected) in enumerate(zip(answers, wanted, strict=True)):
         user, what = model.users[i], f"of user {i + 1} at {at}"
-        same(found.energy_u_s, user.in_j, f"energy in {what}")
-        same(found.energy_v_s, user.back_j, f"energy back {what}")
+        same(row.energy_u_s[i], user.in_j, f"energy in {what}")
+        same(row.energy_v_s[i], user.back_j, f"energy back {what}")
         assert (sent is None) == (expected is None), what
         if sent is None:
             assert row.state[i] is Presence.ABSENT
@@ -119,9 +119,9 @@ def compare_users(row, answers, model, wanted, at):
         assert sent.flags & FLAG_ANEW == expected.anew, what
         if expected.asks:
             continue
-        same(found.u_s, expected.u, f"wave used {what}", within=NEAR)
-        same(found.f_s, user.f, f"force {what}", within=NEAR)
-        same(found.x_s, expected.x_s, f"avatar {what}")
+        same(row.u_s[i], expected.u, f"wave used {what}", within=NEAR)
+        same(row.f_s[i], user.f, f"force {what}", within=NEAR)
+        same(row.x_s[i], expected.x_s, f"avatar {what}")
         assert bool(np.any(sent.short)) == expected.short, what
         assert row.state[i] is (Presence.DAMPING if expected.damped else Presence.COUPLED), what
 

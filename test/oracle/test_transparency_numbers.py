@@ -17,7 +17,7 @@ from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.wave.design.filter_design import design
+from pmwvc_core.wave.filter_design import design
 
 TICK_S, M = 1e-3, 20
 BUTTERWORTH = FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0)

@@ -30,22 +30,17 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(6_384, 6_000, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        4_431,
+        4_103,
         2_500,
         inside(
             "pmwvc_core",
-            *("wave", "master", "server", "baselines", "controllers", "made"),
-            *(
-                "compiled.py",
-                "unrolled.py",
-                "expressions.py",
-                "simulation/bulk",
-            ),
+            *("wave", "master", "server", "controllers", "made"),
+            *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_861, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_609, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_710,
+        5_203,
         4_700,
         (
             *inside(
@@ -54,13 +49,13 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_877, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_684, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_742,
+        5_135,
         3_500,
         inside(
             "pmwvc_analysis",
-            *("models", "maps", "tune", "transparency", "filters", "prediction", "delays"),
+            *("models", "maps", "tune", "transparency", "filters", "prediction"),
             "arrays.py",
         ),
     ),
@@ -80,9 +75,9 @@ ROOMS = {
     "figures and reports": Room(
         2_861, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_626, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_480, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(4_196, 3_000, ("pmwvc_view",)),
+    "command line": Room(4_245, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_230, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_892, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -20,7 +20,7 @@ from course.written import NUMBERS, STEPS, pages, read
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_bringup import scenarios
-from pmwvc_bringup.parser import build_parser
+from pmwvc_bringup.cli import build_parser
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "course"
 LIVE = "view live"  # a person takes part; nothing on a page is said of its numbers

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import yaml
 
-from pmwvc_bringup.parser import build_parser
+from pmwvc_bringup.cli import build_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")

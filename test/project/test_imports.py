@@ -49,8 +49,7 @@ CORE = {
     "network": BASE,
     "master": BASE | {"law"},
     "server": BASE | {"law"},
-    "baselines": BASE | {"server", "network"},  # the same users, contacts and links
-    "controllers": BASE | {"law", "master", "server", "baselines"},
+    "controllers": BASE | {"law", "master", "server", "network"},
     "scenario": BASE | {"controllers", "network", "server"},
     "made": BASE | {"law", "plant", "master", "server", "controllers", "scenario", "frame"},
     "frame": BASE | {"law", "made", "plant", "master", "server", "controllers", "scenario"},
@@ -83,9 +82,8 @@ ANALYSIS = {
     "replay": {"recording", "traces"},
     "charts": set(),
     "filters": set(),
-    "delays": {"models"},
     "maps": {"arrays", "models"},
-    "transparency": {"arrays", "delays", "models"},
+    "transparency": {"arrays", "models"},
     "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
     "compare": {
         "arrays", "budget", "models", "prediction", "recording", "traces", "transparency",

@@ -12,7 +12,7 @@ import yaml
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import session_topics
-from pmwvc_server.markers import FRAME
+from pmwvc_server.wires import FRAME
 
 LAYOUTS = Path(__file__).resolve().parents[2] / "pmwvc_bringup" / "layouts"
 USERS = ("user1", "user2")

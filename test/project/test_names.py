@@ -9,8 +9,7 @@ from pathlib import Path
 
 from pmwvc_core.controllers.library import LIBRARY as CONTROLLERS
 from pmwvc_core.network.effects import EFFECTS
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -20,8 +20,7 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import figures
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import commands, scenarios
-from pmwvc_bringup.cli import main
-from pmwvc_bringup.parser import ORDER, library
+from pmwvc_bringup.cli import ORDER, library, main
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
 

@@ -21,6 +21,7 @@ OTHERS = [
 ALLOWED = {
     "pmwvc_core.controllers.plugged:AvatarAnswer": "plug-ins",
     "pmwvc_core.controllers.plugged:Moved": "plug-ins",
+    "pmwvc_core.controllers.plugged:_moved": "plug-ins",
     "pmwvc_core.controllers.plugged:placed_avatar": "plug-ins",
     "pmwvc_core.controllers.plugged:pulled_avatar": "plug-ins",
     "pmwvc_core.compiled:_chain": "Numba",

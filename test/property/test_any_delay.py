@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from support.linear_loops import scenario
 
-from pmwvc_analysis.delays.any_delay import any_delay
-from pmwvc_analysis.models.stability import ROUNDING, radii
+from pmwvc_analysis.models.any_delay import any_delay
+from pmwvc_analysis.models.linearize import ROUNDING
+from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.prediction.prediction import aliasing_gain, one_step_bound
 from pmwvc_analysis.transparency.transparency import untouched
 from pmwvc_core.scenario.names import varied
@@ -73,28 +74,25 @@ def numbered(of, numbers):
 
 
 def drawn(number):
-    """Return one scenario a run, and the same as one batch."""
+    """Return one scenario a run."""
     of, draw = structure(number)
     columns = {
         name: np.exp(draw.uniform(*np.log(span), size=(RUNS, 1))) for name, span in RANGES.items()
     }
     columns["device.damping"] *= draw.random((RUNS, 1)) < 0.7
     columns["server.contact_damping"] *= draw.random((RUNS, 1)) < 0.7
-    single = [
+    return [
         numbered(of, {name: float(column[run, 0]) for name, column in columns.items()})
         for run in range(RUNS)
     ]
-    return single, numbered(of, columns)
 
 
-def worst_radius(batch, period_s, *, live):
+def worst_radius(runs, period_s, *, live):
     """Return the largest spectral radius of every run over several delays."""
     found = []
     for up, down in FRAMES:
-        delayed = varied(
-            varied(batch, "link.up.delay_s", up * period_s), "link.down.delay_s", down * period_s
-        )
-        found.append(np.broadcast_to(radii(delayed, live=live), RUNS))
+        delays = {"link.up.delay_s": up * period_s, "link.down.delay_s": down * period_s}
+        found.append(radii(*(numbered(run, delays) for run in runs), live=live))
     return np.max(found, axis=0)
 
 
@@ -113,10 +111,10 @@ def judged():
     """Per scenario: proof, proof without contact, exact radii, and the rule part by part."""
     rows = []
     for number in STRUCTURES:
-        single, batch = drawn(number)
+        single = drawn(number)
         period, live = single[0].server.period_s, number % 3 == 0
-        touching = worst_radius(batch, period, live=live)
-        free = worst_radius(untouched(batch), period, live=live)
+        touching = worst_radius(single, period, live=live)
+        free = worst_radius([untouched(one) for one in single], period, live=live)
         for run, one in enumerate(single):
             rows.append((any_delay(one, live=live), touching[run], free[run], part_by_part(one)))
     return rows

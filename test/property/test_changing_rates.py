@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.least_balance import least_j
+from support.packer import Packer
 from support.receiving import ReceivingEnd, SendingEnd
 
 from pmwvc_analysis.budget.budget import budget
@@ -19,7 +20,6 @@ from pmwvc_core.law.channel.playout import waiting
 from pmwvc_core.law.server_step import ABSENT
 from pmwvc_core.numeric import squared
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.transport.packet import Packer
 
 LEAST_J = -1e-12
 DURATION_S = 1.6

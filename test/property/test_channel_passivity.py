@@ -15,7 +15,7 @@ from support.filter_runs import Held, Stage
 from support.strategies import TICK_S, amplitudes, poles_rad_s, rate_drops, signals
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.aliasing import worst_case_gain
+from pmwvc_core.wave.aliasing import worst_case_gain
 
 
 def energy_j(wave, time_s):

@@ -78,7 +78,7 @@ class Server:
     @property
     def moved(self):
         """Integral of the waves given out, by which the avatar went."""
-        return (self.row.ports[0].x_s + 0.03) * math.sqrt(B / 2.0)
+        return (self.row.x_s[0] + 0.03) * math.sqrt(B / 2.0)
 
 
 def packet(seq, *, integral=0.0, energy=0.0, wave=0.0, period=FRAME_S, **fields):

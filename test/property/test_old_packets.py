@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.least_balance import least_j
+from support.packer import Packer
 from support.receiving import ReceivingEnd
 from support.simulated import simulated
 
@@ -24,7 +25,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Packer, Verdict
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Verdict
 
 LEAST_J, LEAST = -1e-9, -1e-9
 PERIOD_S, STEP_S, RELEASE_S = 0.008, 0.004, 1.0

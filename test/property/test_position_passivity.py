@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.filter_runs import Held
 from support.law_rigs import ForceLimits, Port
+from support.packer import Packer
 
 from pmwvc_core.ends.forms import value
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
-from pmwvc_core.transport.packet import Packer
 
 TICK_S = 0.001
 M = 8

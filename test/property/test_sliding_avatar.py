@@ -140,7 +140,7 @@ def test_a_device_is_sent_the_position_of_its_avatar_without_what_it_has_slid():
         now_ns, energy = number * 8_000_000, energy + 0.5 * H * wave**2
         packet = WavePacket(1, number, now_ns, H, wave, number * H * wave, energy, -0.01)
         (answer,), row = end.tick(now_ns, [[packet]])
-        moved += H * row.ports[0].xd_s
+        moved += H * row.xd_s[0]
         assert answer.position == pytest.approx(-0.01 + moved, abs=1e-12)
     assert end.s.environment.ports[0].offset[0] == 0.0
 

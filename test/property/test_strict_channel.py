@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.packer import Packer
 from support.receiving import Playing, ReceivingEnd
 
 from pmwvc_core.numeric import squared
-from pmwvc_core.transport.packet import Packer
 
 ROUNDING = 1e-12  # relative to the energy that arrived
 TIMEOUT_S = 0.03

@@ -17,8 +17,8 @@ from support.strategies import TICK_S
 
 from pmwvc_core.ends.forms import value
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
-from pmwvc_core.wave.design.branches import margins
-from pmwvc_core.wave.design.velocity_filter_design import branches, chosen
+from pmwvc_core.wave.aliasing import margins
+from pmwvc_core.wave.velocity_filter_design import branches, chosen
 
 POLE_RAD_S = float(-np.log(0.95) / TICK_S)  # 0.05/(z - 0.95), App. D Eq. 15
 seeds = st.integers(0, 2**32 - 1)

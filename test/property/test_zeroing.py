@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.packer import Packer
 from support.receiving import ReceivingEnd
 from support.simulated import judged, simulated
 
@@ -22,7 +23,6 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.law.channel.arrivals import wave_of
 from pmwvc_core.numeric import squared
-from pmwvc_core.transport.packet import Packer
 
 PERIOD_S = 0.008
 ROUNDING = 1e-12

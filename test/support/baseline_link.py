@@ -10,8 +10,8 @@ the work done in it.
 import numpy as np
 
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from pmwvc_core.transport.packet import Packer
 from support.law_rigs import Port, Users
+from support.packer import Packer
 
 TICK_S = 0.001
 M = 8

@@ -5,9 +5,9 @@
 Everything here holds over infinite time (Parseval); the balance at each instant may be lower.
 
 **Filter and rate drop.** Packets carry at most g^2 times the energy of the waves they sample,
-where g^2 is the largest value of the folded squared gain (:mod:`pmwvc_core.wave.design.aliasing`).
+where g^2 is the largest value of the folded squared gain (:mod:`pmwvc_core.wave.aliasing`).
 
-Two branches, one of them fed back (App. D): :mod:`pmwvc_core.wave.design.branches`.
+Two branches, one of them fed back (App. D): :mod:`pmwvc_core.wave.aliasing`.
 """
 
 from typing import TypedDict
@@ -16,8 +16,8 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.aliasing import worst_case_gain
-from pmwvc_core.wave.design.filter_design import response
+from pmwvc_core.wave.aliasing import worst_case_gain
+from pmwvc_core.wave.filter_design import response
 
 TOLERANCE = 1e-12  # of a squared gain: what rounding may add to 1
 

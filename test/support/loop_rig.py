@@ -7,9 +7,9 @@ from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import Packer
 from pmwvc_master.devices import DeviceInfo, DeviceSample
 from pmwvc_master.loop import MasterLoop
+from support.packer import Packer
 from support.session_given import session_given
 
 TICK_NS = 1_000_000

@@ -4,6 +4,7 @@
 packets that come at once, late or never.
 """
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +41,9 @@ class Laws:
     """Those of a scenario, as written or unrolled."""
 
     def __init__(self, scenario, seed, *, unroll):
-        self.seed, self.axes, self.made = seed, scenario.dof, prepared(scenario)
+        names = ("ends", "server", "users", "p", "clock", "task")
+        self.made = SimpleNamespace(**dict(zip(names, prepared(scenario)[0], strict=True)))
+        self.seed, self.axes = seed, scenario.dof
         self.period = self.made.clock.period_ticks
         laws = send, begin, user_tick, server_step
         self.send, self.begin, self.tick, self.step = (

@@ -9,8 +9,8 @@ import numpy as np
 from pmwvc_core.params import MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import WAVE_QOS
-from pmwvc_core.transport.packet import Packer
 from pmwvc_msgs.msg import MasterTrace, Wave
+from support.packer import Packer
 from support.processes import NodeProcess
 
 MODULE = "pmwvc_master.node"

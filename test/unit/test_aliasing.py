@@ -11,7 +11,7 @@ from support.filter_runs import BUTTERWORTH, KINDS, run
 from support.strategies import TICK_S, poles_rad_s
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.aliasing import delay_of, warnings_of, worst_case_gain
+from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain
 
 
 @pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)

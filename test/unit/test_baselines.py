@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
 from support.law_rigs import Port, Users
+from support.packer import Packer
 
 from pmwvc_core.law.channel.arrivals import received_j
 from pmwvc_core.law.without_waves.pspm import Pspm, aimed, divided, resting_spring, set_to
 from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, informed, observed, overdraft_j
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
-from pmwvc_core.transport.packet import Packer
 
 BASELINES = ("direct", "virtual_coupling", "tdpa", "pspm")
 

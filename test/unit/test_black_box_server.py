@@ -8,7 +8,7 @@ from support.law_rigs import Users
 
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COMPENSATIONS, INTEGRATORS
-from pmwvc_core.server.compensations import COMPENSATIONS as MADE
+from pmwvc_core.server.couplings import COMPENSATIONS as MADE
 
 B_W = 25.0
 

@@ -12,7 +12,7 @@ from pmwvc_core.account import Account, Passage
 from pmwvc_core.controllers.accounts import CONTACTS
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.energies import damper_heat, device_account
+from pmwvc_core.plant.device import damper_heat, device_account
 
 DEVICE = DeviceParams(mass=0.3, damping=2.0, workspace_m=0.02)
 

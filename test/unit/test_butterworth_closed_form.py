@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.wave.design.aliasing import minimum_between
-from pmwvc_core.wave.design.filter_design import (
+from pmwvc_core.wave.aliasing import minimum_between
+from pmwvc_core.wave.filter_design import (
     HIGHEST_ORDER,
     bilinear_sections,
     least_order,
@@ -69,7 +69,7 @@ def test_filter_questions_do_not_import_scipys_signal_processing():
     program = (
         "import sys\n"
         "from pmwvc_core.params import FilterParams\n"
-        "from pmwvc_core.wave.design.aliasing import delay_of, warnings_of, worst_case_gain\n"
+        "from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain\n"
         "one = FilterParams(kind='butterworth', pass_hz=25.0, stop_hz=50.0)\n"
         "for ask in (delay_of, warnings_of, worst_case_gain):\n"
         "    ask(one, tick_s=1e-3, rate_drop=8)\n"

@@ -8,7 +8,7 @@ import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.serialization import deserialize_message, serialize_message
 
-from pmwvc_master.devices import topics as cdr
+from pmwvc_master.devices import ros_topic as cdr
 
 
 def stamped(kind, frame_id):

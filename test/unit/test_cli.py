@@ -37,7 +37,7 @@ def test_every_command_explains_itself_with_examples(pmwvc, command):
 
 def test_the_parser_is_there_before_what_is_slow_to_load():
     program = (
-        "import sys; from pmwvc_bringup.parser import build_parser; build_parser(); "
+        "import sys; from pmwvc_bringup.cli import build_parser; build_parser(); "
         "print([name for name in ('numpy', 'rich', 'yaml') if name in sys.modules])"
     )
     words = [sys.executable, "-c", program]

@@ -4,7 +4,7 @@
 
 import pytest
 
-from pmwvc_bringup.comparison.combinations import (
+from pmwvc_bringup.combinations import (
     FEATURES,
     PLAIN,
     combinations,

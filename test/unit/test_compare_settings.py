@@ -14,8 +14,8 @@ from pmwvc_analysis.compare.measures import MEASURES, Entry
 from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
 from pmwvc_analysis.figures.comparison_charts import measures
 from pmwvc_analysis.report import comparison_report
-from pmwvc_bringup.comparison import report
-from pmwvc_bringup.comparison.combinations import combinations
+from pmwvc_bringup import comparison as report
+from pmwvc_bringup.combinations import combinations
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.traces import SessionTraces

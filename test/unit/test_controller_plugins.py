@@ -17,6 +17,7 @@ from pmwvc_core import plugins
 from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import CHANNELS
 from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
+from pmwvc_core.params import BaselineParams
 from pmwvc_core.scenario.reader import parse_scenario
 
 
@@ -153,7 +154,7 @@ def test_a_broken_plug_in_is_refused_with_the_reason(lab, name, text, channel):
 def test_an_unknown_name_is_answered_with_what_is_there(lab):
     with pytest.raises(ScenarioError, match=r"'moon': must be one of pmwvc, .*pspm.*near"):
         scenario("moon")
-    with pytest.raises(ParameterError, match=r"'moon': must be one of.*'pmwvc\.controllers'"):
+    with pytest.raises(ParameterError, match=r"'moon': not installed.*'pmwvc\.controllers'"):
         library.record_of("moon")
 
 
@@ -182,6 +183,8 @@ def test_a_record_refuses_properties_that_contradict_one_another():
         dataclasses.replace(direct.coupling, object_motion="flying")
     with pytest.raises(ParameterError, match=r"avatar = None: .*needs both laws"):
         dataclasses.replace(direct, device=lambda s, tick, p: (s, None))
-    rule = library.LIBRARY["tdpa"].rule
-    with pytest.raises(ParameterError, match=r"group = 'mine': BaselineParams has no such group"):
-        dataclasses.replace(rule, group="mine")
+
+
+def test_a_rule_is_for_the_parameters_in_the_group_of_its_controller():
+    ruled = {name for name, record in library.LIBRARY.items() if record.rule}
+    assert ruled <= vars(BaselineParams()).keys()

@@ -12,15 +12,14 @@ from support.lab import example_of, offer
 from support.plain import load
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.events.events import complete
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.law.server.contacts import couple
 from pmwvc_core.law.server.coupling import Implicit, OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
 
 AVERAGED = ("--set", "server.coupling=averaged")

@@ -6,14 +6,13 @@ import itertools
 import math
 
 import pytest
+from support.packer import Packer
 from support.processes import ros
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import DeviceParams, MasterParams, SafetyParams
-from pmwvc_core.transport.packet import Packer
-from pmwvc_master.devices import DeviceInfo, DeviceSample
-from pmwvc_master.profile import limits_of, warnings_of_device
+from pmwvc_master.devices import DeviceInfo, DeviceSample, limits_of, warnings_of_device
 from pmwvc_master.settings import declare_settings
 
 

@@ -5,6 +5,7 @@
 import math
 
 import pytest
+from support.packer import Packer
 
 from pmwvc_core.ends.forms import known
 from pmwvc_core.law.position.energy_tank import (
@@ -17,8 +18,7 @@ from pmwvc_core.law.position.energy_tank import (
 from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
 from pmwvc_core.made.waves import made_impedance, position_params
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.design.aliasing import worst_case_gain
+from pmwvc_core.wave.aliasing import worst_case_gain
 
 M, TICK_S, FRAME_S = 8, 0.001, 0.008
 WAVE = 0.3

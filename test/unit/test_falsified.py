@@ -18,7 +18,7 @@ from pmwvc_analysis.consistency.master import SMALLEST
 from pmwvc_analysis.verdicts.passivity import budget_lines, passivity
 from pmwvc_core.account import Role
 from pmwvc_core.controllers.library import has_waves, record_of
-from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.simulation.session import simulate_one
 
 ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")

@@ -15,13 +15,13 @@ from faults.sessions import SESSIONS
 from support import plain as scenarios
 
 from pmwvc_analysis.compare.rendered import free_space
-from pmwvc_analysis.models.motions.groups import subproblems
+from pmwvc_analysis.models.variation import subproblems
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.events import Disturber
 from pmwvc_bringup.session.processes import Children
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.scenario.disturbances import disturbances_of
+from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.transport.packet import Verdict
 

@@ -22,7 +22,7 @@ from pmwvc_core.law.wave.filter_and_hold import (
     sections_of,
 )
 from pmwvc_core.params import BankParams, LocalModelParams
-from pmwvc_core.wave.design.bank_design import bank_filters
+from pmwvc_core.wave.filter_design import bank_filters
 
 BANKS = ("dissertation", "complementary")
 

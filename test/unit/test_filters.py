@@ -13,7 +13,7 @@ from support.strategies import TICK_S, poles_rad_s, signals
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.filter_design import design, half_power_hz, pole_of
+from pmwvc_core.wave.filter_design import design, half_power_hz, pole_of
 
 
 def gain_at(sos, hz):

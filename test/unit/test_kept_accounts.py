@@ -13,7 +13,7 @@ from pmwvc_analysis.budget.parts import account_words, accounted, words_of
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.controllers.library import LIBRARY, RECORDS, entries
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.simulation.session import simulate_one
 
 UNKNOWN = {"server.coupling": "unknown", "server.environment": "wall"}

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.network.link import Link, stream_of
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 
 MS = 1_000_000
@@ -197,7 +197,7 @@ def test_counters_tell_what_is_inside():
 
 def test_directions_and_users_have_streams_of_their_own():
     settings = {"jitter": "uniform", "jitter_s": 0.01, "delay_s": 0.02, "keep_order": False}
-    streams = [stream_of(5, user, direction) for user in range(2) for direction in range(2)]
+    streams = [(5, user, direction) for user in range(2) for direction in range(2)]
     found = [delays_of(link(seed, **settings), 500) for seed in streams]
     correlation = np.corrcoef(found) - np.eye(4)
     assert np.abs(correlation).max() < 4.0 / np.sqrt(500)

@@ -8,13 +8,14 @@ import threading
 
 import pytest
 from support.loop_rig import FRAME_S, TICK_NS, TICKS, Rig
+from support.packer import Packer
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.port.master import port_signals
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.real_time import RealTimeReport
-from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
+from pmwvc_core.transport.packet import FLAG_LEAVING
 from pmwvc_master import loop as loop_module
 
 

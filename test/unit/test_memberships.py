@@ -6,12 +6,13 @@ import gc
 import pickle
 
 import pytest
+from support.packer import Packer
 
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.law.server.contacts import contact_energy
-from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
+from pmwvc_core.transport.packet import FLAG_LEAVING
 
 STEP_NS = 8_000_000
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from support.packer import Packer
 
-from pmwvc_core.transport.packet import FLAG_DIRECT, FLAG_LEAVING, FLAG_LIMITED, Packer, size_bytes
+from pmwvc_core.transport.packet import FLAG_DIRECT, FLAG_LEAVING, FLAG_LIMITED, size_bytes
 
 MESSAGES = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"
 

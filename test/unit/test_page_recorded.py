@@ -18,7 +18,7 @@ from support.simulated import judged, simulated
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.traces import HandTargets
-from pmwvc_view.recorded import replay_page
+from pmwvc_view.recorded import session
 from pmwvc_view.recorded.session import RecordedSession
 
 PERIOD_S = 0.016
@@ -168,10 +168,10 @@ def test_recording_of_other_users_is_refused():
 
 @pytest.mark.parametrize("rows", [4000, 50])
 def test_page_in_a_file_holds_the_session_and_loads_nothing(monkeypatch, rows):
-    monkeypatch.setattr(replay_page, "ROWS", rows)
-    monkeypatch.setattr(replay_page, "PACKETS", 20 * rows)
+    monkeypatch.setattr(session, "ROWS", rows)
+    monkeypatch.setattr(session, "PACKETS", 20 * rows)
     lossy = replace(SCENARIO, users=tuple(_lossy(user) for user in SCENARIO.users))
-    text = replay_page.replay_page(simulated(lossy), lossy, judged(lossy))
+    text = session.replay_page(simulated(lossy), lossy, judged(lossy))
     assert not re.search(r"(src|href)=.(?!data:)|https?://(?!www.w3.org)", text)
     found = json.loads(re.search(r'id="recording">(.*?)</script>', text)[1])
     layout = found["declared"]["layout"]
@@ -191,4 +191,4 @@ def _lossy(user):
 
 def test_session_of_other_users_has_no_page_in_a_file():
     nobody = replace(simulated(SCENARIO), users=[])
-    assert replay_page.replay_page(nobody, SCENARIO, judged(SCENARIO)) is None
+    assert session.replay_page(nobody, SCENARIO, judged(SCENARIO)) is None

@@ -18,14 +18,20 @@ from support.plain import load
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from pmwvc_view import controls
-from pmwvc_view.prediction import Predictor
-from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ, SILENCE_S
-from pmwvc_view.protocol.requests import ProtocolError, Request, read
+from pmwvc_view.description import Predictor
+from pmwvc_view.protocol import (
+    CREDITS,
+    MESSAGE_BYTES,
+    MESSAGES_HZ,
+    SILENCE_S,
+    ProtocolError,
+    Request,
+    read,
+)
 from pmwvc_view.session import Answer
 from pmwvc_view.simulated import SimulatedSession
-from pmwvc_view.web.access import Access, why_refused
-from pmwvc_view.web.client import Allowance
-from pmwvc_view.web.handling import MOST_AT_ONCE, SETTLED
+from pmwvc_view.web.access import Access, Allowance, why_refused
+from pmwvc_view.web.client import MOST_AT_ONCE, SETTLED
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from pmwvc_msgs.msg import MasterTrace, ServerTrace
 from pmwvc_view.feed.accounts import ways
 from pmwvc_view.feed.traces import F_H
 from pmwvc_view.live import readers
-from pmwvc_view.live.hands import target_bytes
 from pmwvc_view.live.readers import MasterReader, ServerReader
+from pmwvc_view.live.topics import target_bytes
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")

@@ -13,7 +13,7 @@ from support.folded_gain import TOLERANCE, energy_gain
 from support.strategies import TICK_S, poles_rad_s
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.filter_design import response
+from pmwvc_core.wave.filter_design import response
 
 FIRST_ORDER = FilterParams(kind="first_order", pole_rad_s=50.0)
 

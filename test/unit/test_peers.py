@@ -5,9 +5,10 @@
 import dataclasses
 
 import pytest
+from support.packer import Packer
 
 from pmwvc_core.runtime.watch import Peers, WrongTokens
-from pmwvc_core.transport.packet import Packer, Verdict, refused
+from pmwvc_core.transport.packet import Verdict, refused
 from pmwvc_core.transport.receiver import Receiver
 
 DOWN, UP = "/user1/wave_down", "/user1/wave_up"

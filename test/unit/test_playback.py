@@ -7,7 +7,7 @@ import pytest
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.playback import fade, load_recording, resample
+from pmwvc_core.plant.hands import fade, load_recording, resample
 
 TICK_S = 0.001
 

@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from support.law_rigs import Port
+from support.packer import Packer
 
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, part_energies, part_up
 from pmwvc_core.law.position.energy_tank import SPREAD_S
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
-from pmwvc_core.transport.packet import FLAG_ANEW, Packer
+from pmwvc_core.transport.packet import FLAG_ANEW
 
 M, TICK_S, FRAME_S = 8, 0.001, 0.008
 KINDS = ("printed", "budgeted", "integral")

@@ -5,7 +5,7 @@
 import pytest
 
 from pmwvc_bringup import scenarios
-from pmwvc_bringup.session import preflight
+from pmwvc_bringup.session import surroundings
 from pmwvc_core.errors import PmwvcError, ScenarioError
 
 MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
@@ -14,13 +14,13 @@ MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
 def problems(*texts, users=2):
     scenario = scenarios.load("carry_16ms", settings_texts=texts, users=users)
     with pytest.raises(ScenarioError) as caught:
-        preflight.check(scenario)
+        surroundings.check(scenario)
     return caught.value.problems
 
 
 @pytest.mark.parametrize("name", scenarios.known())
 def test_every_scenario_of_the_project_passes(name):
-    assert preflight.check(scenarios.load(name)) is None  # anything wrong raises
+    assert surroundings.check(scenarios.load(name)) is None  # anything wrong raises
 
 
 def test_a_wrong_column_is_answered_with_those_there_are():
@@ -71,21 +71,21 @@ def test_a_controller_that_cannot_use_a_black_box_is_named():
 
 def test_the_simulated_device_needs_no_installed_package(monkeypatch):
     monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: ())
-    preflight.check(scenarios.load("carry_16ms"))
+    surroundings.check(scenarios.load("carry_16ms"))
     (problem,) = problems("device.plugin=ros_topic", users=1)
     assert "not installed; there are: none" in problem
 
 
 def test_without_ros_the_answer_names_the_remedy(monkeypatch):
-    monkeypatch.setattr(preflight.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(surroundings.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(PmwvcError, match=r"no rclpy.*make setup.*'pmwvc simulate'"):
-        preflight.require_ros()
+        surroundings.require_ros()
 
 
 def test_a_simulation_states_which_device_it_leaves_out():
     scenario = scenarios.load("carry_16ms", settings_texts=["user2.device.plugin=ros_topic"])
-    preflight.check(scenario)
-    (note,) = preflight.notes(scenario)
+    surroundings.check(scenario)
+    (note,) = surroundings.notes(scenario)
     assert note.startswith("user2: a simulated device replaces device.plugin = 'ros_topic'")
 
 
@@ -110,6 +110,6 @@ def test_a_session_that_the_cores_cannot_carry_is_warned_of_with_the_number(
     users, cores, busy, needed
 ):
     scenario = scenarios.load("carry_16ms", users=users)
-    found = preflight.too_much(scenario, cores=cores, busy=busy)
+    found = surroundings.too_much(scenario, cores=cores, busy=busy)
     assert bool(found) == bool(needed)
     assert all(f"needs about {needed} cores; this machine has {cores}" in text for text in found)

@@ -11,13 +11,13 @@ import threading
 import pytest
 from rich.console import Console
 
-from pmwvc_bringup import progress
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup import output
+from pmwvc_bringup.output import doing
 
 
 @pytest.fixture(autouse=True)
 def at_once(monkeypatch):
-    monkeypatch.setattr(progress, "QUIET_S", 0.0)
+    monkeypatch.setattr(output, "QUIET_S", 0.0)
 
 
 class Stream(io.StringIO):
@@ -54,7 +54,7 @@ def test_a_ratio_is_repeated_after_a_while_and_not_at_once(monkeypatch):
         for ratio in (0.1, 0.2, 0.3):
             work(ratio)
         assert stream.getvalue() == "simulating\n"
-        monkeypatch.setattr(progress, "LINE_S", 0.0)
+        monkeypatch.setattr(output, "LINE_S", 0.0)
         work.part("writing")
         stream.await_text("writing\n")
         work(0.5)
@@ -63,7 +63,7 @@ def test_a_ratio_is_repeated_after_a_while_and_not_at_once(monkeypatch):
 
 def test_work_that_does_not_last_is_not_mentioned(monkeypatch):
     stream = Stream()
-    monkeypatch.setattr(progress, "QUIET_S", 1e6)
+    monkeypatch.setattr(output, "QUIET_S", 1e6)
     with doing("reading", Console(file=stream)) as work:
         work.part("drawing")
         work(1.0)
@@ -83,7 +83,7 @@ def test_a_terminal_shows_a_bar_and_is_left_as_it_was():
 
 def test_a_document_holds_nothing_of_it(tmp_path):
     words = ["simulate", "wall", "--duration", "2", "--json", "--out", str(tmp_path / "session")]
-    code = f"from pmwvc_bringup import cli, progress; progress.QUIET_S = 0.0; cli.main({words})"
+    code = f"from pmwvc_bringup import cli, output; output.QUIET_S = 0.0; cli.main({words})"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert json.loads(result.stdout)["scenario"] == "wall"
     for part in ("simulating", "drawing the figures"):

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support import handmade
+from support.packer import Packer
 from support.plain import load
 
 from pmwvc_analysis.recording.from_traces import record_traces
@@ -28,7 +29,7 @@ from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import FateTraces, ReceptionTraces
-from pmwvc_core.transport.packet import Packer, Verdict, refused
+from pmwvc_core.transport.packet import Verdict, refused
 from pmwvc_core.transport.receiver import PASSAGE, Receiver, counts, passage
 
 FRAME_NS = 8_000_000

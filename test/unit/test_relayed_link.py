@@ -15,7 +15,7 @@ from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_netem.relayed_link import RelayedLink, Timing, peek_wave
+from pmwvc_netem.relayed_link import RelayedLink, delays_of, peek_wave
 
 MS = 1_000_000
 LIVE = messages.live_types()
@@ -141,8 +141,8 @@ def test_delays_and_errors_are_those_since_the_last_look():
     bench.at(2 * MS, serialized(1, 2))
     bench.at(11 * MS)
     bench.at(15 * MS)
-    delays = bench.relayed.timing.delays()
+    delays = delays_of(bench.relayed.passed)
     assert delays == pytest.approx(
         {"delay_mean": 0.012, "delay_min": 0.011, "delay_max": 0.013, "delay_error_max": 0.003}
     )
-    assert all(math.isnan(value) for value in Timing().delays().values())
+    assert all(math.isnan(value) for value in delays_of([]).values())

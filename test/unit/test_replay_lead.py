@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from pmwvc_analysis.replay.run import Limit
-from pmwvc_bringup.commands.replay import lead
+from pmwvc_bringup.commands.compare import lead
 
 
 def user(force, first=None, **others):

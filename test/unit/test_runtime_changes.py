@@ -61,7 +61,7 @@ def test_zero_takes_an_optional_number_back():
         defaults = MasterParams(filter=FilterParams(kind="first_order", cutoff_hz=5.0))
         _, changes = bind(peer.node, "m", MasterParams, defaults=defaults)
         assert change(peer.node, m__filter__pole_rad_s=50.0).startswith(
-            "m.filter.pole_rad_s and cutoff_hz are given"
+            "m.filter: pole_rad_s and cutoff_hz are given"
         )
         assert change(peer.node, m__filter__pole_rad_s=50.0, m__filter__cutoff_hz=0.0) == ""
         assert changes == [MasterParams(filter=FilterParams(kind="first_order", pole_rad_s=50.0))]

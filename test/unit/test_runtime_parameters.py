@@ -173,7 +173,7 @@ def test_a_conflict_is_named_with_the_group():
             master__filter__cutoff_hz=7.0,
             master__filter__stop_hz=40.0,
         ) as peer,
-        pytest.raises(ParameterError, match=r"^master\.filter\.cutoff_hz and stop_hz are given"),
+        pytest.raises(ParameterError, match=r"^master\.filter: cutoff_hz and stop_hz are given"),
     ):
         declare(peer.node, "master", MasterParams)
 

@@ -5,7 +5,9 @@
 import dataclasses
 import random
 
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Packer, Verdict
+from support.packer import Packer
+
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict
 from pmwvc_core.transport.receiver import REMEMBERED, Receiver
 
 PERIOD_NS = 8_000_000

@@ -5,6 +5,7 @@
 from functools import partial
 
 import pytest
+from support.packer import Packer
 from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
@@ -14,7 +15,7 @@ from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.task import offset, task_of
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING, Packer
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING
 from pmwvc_server.loop import ServerLoop
 
 PERIOD_S = 0.008
@@ -125,7 +126,7 @@ def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
     rig.step(0, 1, times=10)
     rig.step(0, times=4)
     assert rig.presence == ["COUPLED", "DAMPING"]
-    assert rig.wires.rows[-1].ports[1].u_s == 0.0
+    assert rig.wires.rows[-1].u_s[1] == 0.0
     rig.step(0, times=130)
     assert rig.presence == ["COUPLED", "ABSENT"]
     rig.step(0, 1)

@@ -11,7 +11,7 @@ import pytest
 from support.plain import load
 
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_core.network.link import Link, stream_of
+from pmwvc_core.network.link import Link
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
 from pmwvc_core.transport.packet import size_bytes
@@ -117,7 +117,7 @@ def test_a_stiff_cube_over_a_delay_needs_the_implicit_server():
 def test_the_links_of_a_session_have_the_fates_of_the_link_alone():
     scenario = parse_scenario(SHORT | {"link": {"loss": 0.2, "duplicate": 0.1, "delay_s": 0.005}})
     seen = simulate_one(scenario).fates["user2/down"]
-    link = Link(scenario.users[1].link_down, seed=stream_of(scenario.seed, 1, 1))
+    link = Link(scenario.users[1].link_down, seed=(scenario.seed, 1, 1))
     times = seen.time_in_ns[seen.fate != 2]
     alone = [f for time in times for f in link.send(None, int(time), size_bytes=size_bytes(1))]
     assert [int(fate.kind) for fate in alone] == seen.fate.tolist()

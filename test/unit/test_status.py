@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from pmwvc_bringup.session.status import Status, UserStatus
+from pmwvc_bringup.session.terminal import UserStatus, status_line, status_table
 
+TIMES = {"elapsed_s": 2.0, "duration_s": 10.0}
 COUPLED = UserStatus(
     "user1",
     tick_hz=1000.4,
@@ -21,7 +22,8 @@ COUPLED = UserStatus(
 
 
 def test_a_line_tells_all_of_every_user():
-    text = Status(2.0, 10.0, [COUPLED, UserStatus("user2")], ["netem was ended by SIGKILL"]).line()
+    users = [COUPLED, UserStatus("user2")]
+    text = status_line(users, ["netem was ended by SIGKILL"], **TIMES)
     assert text == (
         "   2.0 / 10 s | user1 1000 Hz 125/s 16.1 ms -1.50 N coupled, contact"
         " | user2 - - - - no data | netem was ended by SIGKILL"
@@ -30,12 +32,12 @@ def test_a_line_tells_all_of_every_user():
 
 def test_delays_that_the_ends_see_stand_for_both_directions():
     seen = replace(COUPLED, up_s=0.0172, down_s=0.0168)
-    assert " 17.2/16.8 ms " in Status(2.0, 10.0, [seen]).line()
+    assert " 17.2/16.8 ms " in status_line([seen], [], **TIMES)
 
 
 def test_a_table_tells_the_same():
     console = Console(file=io.StringIO(), width=120)
-    console.print(Status(2.0, 10.0, [COUPLED], ["netem was ended by SIGKILL"]).table())
+    console.print(status_table([COUPLED], ["netem was ended by SIGKILL"], **TIMES))
     text = console.file.getvalue()
     for part in ("user1", "1000 Hz", "125/s", "16.1 ms", "-1.50 N", "SIGKILL"):
         assert part in text

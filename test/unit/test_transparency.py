@@ -12,7 +12,7 @@ from support import plain as scenarios
 from support.pressed_wall import wall
 
 from pmwvc_analysis.models import linearize
-from pmwvc_analysis.models.motions.groups import groups_of, together
+from pmwvc_analysis.models.variation import groups_of, together
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
@@ -228,8 +228,8 @@ def test_equal_users_are_one_and_render_as_all_of_them_do(name, user):
 
 def test_a_user_unlike_the_others_is_not_one_of_them():
     of = scenarios.load("carry_16ms", settings_texts=["users=4", "user3.device.mass=0.5"])
-    assert groups_of(of) == [[0, 1, 3], [2]]
-    assert groups_of(of, marks=[1, 0, 0, 0]) == [[0], [1, 3], [2]]
-    fewer, weights = together(of, groups_of(of))
+    assert groups_of((of,)) == [[0, 1, 3], [2]]
+    assert groups_of((of,), marks=[1, 0, 0, 0]) == [[0], [1, 3], [2]]
+    (fewer,), weights = together((of,), groups_of((of,)))
     small = linearize.build(fewer, weights=weights)
     assert len(small.states) < 0.7 * len(linearize.build(of).states)

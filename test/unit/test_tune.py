@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import plain as scenarios
 
-from pmwvc_analysis.models import stability
+from pmwvc_analysis.models import linearize, stability
 from pmwvc_analysis.models.linear import relative
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_analysis.tune import search
@@ -45,8 +45,8 @@ def test_the_proposal_is_stable_in_touch_and_free_and_passive_part_by_part():
     found = propose(wall())
     chosen = found.best.choice.applied(wall())
     assert found.best.passive
-    assert stability.stable(float(stability.radii(chosen)[0]))
-    assert stability.stable(float(stability.radii(untouched(chosen))[0]))
+    assert linearize.stable(float(stability.radii(chosen)[0]))
+    assert linearize.stable(float(stability.radii(untouched(chosen))[0]))
 
 
 def test_a_choice_that_only_a_contact_damps_is_not_proposed():

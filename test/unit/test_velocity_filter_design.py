@@ -14,10 +14,10 @@ from support.strategies import TICK_S, poles_rad_s
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
-from pmwvc_core.wave.design import velocity_filter_design as design
-from pmwvc_core.wave.design.branches import margins, switching_gain
-from pmwvc_core.wave.design.filter_design import response, sections_response
-from pmwvc_core.wave.design.velocity_filter_design import branches, noise_gain
+from pmwvc_core.wave import velocity_filter_design as design
+from pmwvc_core.wave.aliasing import margins, switching_gain
+from pmwvc_core.wave.filter_design import response, sections_response
+from pmwvc_core.wave.velocity_filter_design import branches, noise_gain
 from reproduction.appendix_d import best_alpha, printed_branches
 
 

@@ -22,9 +22,9 @@ STAMPS = {
     "pmwvc_core/pmwvc_core/runtime/process.py",
     "pmwvc_core/pmwvc_core/runtime/watch.py",
     "pmwvc_core/pmwvc_core/runtime/topics.py",
-    "pmwvc_master/pmwvc_master/devices/topics.py",
-    "pmwvc_master/pmwvc_master/wires.py",
-    "pmwvc_netem/pmwvc_netem/relay.py",
+    "pmwvc_master/pmwvc_master/devices/ros_topic.py",
+    "pmwvc_master/pmwvc_master/node.py",
+    "pmwvc_netem/pmwvc_netem/node.py",
     "pmwvc_server/pmwvc_server/node.py",
     "pmwvc_server/pmwvc_server/wires.py",
 }

@@ -14,7 +14,7 @@ import numpy as np
 
 import pmwvc
 from pmwvc_analysis.charts.chart import Chart, Line
-from pmwvc_bringup.parser import build_parser
+from pmwvc_bringup.cli import build_parser
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 

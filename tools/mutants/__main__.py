@@ -28,7 +28,7 @@ from mutants.operators import Defect, defects
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = {
     "pmwvc_core/pmwvc_core": (
-        *("law", "plant", "wave", "master", "server", "baselines", "transport"),
+        *("law", "plant", "wave", "master", "server", "controllers", "transport"),
     ),
     "pmwvc_analysis/pmwvc_analysis": ("verdicts", "budget", "recording"),
 }

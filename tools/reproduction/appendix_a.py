@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.stability import crossings, radii
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.names import varied
@@ -55,9 +56,13 @@ def cut_offs(parameters: Values) -> Values:
 
 def _first_loss(of: Scenario, grid: np.ndarray) -> float | None:
     """Return the lowest cut-off at which stability is lost, None where it is not."""
-    if radii(of)[0] > 1.0 + 1e-9:
+    if not stable(radii(of)[0]):
         return 0.0
-    found = crossings(lambda values: radii(varied(of, CUT_OFF, values)), grid, within=1e-4)
+    found = crossings(
+        lambda values: stable(radii(*(varied(of, CUT_OFF, value) for value in values))),
+        grid,
+        within=1e-4,
+    )
     return found[0][0] if found else None
 
 

@@ -5,8 +5,8 @@
 import numpy as np
 
 from pmwvc_core.numeric import Array, Complex
-from pmwvc_core.wave.design.branches import margins
-from pmwvc_core.wave.design.velocity_filter_design import POINTS_IN_PHASE, flattest_alpha
+from pmwvc_core.wave.aliasing import margins
+from pmwvc_core.wave.velocity_filter_design import POINTS_IN_PHASE, flattest_alpha
 from reproduction import draw_d, draw_single
 from reproduction.figure import Figure, Values
 from reproduction.scenarios import wall

@@ -14,7 +14,7 @@ from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave.design.filter_design import design
+from pmwvc_core.wave.filter_design import design
 from reproduction.conditions import bank_gains
 from reproduction.figure import Values
 from reproduction.scenarios import scenario

@@ -3,7 +3,7 @@
 """The accounts of a user's blocks, summed over the recorded ticks [J].
 
 ======================  ==========================================================================
-device                  ``plant.energies.device_account``; x and xd are the true motion, behind an
+device                  ``plant.device.device_account``; x and xd are the true motion, behind an
                         encoder that of :mod:`..traces.hand_work`
 safety                  F xd dt less (|u_m|^2 - |v_m|^2) dt/2, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
@@ -31,7 +31,7 @@ from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.numeric import Array, dot, squared
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.energies import device_account
+from pmwvc_core.plant.device import device_account
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.transport.packet import LINK, LINK_DOWN, LINK_UP

@@ -30,9 +30,9 @@ from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT
 from pmwvc_core.numeric import Array, Value, dot, squared
-from pmwvc_core.plant.energies import damper_heat
+from pmwvc_core.plant.device import damper_heat
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces
 
 

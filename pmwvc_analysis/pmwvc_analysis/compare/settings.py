@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.compare.measures import coherency_m, force_error_n
-from pmwvc_analysis.prediction.text import rule_loop, unknown_delay
+from pmwvc_analysis.prediction.text import rule_margins, unknown_delay
 from pmwvc_analysis.traces.sums import rms
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.controllers.library import record_of
@@ -117,7 +117,7 @@ def searched(
 ) -> tuple[Scenario, str]:
     """Return a scenario with the best parameters found for its baseline, and how, in words."""
     values = drawn(scenario.controller, rule.ranges, COUNT, SEED)
-    tried = [_with(scenario, rule.group, each) for each in values]
+    tried = [_with(scenario, scenario.controller, each) for each in values]
     duration_s = min(scenario.duration_s, LONGEST_S)
     short = [replace(one, duration_s=duration_s) for one in tried]
     costs = np.array(simulate(short, keep=cost_of, progress=progress))
@@ -149,9 +149,10 @@ def tuned(
     rule = record_of(scenario.controller).rule
     if rule is None:
         return scenario, None
-    default = getattr(BaselineParams(), rule.group)
+    of = scenario.controller
+    default = getattr(BaselineParams(), of)
     words = GIVEN
-    if not given and all(getattr(user.baseline, rule.group) == default for user in scenario.users):
+    if not given and all(getattr(user.baseline, of) == default for user in scenario.users):
         scenario, words = searched(scenario, rule, progress)
     return scenario, words + _missed(scenario)
 
@@ -161,8 +162,7 @@ def _missed(scenario: Scenario) -> str:
     missed: dict[str, float] = {}
     unknown: dict[str, str] = {}
     for user in scenario.users:
-        found = record_of(scenario.controller).check(user.baseline, rule_loop(user, scenario))
-        for name, margin in found.items():
+        for name, margin in rule_margins(user, scenario).items():
             if math.isnan(margin):
                 unknown[name] = f"; rule {name} unknown, as {unknown_delay(user)}"
             elif margin < 0.0:
@@ -175,8 +175,7 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
     """Return a controller's own parameters by dotted name, per user where users differ."""
     flat, record = scenario.flat(), record_of(scenario.controller)
     if not record.waves:
-        group = record.rule.group if record.rule else record.name
-        names = [name for name in flat if f"baseline.{group}." in f".{name}"]
+        names = [name for name in flat if f"baseline.{record.name}." in f".{name}"]
         return {name: flat[name] for name in names}
     wanted = [*ALWAYS, *(f"server.{name}" for name in scenario.coupling.parameters)]
     for name, more in SWITCHES:

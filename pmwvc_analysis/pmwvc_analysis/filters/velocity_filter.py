@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The margins over frequency, the noise and the failed conditions of a velocity filter (App. D).
 
-Conditions: :mod:`pmwvc_core.wave.design.branches`; which filter: ``velocity_filter_design`` there.
+Conditions: :mod:`pmwvc_core.wave.aliasing`; which filter: ``velocity_filter_design`` beside it.
 The equivalent form is judged by what it is at the device, too. With the low-pass branch behind it,
 F/(b xd) = (1 - R H_LP)/(1 + R H_LP) - 2 s H_HP, whose real part is least for the R that makes
 R H_LP = |H_LP|:
@@ -16,8 +16,7 @@ Equations: docs/theory.md 7.7.
 """
 
 import dataclasses
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,9 +25,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design import velocity_filter_design as filters
-from pmwvc_core.wave.design.aliasing import worst_case_gain
-from pmwvc_core.wave.design.branches import TOLERANCE, Margins, margins, switching_gain
+from pmwvc_core.wave import velocity_filter_design as filters
+from pmwvc_core.wave.aliasing import TOLERANCE, margins, switching_gain, worst_case_gain
 
 POINTS = 4001
 FOLDED_POINTS = 129  # frequencies at which the images of a rate drop are looked at
@@ -44,23 +42,16 @@ CONDITIONS = {  # passivity ... by the numbers of an answer
 }
 
 
-@dataclass(frozen=True)
-class VelocityFilter:
+class VelocityFilter(NamedTuple):
     """A filter with its margins; arrays over ``margins["frequency_hz"]``."""
 
     master: MasterParams  # with alpha or cutoff_hz completed
     designed: str  # given, or by which rule
-    margins: Margins
+    margins: dict[str, Any]
     port: Array  # Re F/(b xd) at worst, of the equivalent form
     gain: Array  # |F_m/(b xd)| while nothing comes back
     switching_gain: float
     noise_gain: float
-
-    @property
-    def port_margin(self) -> float | None:
-        """Least real part at the device [of b]; None but for the equivalent form."""
-        own = self.master.velocity_filter
-        return float(self.port.min()) if own.in_force else None
 
 
 def judge(scenario: Scenario) -> VelocityFilter:
@@ -78,13 +69,10 @@ def judge(scenario: Scenario) -> VelocityFilter:
         master = dataclasses.replace(master, velocity_filter=own)
     whole = filters.chosen(master)
     half_hz = 0.5 / whole.tick_s
-    frequency_hz = np.concatenate(
-        [np.geomspace(LOWEST * half_hz, half_hz, POINTS), [whole.velocity_filter.cutoff_hz or 1.0]]
-    )
-    frequency_hz.sort()
+    points = np.geomspace(LOWEST * half_hz, half_hz, POINTS)
+    frequency_hz = np.sort(np.append(points, whole.velocity_filter.cutoff_hz or 1.0))
     low, high = filters.branches(whole, frequency_hz)
-    share = whole.velocity_filter.share
-    size = np.abs(low)
+    share, size = whole.velocity_filter.share, np.abs(low)
     return VelocityFilter(
         master=whole,
         designed=_rule(master.velocity_filter),
@@ -110,21 +98,21 @@ def _switching(master: MasterParams) -> float:
         squared = float(worst_case_gain(master.filter, tick_s=tick_s, rate_drop=ratio))
         return max(float(own.share), float(np.sqrt(squared)))
     turn = np.linspace(0.0, 0.5 / ratio, FOLDED_POINTS)
-    images = np.add.outer(turn, np.arange(ratio) / ratio) / tick_s
-    low, high = filters.branches(master, images)
+    low, high = filters.branches(master, np.add.outer(turn, np.arange(ratio) / ratio) / tick_s)
     return switching_gain(np.abs(low), own.share * np.abs(high))
 
 
 def answer(scenario: Scenario, found: VelocityFilter) -> dict[str, Any]:
-    """Return the document of ``--json``."""
+    """Return the document of ``--json``; ``port_margin`` [of b] is that of the equivalent form."""
     own = found.master.velocity_filter
-    ends = ("margin", "worst_hz")
+    port_margin = float(found.port.min()) if own.in_force else None
     left = {  # by how much each of ``CONDITIONS`` is met; None where it does not apply
         "in_phase": found.margins["in_phase_margin"],
         "any_environment": found.margins["any_environment_margin"],
         "switching": 1.0 - found.switching_gain,
-        "port": found.port_margin,
+        "port": port_margin,
     }
+    ends = "margin", "worst_hz"
     return {
         "scenario": scenario.name,
         "user": scenario.users[0].name,
@@ -136,7 +124,7 @@ def answer(scenario: Scenario, found: VelocityFilter) -> dict[str, Any]:
         "designed": found.designed,
         **{name: value for name, value in found.margins.items() if name.endswith(ends)},
         "switching_gain": found.switching_gain,
-        "port_margin": found.port_margin,
+        "port_margin": port_margin,
         "noise_gain": found.noise_gain,
         "flags": [name for name, by in left.items() if by is not None and by < -TOLERANCE],
     }

@@ -21,8 +21,9 @@ import numpy as np
 from pmwvc_analysis.arrays import write_arrays, write_table
 from pmwvc_analysis.maps.workers import finished
 from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.stability import LARGEST_BATCH, are_stable, radii
+from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
@@ -91,9 +92,7 @@ class Measured(NamedTuple):
 
 
 def unfinished(folder: Path, grid: Grid) -> Array:
-    """Return the radii of a map as far as a folder has them, else NaN; PmwvcError where it holds
-    another map.
-    """
+    """Return radii as far as a folder has them, else NaN; PmwvcError if it has another map."""
     path = folder / PARTS
     if not path.exists():
         return np.full(grid.shape, np.nan)
@@ -111,10 +110,10 @@ def compute(
     folder: Path | None = None,
     done: Callable[[Points], None] = lambda points: None,
 ) -> Array:
-    """Return the spectral radii of a map ``(rows, columns)``, computed by workers or Dask as for
-    :func:`.workers.finished`. A folder, made where need be, keeps what is finished: that is not
-    computed again. ``done`` is called with points as they are finished. PmwvcError if a parameter
-    may not have a value of its axis, the folder holds another map, or Dask is not there.
+    """Return the spectral radii of a map ``(rows, columns)``, computed as
+    :func:`.workers.finished` says; ``done`` is called with points as they are finished, a folder
+    keeps them and has them not computed again. PmwvcError for a value that a parameter may not
+    have, or a folder of another map.
     """
     for axis in (grid.x, grid.y):
         for value in axis.values:
@@ -136,19 +135,15 @@ def compute(
 
 def batch(grid: Grid, points: Points) -> Array:
     """Return the spectral radii of some points of a map."""
-    scenario = grid.scenario
-    rows, columns = np.unravel_index(np.array(points), grid.shape)
-    for axis, index in ((grid.y, rows), (grid.x, columns)):
-        values = np.array(axis.values)[index]
-        several = bool(np.any(values != values[0]))
-        column = values[:, np.newaxis] if several else float(values[0])
-        scenario = varied(scenario, axis.name, column)
-    return np.broadcast_to(radii(scenario, live=grid.live), len(points))
+    rows, columns = (each.tolist() for each in np.unravel_index(np.array(points), grid.shape))
+    along = {row: varied(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows)}
+    pairs = ((along[row], grid.x.values[i]) for row, i in zip(rows, columns, strict=True))
+    return radii(*(varied(of, grid.x.name, value) for of, value in pairs), live=grid.live)
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:
-    """Return the growth rate ln(radius) per second of every point: radii are per hyperperiod,
-    whose length changes along the axis of a period; growth rates compare.
+    """Return ln(radius) per second of every point: it compares where radii, which are per
+    hyperperiod, do not.
     """
     x, y = (  # one value stands for all where none changes the hyperperiod
         axis.values[:1] if stackable(axis.name) else axis.values for axis in (grid.x, grid.y)
@@ -160,26 +155,22 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
 
 
 def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
-    """Return where each row loses stability first, between grid points; None where it never
-    does.
-    """
+    """Return where each row loses stability first, between grid points; None: it never does."""
     limits: list[float | None] = []
     for row in radius:
-        index = int(np.argmin([*are_stable(row), False]))
-        if index == len(row):
-            limits.append(None)
-            continue
+        index = int(np.argmin([*stable(row), False]))
         around = slice(max(index - 1, 0), index + 1)
-        limits.append(float(np.interp(1.0, row[around], grid.x.values[around])))
+        found = index < len(row)
+        limits.append(float(np.interp(1.0, row[around], grid.x.values[around])) if found else None)
     return limits
 
 
 def boundary_words(grid: Grid, radius: Array) -> str:
     """Return where the boundary is, by the first and last rows and the extremes."""
-    stable = are_stable(radius)
-    if stable.all():
+    flags = stable(radius)
+    if flags.all():
         return "stable everywhere on the map"
-    if not stable.any():
+    if not flags.any():
         return "unstable everywhere on the map"
     limits = boundary_of(grid, radius)
     size = [np.inf if limit is None else limit for limit in limits]
@@ -187,7 +178,7 @@ def boundary_words(grid: Grid, radius: Array) -> str:
     for row in sorted({0, len(limits) - 1, int(np.argmin(size)), int(np.argmax(size))}):
         limit = limits[row]
         reach = "stable throughout" if limit is None else f"stable up to {grid.x.words(limit)}"
-        if not stable[row, 0]:
+        if not flags[row, 0]:
             reach = "unstable from the first value on"
         words.append(f"at {grid.y.words(grid.y.values[row])} {reach}")
     return "boundary: " + "; ".join(words)
@@ -196,13 +187,13 @@ def boundary_words(grid: Grid, radius: Array) -> str:
 def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
     """Write NPZ, CSV, MAT and JSON; return the files."""
     x, y = np.array(grid.x.values), np.array(grid.y.values)
-    stable, growth = are_stable(radius), growth_per_s(grid, radius)
-    arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": stable}
+    flags, growth = stable(radius), growth_per_s(grid, radius)
+    arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": flags}
     names = {"x_name": grid.x.name, "y_name": grid.y.name}
     npz, mat = write_arrays(folder, "map", {"x": x, "y": y, **arrays, **names})
     at_y, at_x = (values.ravel() for values in np.meshgrid(y, x, indexing="ij"))
     columns = {grid.x.name: at_x, grid.y.name: at_y, "spectral_radius": radius.ravel()}
-    columns |= {"stable": stable.ravel().astype(int), "growth_per_s": growth.ravel()}
+    columns |= {"stable": flags.ravel().astype(int), "growth_per_s": growth.ravel()}
     table = write_table(folder / "map.csv", columns)
     content: dict[str, Any] = {
         "scenario": grid.scenario.name,

@@ -30,14 +30,7 @@ def finished(
     for each core and none beside this one where there is little to do, or by the cluster of a Dask
     scheduler at an address. Work and items can be pickled. PmwvcError where Dask is not there.
     """
-    if dask is not None:
-        with _dask(dask) as client:
-            futures = {client.submit(work, item, pure=False): item for item in items}
-            completed = importlib.import_module("distributed").as_completed
-            for future, result in completed(list(futures), with_results=True):
-                yield futures[future], result
-        return
-    if workers is None:
+    if workers is None and dask is None:
         took = [math.inf]
         for item in items[:FIRST]:
             began = time.perf_counter()
@@ -47,35 +40,40 @@ def finished(
         items = items[FIRST:]
         small = not items or min(took) * len(items) < SMALL_S
         workers = 1 if small else (os.cpu_count() or 1)
-    if workers == 1:
+    if workers == 1 and dask is None:
         yield from ((item, work(item)) for item in items)
         return
-    with _one_thread_each():
-        pool = concurrent.futures.ProcessPoolExecutor(
-            workers,
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is this process's to heed
-        )
-        try:
-            futures = {pool.submit(work, item): item for item in items}
-            for future in concurrent.futures.as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+    with _processes(workers) if dask is None else _cluster(dask) as pool:
+        futures = {pool.submit(work, item): item for item in items}
+        for future in concurrent.futures.as_completed(futures):
+            yield futures[future], future.result()
 
 
 @contextlib.contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let the processes started meanwhile compute with one thread each: there is one per core."""
+def _processes(workers: int | None) -> Iterator[concurrent.futures.Executor]:
+    """Yield processes that compute with one thread each: there is one per core."""
+    pool = concurrent.futures.ProcessPoolExecutor(
+        workers,
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is this process's to heed
+    )
     before = {name: os.environ.pop(name) for name in BLAS_THREADS if name in os.environ}
     os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
     try:
-        yield
+        yield pool
     finally:
         for name in BLAS_THREADS:
             del os.environ[name]
         os.environ.update(before)
+        pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def _cluster(address: str) -> Iterator[concurrent.futures.Executor]:
+    """Yield what submits to a Dask cluster."""
+    with _dask(address) as client:
+        yield client.get_executor(pure=False)
 
 
 def dask_cores(address: str) -> int:

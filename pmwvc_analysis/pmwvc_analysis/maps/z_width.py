@@ -33,9 +33,8 @@ HIGHEST_SIMULATED = 20_000.0  # [N/m]
 
 
 class Bracket(NamedTuple):
-    """The largest stable stiffness lies between: ``low`` was stable, ``high`` was not [N/m].
-
-    ``low`` is zero where nothing was stable, ``high`` None where everything looked at was.
+    """The largest stable stiffness lies between: ``low`` was stable (0: nothing was), ``high`` was
+    not [N/m] (None: everything looked at was stable).
     """
 
     low: float
@@ -46,8 +45,8 @@ def of_each(
     scenario: Scenario, damping: Sequence[float], *, bound: float | None, live: bool
 ) -> Iterator[tuple[float, Bracket]]:
     """Yield every contact damping [N s/m] with the bracket of its largest stiffness: of no width
-    from the exact model, simulated where there is none; PmwvcError if the exact model needs too
-    much work, or phases of a live session are to be simulated.
+    from the exact model, else simulated; PmwvcError for too much work, or live phases to be
+    simulated.
     """
     is_linear = not nonlinear(scenario)
     if live and not is_linear:
@@ -65,11 +64,8 @@ def of_each(
 def simulated_z_width(
     scenario: Scenario, damping: float, *, highest: float, parts: int = 8, rounds: int = 4
 ) -> Bracket:
-    """Return a bracket of the largest stable stiffness for a contact damping [N s/m].
-
-    The interval from 0 to ``highest`` [N/m] is divided into ``parts`` again and again, so that the
-    bracket is ``highest / parts**rounds`` wide in the end. What the hands do is replaced by the
-    small push.
+    """Return a bracket of the largest stable stiffness for a contact damping [N s/m]: from 0 to
+    ``highest`` [N/m], divided into ``parts`` again and again. The small push replaces the hands.
     """
     far = bool(nonlinear(scenario))
     duration_s, decay_ratio = (LONG_S, CLEAR_RATIO) if far else (LINEAR_S, DECAY_RATIO)

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.linearize import Linear, linearize
-from pmwvc_analysis.models.motions import rigid
-from pmwvc_analysis.models.motions.groups import subproblems
+from pmwvc_analysis.models.linearize import Linear, linearize, stable
+from pmwvc_analysis.models.opened import is_long, opened
+from pmwvc_analysis.models.variation import subproblems
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -20,18 +19,13 @@ from pmwvc_core.scenario.scenario import Scenario
 def answer(
     scenario: Scenario, *, live: bool = False, bound: float = stability.BOUND
 ) -> dict[str, Any]:
-    """Return the answer of the exact model for a scenario.
-
-    Returns
-    -------
-    dict
-        ``spectral_radius`` per hyperperiod of ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m]
-        (None: nothing up to ``k_max_bound`` is unstable), ``k_max_unknown`` (why it is not known),
-        ``islands`` (stable ranges above ``k_max``), ``rigid_body_modes`` (taken out), ``states``
-        (their number, with those), ``slowest`` (``frequency_hz``, None where it is not clear, and
-        growth ``per_second`` of the largest eigenvalue), ``notes``.
+    """Return the answer of the exact model for a scenario: ``spectral_radius`` per hyperperiod of
+    ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m] (None: nothing up to ``k_max_bound`` is
+    unstable, unless ``k_max_unknown`` says why) and stable ``islands`` above, ``states`` with the
+    ``rigid_body_modes`` taken out, ``slowest`` (``frequency_hz``, None where it is not clear, and
+    growth ``per_second`` of the largest eigenvalue), ``notes``.
     """
-    is_stable = stability.stable(float(stability.radii(scenario, live=live)[0]))
+    is_stable = stable(float(stability.radii(scenario, live=live)[0]))
     limit = stability.k_max(scenario, live=live, bound=bound)
     slowest = _long if is_long(scenario, live=live) else _dense
     radius, hertz, ticks, states, motions = slowest(scenario, live=live)
@@ -62,15 +56,15 @@ Slowest = tuple[float, float | None, int, int, int]
 
 def _dense(scenario: Scenario, *, live: bool) -> Slowest:
     whole, found = linearize(scenario, live=live), []
-    for part in subproblems(scenario):
-        of: dict[str, Any] = {"live": live, "weights": part.weights}
-        model = linearize(part.scenario, **of)
-        values = np.linalg.eigvals(model.left[0]) if model.left.size else np.zeros(1)
+    for (part,), weights in subproblems(scenario):
+        of: dict[str, Any] = {"live": live, "weights": weights}
+        model = linearize(part, **of)
+        values = np.linalg.eigvals(model.quotient[0][0])
         largest = complex(values[np.argmax(np.abs(values))])
-        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part.scenario, of))
+        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part, of))
     radius, largest, worst, of = max(found, key=lambda each: each[0])
     hertz = _frequency_hz(linearize(worst, outputs=True, **of), largest)
-    return radius, hertz, whole.ticks, len(whole.states), rigid.count(whole.rigid)
+    return radius, hertz, whole.ticks, len(whole.states), int(whole.quotient[1][0])
 
 
 def _long(scenario: Scenario, *, live: bool) -> Slowest:
@@ -78,8 +72,8 @@ def _long(scenario: Scenario, *, live: bool) -> Slowest:
     longer than a frame, so that it is no image of another one.
     """
     whole, smaller = opened(scenario, live=live), []
-    for part in subproblems(scenario):
-        smaller += opened(part.scenario, live=live, weights=part.weights).loci
+    for runs, weights in subproblems(scenario):
+        smaller += opened(*runs, live=live, weights=weights).loci
     log, worst = max(((loci.log_radius(), loci) for loci in smaller), key=lambda each: each[0])
     angle = worst.angle_at(log - abs(log) * 1e-6)
     alone = whole.ticks == max(user.master.rate_drop for user in scenario.users)
@@ -91,14 +85,14 @@ CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most
 
 
 def _frequency_hz(linear: Linear, value: complex) -> float | None:
-    """Return the frequency of the motion of an eigenvalue; None where nothing of it is seen or two
-    are as strong.
+    """Return the frequency of an eigenvalue's motion; None where none is seen or two are as
+    strong.
 
-    The eigenvalue over a hyperperiod of N ticks gives it up to multiples of 1/(N T_c). The motion
-    within decides: y(k) lambda^(-k/N) has period N, and its largest harmonic j gives
-    (arg lambda + 2 pi j)/(2 pi N T_c).
+    Over a hyperperiod of N ticks it is known up to multiples of 1/(N T_c). Within, y(k)
+    lambda^(-k/N) has period N, and its largest harmonic j gives (arg lambda + 2 pi j)/(2 pi N
+    T_c).
     """
-    ticks, tick_s, states = linear.ticks, linear.loop.tick_s, len(linear.columns)
+    ticks, tick_s, states = linear.ticks, linear.loop.tick_s, len(linear.states)
     values, vectors = np.linalg.eig(linear.transition)
     vector = vectors[:, np.argmin(np.abs(values - value))]
     angle = float(np.angle(value))

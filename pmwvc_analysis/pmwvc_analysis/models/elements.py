@@ -8,7 +8,7 @@ returns is put together: it is a pure function, so that is what each element by 
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, reduce
 from operator import itemgetter
 from types import FunctionType, SimpleNamespace
@@ -85,10 +85,7 @@ def lifted(law: Any) -> Callable[..., Any]:
 
 def _module(law: Any) -> dict[str, Any]:
     """Return the names of a law's module, with lifted laws."""
-    found: dict[str, Any] = {
-        "min": _extreme(min, np.minimum),
-        "max": _extreme(max, np.maximum),
-    }
+    found: dict[str, Any] = {"min": _extreme(min, np.minimum), "max": _extreme(max, np.maximum)}
     for name, value in law.__globals__.items():
         if isinstance(value, FunctionType) and value.__module__.startswith(
             (*LAWS, law.__module__)
@@ -106,9 +103,8 @@ def _module(law: Any) -> dict[str, Any]:
 def _extreme(of_numbers: Any, of_arrays: Any) -> Callable[..., Any]:
     def extreme(*given: Any) -> Any:
         values: Sequence[Any] = given if len(given) > 1 else given[0]
-        if not any(isinstance(value, Elements) for value in values):
-            return of_numbers(values)
-        return reduce(of_arrays, values)
+        several = any(isinstance(value, Elements) for value in values)
+        return reduce(of_arrays, values) if several else of_numbers(values)
 
     return extreme
 
@@ -122,9 +118,7 @@ MATH = SimpleNamespace(**vars(math) | {name: _function(name) for name in BY_ELEM
 
 
 def _mapped(change: Callable[..., Any], *values: Any) -> Any:
-    """Return nested tuples of what is made of the numbers at each place of several ones;
-    UnlikeError where their forms differ.
-    """
+    """Return what is made of the numbers of nested tuples; UnlikeError if their forms differ."""
     first = values[0]
     if not isinstance(first, tuple | list):
         return change(*values)
@@ -133,8 +127,7 @@ def _mapped(change: Callable[..., Any], *values: Any) -> Any:
             return first
         if any(type(each) is not type(first) or len(each) != len(first) for each in values):
             raise UnlikeError
-    parts = [_mapped(change, *of_all) for of_all in zip(*values, strict=True)]
-    return _like(first, parts)
+    return _like(first, [_mapped(change, *of_all) for of_all in zip(*values, strict=True)])
 
 
 def _like(value: Any, parts: list[Any]) -> Any:
@@ -164,9 +157,7 @@ def _joined(one: Any, other: Any, which: Flags) -> Any:
 
 
 def stacked(values: Sequence[Any]) -> Any:
-    """Return nested tuples of several runs as one: numbers that differ become arrays ``(runs,)``;
-    UnlikeError where the forms differ.
-    """
+    """Return several runs as one, with arrays ``(runs,)``; UnlikeError where the forms differ."""
 
     def whole(*of_runs: Any) -> Any:
         first = of_runs[0]
@@ -184,10 +175,8 @@ def repeated(value: Any, columns: int) -> Any:
 def leaves(value: Any, path: Path = ()) -> dict[Path, Any]:
     """Return the numbers in nested tuples by their paths; whole numbers and flags are none."""
     if isinstance(value, tuple | list):
-        found: dict[Path, Any] = {}
-        for name, each in zip(_names(value), value, strict=True):
-            found |= leaves(each, (*path, name))
-        return found
+        parts = (leaves(each, (*path, name)) for name, each in _named(value))
+        return {place: number for part in parts for place, number in part.items()}
     real = isinstance(value, float) or (isinstance(value, Elements) and value.dtype == np.float64)
     return {path: value} if real else {}
 
@@ -196,22 +185,19 @@ def planted(value: Any, numbers: dict[Path, Any], path: Path = ()) -> Any:
     """Return nested tuples with other numbers at some paths."""
     if not isinstance(value, tuple | list):
         return numbers.get(path, value)
-    pairs = zip(_names(value), value, strict=True)
-    return _like(value, [planted(each, numbers, (*path, name)) for name, each in pairs])
+    return _like(value, [planted(each, numbers, (*path, name)) for name, each in _named(value)])
 
 
-def _names(value: Any) -> Sequence[str | int]:
-    """Return what the parts of a tuple or list are called: their names, or their numbers."""
-    names: Sequence[str | int] = getattr(value, "_fields", range(len(value)))
-    return names
+def _named(value: Sequence[Any]) -> Iterable[tuple[str | int, Any]]:
+    """Return the parts of a tuple or list with their names, or their numbers."""
+    return zip(getattr(value, "_fields", range(len(value))), value, strict=True)
 
 
 def text_of(path: Path) -> tuple[str, int]:
     """Return the name of a number, and its axis: the last index of its path."""
     last = max((at for at, each in enumerate(path) if isinstance(each, int)), default=None)
     axis = path[last] if last is not None else 0
-    name = ".".join(str(each) for at, each in enumerate(path) if at != last)
-    return name, int(axis)
+    return ".".join(str(each) for at, each in enumerate(path) if at != last), int(axis)
 
 
 def as_columns(value: Any, columns: int, runs: int) -> Array:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Both ends of one run in the exact model: without limits and brakes, in contact all the time."""
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from types import SimpleNamespace
@@ -10,7 +9,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import lifted, stacked
 from pmwvc_analysis.models.links import Line, UnderWay
-from pmwvc_analysis.models.variation import runs_of
+from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.port.counts import resting_counts
@@ -45,39 +44,44 @@ class State(NamedTuple):
     down: tuple[UnderWay, ...]
 
 
-def made(scenario: Scenario, lines: Sequence[Line], dof: int) -> tuple[State, Params]:
-    """Return both ends of a scenario whose numbers may be columns ``(runs, 1)``."""
-    server = scenario.server
-    if not scenario.coupling.black_box and not scenario.environment.known:
-        server = dataclasses.replace(server, environment="wall")  # a black box only
-    users = tuple(map(_touching, scenario.users))
-    modelled = dataclasses.replace(scenario, users=users, server=server)
+def made(runs: Sequence[Scenario], lines: Sequence[Line], dof: int) -> tuple[State, Params]:
+    """Return both ends of scenarios as one: numbers that differ are arrays ``(runs,)``."""
     kept: dict[tuple[int, ...], Any] = {}
-    found: tuple[State, Params] = stacked(
-        [_made(run, lines, dof, kept) for run in runs_of(modelled)]
-    )
+    # With a position feedback, be it of no gain, where any run has one.
+    fed = [
+        any(user.master.position.is_on for user in of)
+        for of in zip(*(run.users for run in runs), strict=True)
+    ]
+    found: tuple[State, Params] = stacked([_made(run, lines, fed, dof, kept) for run in runs])
     return found
 
 
 def _made(
-    scenario: Scenario, lines: Sequence[Line], dof: int, kept: dict[tuple[int, ...], Any]
+    scenario: Scenario,
+    lines: Sequence[Line],
+    fed: Sequence[bool],
+    dof: int,
+    kept: dict[tuple[int, ...], Any],
 ) -> tuple[State, Params]:
     """Return both ends of one run; those of users with the same parameters are made once."""
+    server = scenario.server
+    if not scenario.coupling.black_box and not scenario.environment.known:
+        server = changed(server, environment="wall")  # a black box only
     of = SimpleNamespace(**vars(scenario) | {"dof": dof, "times": scenario.times})
-    rest, ends = (0.0,) * dof, []
+    rest, ends, guests = (0.0,) * dof, [], []
     for index, (user, line) in enumerate(zip(scenario.users, lines, strict=True)):
         own = user.master, user.baseline, user.own, user.safety, user.device
+        touching = _touching(user, fed[index])
         key = index, *map(id, own)
         if key not in kept:
-            fed = _fed_back(user, line.user.master.position.is_on)
-            s, p = made_user(fed, of, answer_tick=line.answer.phase)
+            s, p = made_user(touching, of, answer_tick=line.answer.phase)
             s = s._replace(arrivals=arrivals_of(s.arrivals, rest), port=port_opened(s.port))
             device = simulated_params(user.device, scenario.tick_s)
             # With the parameters, so that their numbers stay those of this user.
             kept[key] = (*_opened(s, p), resting_device(rest, device), device, own)
         ends.append(kept[key][:4])
-    guests = [user for user, line in zip(scenario.users, lines, strict=True) for _ in line.ports]
-    q = server_params(guests, of, scenario.server)
+        guests += [touching] * len(line.ports)
+    q = server_params(guests, of, server)
     at_server = resting_server(guests, of, q)
     present = [g._replace(arrivals=arrivals_of(g.arrivals, rest)) for g in at_server.guests]
     at_server = at_server._replace(guests=tuple(present))
@@ -88,9 +92,7 @@ def _made(
 
 
 def _opened(s: Any, p: Any) -> tuple[Any, Any]:
-    """Return a force loop without limits, which takes positions as exact; its law may be one of
-    another package.
-    """
+    """Return a force loop without limits, with exact positions; its law may be a plug-in's."""
     far = {name: math.inf for name, limit in p.limits._asdict().items() if type(limit) is float}
     far |= {"soft_start_s": LEAST_S, "tick_s": p.limits.tick_s, "brakes": False}
     p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
@@ -113,20 +115,13 @@ def _unlimited(e: Any) -> Any:
     return e
 
 
-def _fed_back(user: User, anywhere: bool) -> User:
-    """Return a user with a position feedback, be it of no gain, where any run has one."""
-    if not anywhere or user.master.position.is_on:
-        return user
-    position = dataclasses.replace(user.master.position, gain=math.ulp(0.0))
-    return dataclasses.replace(user, master=dataclasses.replace(user.master, position=position))
-
-
-def _touching(user: User) -> User:
-    """Return a user who is in contact, and whose local model is there, all the time."""
-    local = dataclasses.replace(user.master.local_model, acts="everywhere")
-    master = dataclasses.replace(user.master, local_model=local)
-    contact = dataclasses.replace(user.contact, contact="bilateral")
-    return dataclasses.replace(user, master=master, contact=contact)
+def _touching(user: User, fed: bool) -> User:
+    """Return a user always in contact and with a local model; with feedback where ``fed``."""
+    position, local = user.master.position, changed(user.master.local_model, acts="everywhere")
+    if fed and not position.is_on:
+        position = changed(position, gain=math.ulp(0.0))
+    master = changed(user.master, local_model=local, position=position)
+    return changed(user, master=master, contact=changed(user.contact, contact="bilateral"))
 
 
 def followed(s: State, lines: Sequence[Line], black_box: bool) -> State:

@@ -13,15 +13,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pmwvc_analysis.models.elements import (
-    Path,
-    as_columns,
-    elements,
-    leaves,
-    planted,
-    repeated,
-    text_of,
-)
+from pmwvc_analysis.models import elements
+from pmwvc_analysis.models.elements import Path
 from pmwvc_analysis.models.ends import followed
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.links import SIGNALS
@@ -31,6 +24,9 @@ from pmwvc_core.scenario.scenario import Scenario
 
 OUTPUTS = ("x", "xd", "f")
 WAYS = ("up", "down")  # of packets
+OF_DEVICES = (".device.x", ".device.xd")  # ends of names
+MOVING = (*OF_DEVICES, ".body.x", ".body.xd")  # and of the object
+PLACED = (*MOVING, ".deflection", ".local.x")  # and of springs: what gives a rigid motion
 ONE = 2.0**-40  # of a unit, in SI units: limits are far away, and scaling is exact
 LESS = 2.0**-20  # of the second weighted column
 SUPERPOSED = 1e-9  # relative: what differs by more is not linear
@@ -42,33 +38,12 @@ StateName: TypeAlias = tuple[str, int]  # name and axis
 class Hyperperiod(Loop):
     """A loop with its states; see :class:`.loop.Loop` for the parameters."""
 
-    def __init__(
-        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
-    ) -> None:
-        super().__init__(scenario, live=live, weights=weights)
-        self._rest, self._box = self.s, scenario.coupling.black_box
+    def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
+        super().__init__(*runs, live=live, weights=weights)
+        self._rest, self._p, self._box = self.s, self.p, runs[0].coupling.black_box
         # The states, those of packets under way last, and where each is found.
         self.paths: dict[StateName, Path] = {}
         self._find()
-
-    @property
-    def body(self) -> str:
-        """Name of the object's position; its velocity has a d more."""
-        inside = self._box and self.scenario.environment.movable
-        return f"server.environment.body.{'environment.body.' if inside else ''}x"
-
-    @property
-    def moving(self) -> set[str]:
-        """Names of the positions and velocities of devices and object."""
-        positions = [f"{line.user.name}.device.x" for line in self.lines]
-        positions += [self.body] if self.scenario.environment.movable else []
-        return {name for x in positions for name in (x, f"{x}d")}
-
-    def deflection(self, index: int) -> str:
-        """Return the name of the deflection of a user's contact."""
-        port = self.lines[index].ports[0]
-        inside = f"body.environment.visitors.{port}" if self._box else f"ports.{port}.avatar"
-        return f"server.environment.{inside}.contact.springs.deflection"
 
     def around(
         self, *, inputs: bool = False, outputs: bool = False, rounds: int = 1, one: float = ONE
@@ -81,24 +56,21 @@ class Hyperperiod(Loop):
         """
         if (asked := (inputs, rounds, one)) != self._went:
             self._go(*asked)
-        ends = leaves(self.s)
+        ends = elements.leaves(self.s)
         after = self._rows([(name, ends[path]) for (name, _), path in self.paths.items()])
-        return after, {
-            name: self._rows(
-                [
-                    (f"{line.user.name}.{name}", value)
-                    for user, line in enumerate(self.lines)
-                    for by_user in self._read
-                    for value in by_user[user][place]
-                ]
-            )
+        read = {
+            name: [
+                (f"{line.user.name}.{name}", value)
+                for user, line in enumerate(self.lines)
+                for by_user in self._read
+                for value in by_user[user][place]
+            ]
             for place, name in enumerate(OUTPUTS if outputs else ())
         }
+        return after, {name: self._rows(signals) for name, signals in read.items()}
 
     def _go(self, inputs: bool = False, rounds: int = 1, one: float = ONE) -> None:
-        """Step around as :meth:`around` says, from every state at one in a column of its own, and
-        keep what is read, tick by tick.
-        """
+        """Step from every state at one in a column of its own; keep what is read by tick."""
         users, ticks, n = range(len(self.lines)), self.ticks, len(self.paths)
         self._one, self._width = one, n + inputs * len(users) * ticks * self.dof
         self._columns = self._width + 3
@@ -106,10 +78,9 @@ class Hyperperiod(Loop):
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
         units = {path: self._unit(column) for column, path in enumerate(self.paths.values())}
-        self.s = followed(
-            planted(repeated(self._rest, self._columns), units), self.lines, self._box
-        )
-        self.p = repeated(self._p, self._columns)
+        begun = elements.planted(elements.repeated(self._rest, self._columns), units)
+        self.s = followed(begun, self.lines, self._box)
+        self.p = elements.repeated(self._p, self._columns)
         self._read, forces = [], self.still
         for tick in range(rounds * ticks):
             if inputs:
@@ -123,7 +94,7 @@ class Hyperperiod(Loop):
         values = np.zeros((self._columns, self.runs))
         values[column] = self._one
         values[-2], values[-1] = self._one * self._weights[column] * np.array([[1.0], [LESS]])
-        return elements(values.ravel())
+        return elements.elements(values.ravel())
 
     def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
         """Return signals with their names as rows over all states and inputs, ``(runs, signals,
@@ -131,11 +102,9 @@ class Hyperperiod(Loop):
         """
         whole = self._answers([value for _, value in signals])
         rows, together = whole[:, : self._width], whole[:, -2]
-        largest = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows)).max(
-            axis=0, initial=0.0
-        )
+        sizes = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows))
         off = np.abs(np.einsum("c,scr->sr", self._weights, rows) - together)
-        wrong = np.any(off > SUPERPOSED * largest, axis=1)
+        wrong = np.any(off > SUPERPOSED * sizes.max(axis=0, initial=0.0), axis=1)
         if wrong.any():
             bad = {signals[j][0] for j in np.flatnonzero(wrong).tolist()}
             raise NonlinearError(
@@ -148,21 +117,22 @@ class Hyperperiod(Loop):
         """Return by how much signals differ from rest, ``(signals, columns, runs)``, per unit."""
         found = np.empty((len(values), self._columns, self.runs))
         for index, value in enumerate(values):
-            found[index] = as_columns(value, self._columns, self.runs)
+            found[index] = elements.as_columns(value, self._columns, self.runs)
         rest = found[:, self._width : self._width + 1]
         moved = found - rest
         return np.where(np.abs(moved) <= ROUNDING * np.abs(rest), 0.0, moved / self._one)
 
     def _find(self) -> None:
         """Find the states: those that the motion of devices and object sets in motion."""
-        self._p, places, moving = self.p, self._places(), self.moving
+        places = self._places()
+        moving = MOVING if self.scenario.environment.movable else OF_DEVICES
         new = states = {
-            state for state, path in places.items() if path[0] in WAYS or state[0] in moving
+            state for state, path in places.items() if path[0] in WAYS or state[0].endswith(moving)
         }
         while new:
             self.paths = {state: path for state, path in places.items() if state in states}
             self._go()
-            values = leaves(self.s)
+            values = elements.leaves(self.s)
             others = [state for state in places if state not in states]
             answers = self._answers([values[places[state]] for state in others])
             large, small = np.abs(answers[:, -2]), np.abs(answers[:, -1])
@@ -174,28 +144,24 @@ class Hyperperiod(Loop):
         """Return where a state may be: at numbers that do not follow from others."""
         paths = [
             path
-            for path, value in leaves(self._rest).items()
+            for path, value in elements.leaves(self._rest).items()
             if path[-1] not in WATCHING
             and np.all(np.isfinite(value))
             and (path[0] not in WAYS or path[-2] in SIGNALS)
         ]
         marks = {path: 0.5 + number for number, path in enumerate(paths)}
-        left = leaves(followed(planted(self._rest, marks), self.lines, self._box))
+        marked = followed(elements.planted(self._rest, marks), self.lines, self._box)
+        left = elements.leaves(marked)
         return {self._state(path): path for path in paths if left[path] is marks[path]}
 
     def _state(self, path: Path) -> StateName:
         if path[0] == "server":
-            return text_of(path)
-        where, user = str(path[0]), int(path[1])
+            return elements.text_of(path)
+        where, user = str(path[0]), self.lines[int(path[1])].user.name
         if where in WAYS:
-            return f"{self.lines[user].user.name}.{where}.{path[-2]}[{self.sent_at(path)}]", int(
-                path[-1]
-            )
-        inside, axis = text_of(path[2:])
-        return (
-            f"{self.lines[user].user.name}.{'device.' if where == 'devices' else ''}{inside}",
-            axis,
-        )
+            return f"{user}.{where}.{path[-2]}[{self.sent_at(path)}]", int(path[-1])
+        inside, axis = elements.text_of(path[2:])
+        return f"{user}.{'device.' if where == 'devices' else ''}{inside}", axis
 
     def sent_at(self, path: Path) -> int:
         """Return the tick at which a packet under way was sent."""

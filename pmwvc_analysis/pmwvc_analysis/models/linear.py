@@ -6,16 +6,13 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from pmwvc_core.controllers.library import PLAIN, RECORDS, ZEROING, has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 
@@ -67,8 +64,8 @@ def nonlinear(scenario: Scenario) -> list[Element]:
 
 
 def axes_of(scenario: Scenario) -> int:
-    """Return the number of axes of the model: all of the scenario's where an impedance matrix
-    couples them; else one, as all axes have the same model. Controllers without waves have none.
+    """Return the number of axes of the model: the scenario's where an impedance matrix couples
+    them; else one, as all axes have the same model.
     """
     if not has_waves(scenario.controller):
         return 1
@@ -77,9 +74,7 @@ def axes_of(scenario: Scenario) -> int:
 
 
 def require_linear(scenario: Scenario) -> None:
-    """Raise NonlinearError for elements that no linear model stands for: it names each, and what
-    to ask instead.
-    """
+    """Raise NonlinearError for elements without a linear model, with what to ask instead."""
     found = nonlinear(scenario)
     alone = [element.text for element in found if element.instead is None]
     if alone:
@@ -101,11 +96,11 @@ def relative(scenario: Scenario) -> Relative | None:
     if not found or any(element.instead is None for element in found):
         return None
     changed = scenario
-    for element in found:
-        if element.name in ("controller", "channel"):
-            changed = dataclasses.replace(changed, **{element.name: element.instead})
+    for _, name, instead in found:
+        if name in ("controller", "channel"):
+            changed = dataclasses.replace(changed, **{name: instead})
         else:
-            changed = varied(changed, element.name, element.instead)
+            changed = varied(changed, name, instead)
     return Relative(changed, list(dict.fromkeys(element.setting for element in found)))
 
 
@@ -115,31 +110,26 @@ def _element(name: str, value: object, instead: Any, *, user: str = "", unit: st
 
 
 def _of_controller(scenario: Scenario) -> Iterator[Element]:
-    server, controller = scenario.server, scenario.controller
-    near = record_of(controller).linear
-    if near != controller:
-        yield _element("controller", controller, near)
+    server, controller, coupling = scenario.server, scenario.controller, scenario.coupling
+    if (record := record_of(controller)).linear != controller:
+        yield _element("controller", controller, record.linear)
     if scenario.zeroing:
         yield _element("channel", ZEROING, PLAIN)
-    coupling = scenario.coupling
     if coupling.linear != coupling.name and has_waves(controller):
         yield _element("server.coupling", coupling.name, coupling.linear)
     if not coupling.black_box:
         return
     compensation, environment = COMPENSATIONS.of(server.compensation), scenario.environment
-    learns = server.learns
     if compensation.linear != compensation.name:
         yield _element("server.compensation", compensation.name, compensation.linear)
     if environment.linear != environment.name:
         nearest = environment_of(str(environment.linear))
-        instead = nearest.with_slope if learns else nearest.name
+        instead = nearest.with_slope if server.learns else nearest.name
         yield _element("server.environment", environment.name, instead)
-    elif learns and not environment.sloped:
-        text = "server.decoding = secant (a learned slope)"
-        if environment.with_slope is None:
-            yield Element(text, "server.decoding", "late")
-        else:
-            yield Element(text, "server.environment", environment.with_slope)
+    elif server.learns and not environment.sloped:
+        slope = environment.with_slope
+        near = ("server.environment", slope) if slope else ("server.decoding", "late")
+        yield Element("server.decoding = secant (a learned slope)", *near)
 
 
 def _of_users(scenario: Scenario) -> Iterator[Element]:
@@ -147,7 +137,7 @@ def _of_users(scenario: Scenario) -> Iterator[Element]:
         of: dict[str, Any] = {"user": f"{user.name}."}
         for name, unit in (("friction", "N"), ("encoder_step_m", "m")):
             value = getattr(user.device, name)
-            if np.any(np.asarray(value) > 0.0):
+            if value > 0.0:
                 yield _element(f"device.{name}", value, 0, unit=unit, **of)
         for group, port in (("master", user.master), ("server", user.contact)):
             if port.deadband.is_on:
@@ -191,23 +181,18 @@ def notes_of(scenario: Scenario) -> list[str]:
     return [*outside_words(scenario), *(note for note, holds in notes.items() if holds)]
 
 
-def tried_strictly(scenario: Scenario) -> bool:
-    """Tell whether code from other packages is tried on the strict channel: a master made for it;
-    a coupling is tried on the plain one.
+def amplitude_of(scenario: Scenario) -> tuple[bool, float]:
+    """Return whether code from other packages is tried on the strict channel (a master made for
+    it), and up to which amplitude [SI]: less there, where a wave passes only if its energy has
+    come.
     """
-    return scenario.strict and scenario.controller not in RECORDS.library
-
-
-def amplitude_of(scenario: Scenario) -> float:
-    """Return the amplitude up to which code from other packages is tried, in SI units: less on the
-    strict channel, where a wave passes only if its energy has come.
-    """
-    return STRICT_AMPLITUDE if tried_strictly(scenario) else AMPLITUDE
+    strict = scenario.strict and scenario.controller not in RECORDS.library
+    return strict, STRICT_AMPLITUDE if strict else AMPLITUDE
 
 
 def outside_words(scenario: Scenario) -> list[str]:
     """Return what the model of code from other packages rests on, in sentences."""
-    most = f"{1e3 * amplitude_of(scenario):.1g} mm, mm/s or mN"
+    most = f"{1e3 * amplitude_of(scenario)[1]:.1g} mm, mm/s or mN"
     return [
         f"{each} comes from another package: its model was tried over two hyperperiods, with "
         f"signals of up to {most}; beyond that it is not known."

@@ -9,7 +9,6 @@ earlier. Packets under way are part of the state.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.law.channel.packet import Packet
@@ -27,9 +26,8 @@ def hyperperiod_ticks(scenario: Scenario) -> int:
 
 
 def delay_ticks(params: LinkParams, *, tick_s: float, live: bool) -> int:
-    """Return the delay of a link in whole ticks, rounded up: receivers look at their ticks.
-
-    A live packet takes at least something, so it is never there at the tick it was sent.
+    """Return the delay of a link in whole ticks, rounded up: receivers look at their ticks. Live,
+    a packet is never there at the tick it was sent.
     """
     ticks = -(-round(params.delay_s * 1e9) // round(tick_s * 1e9))
     return max(ticks, 1) if live else ticks
@@ -49,6 +47,11 @@ class Times(NamedTuple):
         """Return when it happened last, this tick included."""
         return tick - (tick - self.phase) % self.period
 
+    def ages(self, sent: "Times", delay: int, ticks: int) -> list[int]:
+        """Return how old packets are when they are looked at, over so many ticks [ticks]."""
+        looks = range(self.phase, self.phase + ticks, self.period)
+        return [look - sent.last(look - delay) for look in looks]
+
 
 def times_of(user: User, scenario: Scenario, *, live: bool) -> tuple[Times, Times, Times]:
     """Return when a user sends and when it takes an answer, and when the server steps."""
@@ -63,7 +66,6 @@ class Line(NamedTuple):
     """When a user's end and the server talk to each other."""
 
     user: User
-    waves: bool  # whether its controller has waves
     ports: tuple[int, ...]  # numbers of those at the server: several for equal users
     frame: Times  # when it sends
     answer: Times  # when it takes an answer
@@ -72,11 +74,6 @@ class Line(NamedTuple):
     delay_down: int  # from the server [ticks]
     tick_s: float
 
-    def ages(self, ticks: int) -> list[int]:
-        """Return how old packets are when the server reads them, over so many ticks [ticks]."""
-        looks = range(self.serve.phase, ticks, self.serve.period)
-        return [look - self.frame.last(look - self.delay_up) for look in looks]
-
 
 def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: bool) -> Line:
     """Return the line of a user."""
@@ -84,8 +81,7 @@ def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: boo
         delay_ticks(link, tick_s=scenario.tick_s, live=live)
         for link in (user.link_up, user.link_down)
     )
-    times, waves = times_of(user, scenario, live=live), has_waves(scenario.controller)
-    return Line(user, waves, ports, *times, up, down, scenario.tick_s)
+    return Line(user, ports, *times_of(user, scenario, live=live), up, down, scenario.tick_s)
 
 
 class Sent(NamedTuple):
@@ -100,10 +96,8 @@ UnderWay = tuple[Sent, ...]
 
 
 def arrived(way: UnderWay, tick: int) -> tuple[UnderWay, list[Packet]]:
-    """Return what is under way still, and the packets that have arrived.
-
-    What their sums add to those of the packet before is the wave, and energy for whatever a
-    playout does with it: the receiver's own sums are zero when they come (:func:`sums_anew`).
+    """Return what is under way still, and the packets that have arrived: with sums from zero on
+    (:func:`sums_anew`), and energy for whatever a playout does with a wave.
     """
     packets: list[Packet] = []
     while way and way[0].arrives <= tick:

@@ -18,11 +18,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from pmwvc_analysis.models import links
 from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.ends import State, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
-from pmwvc_analysis.models.links import Line, Sent, arrived, hyperperiod_ticks, line_of, sums_anew
-from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.packet import Packet
@@ -42,20 +41,18 @@ STORE_S = 0.1  # more than a settled playout has in store
 
 
 class Loop:
-    """Both ends of a scenario and the links in between, brought to rest up to tick 0.
+    """Both ends of scenarios and the links in between, brought to rest up to tick 0.
 
-    Numbers of the scenario may be columns ``(runs, 1)``; delays, periods and counts are the same
-    for all. ``live`` takes the phases of a live session instead of the simulator's; ``weights``
-    are how many users like it each user stands for: so many avatars move together.
+    Scenarios differ in what is :func:`.variation.stackable`. ``live`` takes the phases of a live
+    session instead of the simulator's; ``weights`` are how many users like it each user stands
+    for: so many avatars move together.
     """
 
-    def __init__(
-        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
-    ) -> None:
-        require_linear(scenario)
-        self.scenario, self.tick_s = scenario, scenario.tick_s
-        self.live, self.weights = live, weights
-        self.ticks, self.dof = hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
+    def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
+        require_linear(runs[0])
+        self.scenario = scenario = runs[0]
+        self.runs, self.tick_s, self.live, self.weights = len(runs), scenario.tick_s, live, weights
+        self.ticks, self.dof = links.hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
         if self.ticks > LONGEST:
             raise PmwvcError(
                 f"{scenario.name}: frames and server period fit together only after {self.ticks} "
@@ -63,14 +60,10 @@ class Loop:
             )
         ports = itertools.count()
         self.lines = [
-            line_of(user, scenario, tuple(itertools.islice(ports, n)), live=live)
+            links.line_of(user, scenario, tuple(itertools.islice(ports, n)), live=live)
             for user, n in zip(scenario.users, weights or [1] * len(scenario.users), strict=True)
         ]
-        self.serve = self.lines[0].serve
-        self.runs = max(lengths(scenario), default=1)
-        self.s, self.p = made(scenario, self.lines, self.dof)
-        # Of the playouts at the server and at the device.
-        self.paces = [settled_paces(line) for line in self.lines] if scenario.strict else []
+        self.s, self.p = made(runs, self.lines, self.dof)
         # Every link has answered by tick 0, and what playouts had in store before is played: whole
         # hyperperiods before tick 0, and before the clocks of the playouts are set.
         apart = 4 * max(max(line.frame.period, line.serve.period) for line in self.lines)
@@ -80,11 +73,10 @@ class Loop:
         settled = -self.ticks * -(-played // self.ticks)
         whole = -(-answered // self.ticks) + 2 * scenario.strict
         self._start = settled - self.ticks * whole
-        laws = AT_REST if self.runs == 1 else LIFTED
         for tick in range(self._start, 0):
-            if self.paces and tick == settled:
-                self.s = _with_paces(self.s, self.lines, self.paces)
-            self.advance(tick, self.still, laws)
+            if scenario.strict and tick == settled:
+                self.s = _with_paces(self.s, self.lines)
+            self.advance(tick, self.still, AT_REST if self.runs == 1 else LIFTED)
 
     @property
     def still(self) -> list[Vector]:
@@ -106,22 +98,22 @@ class Loop:
                 p = self.p.loops[i]
                 loops[i], packet, _ = send_(loops[i], now_ns, samples[i], False, p)
                 loops[i] = begin_(loops[i], number, p)
-                up[i] += (Sent(tick, tick + line.delay_up, packet),)
-        if self.serve.due(tick):
+                up[i] += (links.Sent(tick, tick + line.delay_up, packet),)
+        if self.lines[0].serve.due(tick):
             came: list[list[Packet]] = []  # by port: equal users have the same
             for i, line in enumerate(self.lines):
-                up[i], packets = arrived(up[i], tick)
+                up[i], packets = links.arrived(up[i], tick)
                 came += [packets] * len(line.ports)
-            server = server._replace(guests=tuple(map(sums_anew, server.guests)))
+            server = server._replace(guests=tuple(map(links.sums_anew, server.guests)))
             server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
             for i, line in enumerate(self.lines):
                 packet, sends = answers[line.ports[0]]
                 if sends:
-                    down[i] += (Sent(tick, tick + line.delay_down, packet),)
+                    down[i] += (links.Sent(tick, tick + line.delay_down, packet),)
         out = []
         for i, sample in enumerate(samples):
-            down[i], packets = arrived(down[i], tick)
-            loop = sums_anew(loops[i]) if packets else loops[i]
+            down[i], packets = links.arrived(down[i], tick)
+            loop = links.sums_anew(loops[i]) if packets else loops[i]
             loops[i], f_m, f = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
             devices[i], _, _ = device_(devices[i], forces[i], f, self.p.devices[i])
             out.append((sample.x, sample.xd, f_m))
@@ -129,7 +121,7 @@ class Loop:
         return out
 
 
-def _with_paces(s: State, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> State:
+def _with_paces(s: State, lines: list[links.Line]) -> State:
     """Return both ends with playouts whose clocks have settled."""
 
     def settled(end: Any, pace: Pace) -> Any:
@@ -138,34 +130,30 @@ def _with_paces(s: State, lines: list[Line], paces: list[tuple[Pace, Pace]]) -> 
         return end._replace(arrivals=end.arrivals._replace(playout=stored._replace(pace=pace)))
 
     loops, guests = list(s.loops), list(s.server.guests)
-    for i, (line, (up, down)) in enumerate(zip(lines, paces, strict=True)):
+    for i, line in enumerate(lines):
+        up, down = settled_paces(line)
         loops[i] = settled(loops[i], down)
         for port in line.ports:
             guests[port] = settled(guests[port], up)
     return s._replace(loops=tuple(loops), server=s.server._replace(guests=tuple(guests)))
 
 
-def settled_paces(line: Line) -> tuple[Pace, Pace]:
-    """Return the clocks of a user's playouts where a hyperperiod begins: at the server, and at the
-    device.
-    """
-    frame, step, serve = line.frame.period, line.serve.period, line.serve.phase
-    return (
-        _settled(frame, step, line.delay_up % frame, serve, line.tick_s),
-        _settled(step, 1, (serve + line.delay_down) % step, 0, line.tick_s),
-    )
+def settled_paces(line: links.Line) -> tuple[Pace, Pace]:
+    """Return a user's settled clocks where a hyperperiod begins: at server and device."""
+    up = _settled(line.frame, line.delay_up % line.frame.period, line.serve, line.tick_s)
+    down = line.serve, line.delay_down % line.serve.period, links.Times(1, 0)
+    return up, _settled(*down, line.tick_s)
 
 
 @functools.lru_cache(maxsize=4096)
-def _settled(frame: int, step: int, arrival: int, phase: int, tick_s: float) -> Pace:
-    """Return the same by ticks: length of frame and step, phases of arrivals and of steps."""
-    ticks = math.lcm(frame, step)
-    until = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
-    pace = RESTING_PACE
-    for look in range(phase, until, step):
+def _settled(sent: links.Times, delay: int, steps: links.Times, tick_s: float) -> Pace:
+    """Return the clock of a receiver that steps at its times; delay in ticks."""
+    ticks, pace = math.lcm(sent.period, steps.period), RESTING_PACE
+    arrival = (sent.phase + delay) % sent.period
+    for look in range(steps.phase, ticks * math.ceil(SETTLED_S / (ticks * tick_s)), steps.period):
         while arrival <= look:
-            pace = pace_arrive(pace, frame * tick_s)
-            arrival += frame
-        if arrival >= frame:
-            pace, _, _ = pace_step(pace, step * tick_s)
+            pace = pace_arrive(pace, sent.period * tick_s)
+            arrival += sent.period
+        if arrival >= sent.period:
+            pace, _, _ = pace_step(pace, steps.period * tick_s)
     return pace

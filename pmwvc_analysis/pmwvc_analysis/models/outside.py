@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Code of other packages in the exact model: it is checked before its model is believed.
 
-A controller or a coupling from outside the library is perturbed like one of the library. Whether
-its state is all in what it returns, and whether it is linear at the amplitudes of a session, only
-its author knows; so both are tried:
+Whether the state of a controller or a coupling from outside the library is all in what it returns,
+and whether it is linear at the amplitudes of a session, only its author knows; so both are tried:
 
 - Two hyperperiods in a row have to be the model applied twice. A state kept elsewhere is at rest
   in the first one only.
 - The model has to be the same at the amplitude of a motion as at the tiny one of
   :mod:`.hyperperiod`: a dead zone, a limit or a product of signals makes another one.
 
-Neither is a proof: what changes at larger signals only, or never within two hyperperiods, is not
-seen. The notes of every answer say so.
+What changes at larger signals only, or never within two hyperperiods, is not seen: the notes of
+every answer say so.
 """
 
 import dataclasses
@@ -22,12 +21,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.hyperperiod import ONE, Hyperperiod
-from pmwvc_analysis.models.linear import (
-    NonlinearError,
-    amplitude_of,
-    outside,
-    tried_strictly,
-)
+from pmwvc_analysis.models.linear import NonlinearError, amplitude_of, outside
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Array
@@ -38,41 +32,37 @@ EQUAL = 1e-9  # relative to the largest entry
 FRAME_TICKS = 8  # on the strict channel
 
 
-def checked(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
-    """Return the loop of a scenario with code of other packages, once it was tried; NonlinearError
-    if something is not linear, or code from outside the library keeps state elsewhere, PmwvcError
-    if the hyperperiod is too long.
+def checked(*runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> Hyperperiod:
+    """Return the loop of scenarios, code of other packages having been tried; NonlinearError if
+    that is not linear or keeps state elsewhere, PmwvcError if the hyperperiod is too long.
     """
-    if found := outside(scenario):
-        what = f"{scenario.name}: {', '.join(found)}"
+    if found := outside(runs[0]):
+        what = f"{runs[0].name}: {', '.join(found)}"
         try:
-            _check(scenario, what, live=live, weights=weights)
+            _check(runs, what, live=live, weights=weights)
         except PmwvcError:
             raise
         except PLUGIN_ERRORS as error:  # whatever a plug-in raises
             raise NonlinearError(f"{what}: not perturbed: {reason(error)}") from error
-    return Hyperperiod(scenario, live=live, weights=weights)
+    return Hyperperiod(*runs, live=live, weights=weights)
 
 
-def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int]) -> None:
-    """Refuse what is not linear, or not the same again.
-
-    On the strict channel a wave passes only if its energy has come, which limits the amplitude. So
-    a coupling is tried on the plain channel; a strict master with frames as long as steps, where
-    playouts hold the same after every hyperperiod.
+def _check(runs: Sequence[Scenario], what: str, *, live: bool, weights: Sequence[int]) -> None:
+    """Refuse what is not linear, or not the same again: a coupling on the plain channel; a strict
+    master with frames as long as steps, where playouts hold the same after every hyperperiod.
     """
-    tried = scenario
-    if tried_strictly(scenario):
-        for name, value in (
-            ("master.rate_drop", FRAME_TICKS),
-            ("server.period_s", FRAME_TICKS * scenario.tick_s),
-        ):
-            tried = varied(tried, name, value)
-    elif scenario.strict:
-        tried = dataclasses.replace(scenario, channel=PLAIN)
+    tried, (strict, amplitude) = runs, amplitude_of(runs[0])
+    if strict:
+        period_s = FRAME_TICKS * runs[0].tick_s
+        tried = [
+            varied(varied(run, "master.rate_drop", FRAME_TICKS), "server.period_s", period_s)
+            for run in runs
+        ]
+    elif runs[0].strict:
+        tried = [dataclasses.replace(run, channel=PLAIN) for run in runs]
 
     def around(**asked: Any) -> tuple[Hyperperiod, Array]:
-        loop = Hyperperiod(tried, live=live, weights=weights)
+        loop = Hyperperiod(*tried, live=live, weights=weights)
         return loop, loop.around(**asked)[0]
 
     def other(one: Array, another: Array) -> str:
@@ -87,7 +77,6 @@ def _check(scenario: Scenario, what: str, *, live: bool, weights: Sequence[int])
             f"{what}: two hyperperiods in a row are not the model applied twice, in {names}: "
             "it keeps state elsewhere than in what it returns, or changes with time"
         )
-    amplitude = amplitude_of(scenario)
     if names := other(once, around(one=amplitude)[1]):
         raise NonlinearError(
             f"{what}: not linear: signals of {amplitude:.2g} and of {ONE:.1g} (in SI units) "

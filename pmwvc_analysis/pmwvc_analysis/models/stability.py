@@ -2,29 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stability from the exact model: spectral radius, largest stiffness, Z-width.
 
-Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding) once the motions
-that are no instability are taken out. The largest stiffness is the first crossing: everything
-below it is stable. Where it becomes stable again above, these islands are reported, too.
+The largest stiffness is the first crossing: everything below it is stable. Where it becomes stable
+again above, these islands are reported, too.
 
 A question may cost some 4 s on one core, counted from sizes alone (ticks, states, runs) before it
 is done: so an answer never depends on how busy a machine is. What costs more is "not known".
-
-Equations: docs/theory.md 15.1.
 """
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.long_delay import Opened, is_long, opened
-from pmwvc_analysis.models.linear import axes_of
+from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.linearize import Linear, linearize
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.motions.groups import subproblems
-from pmwvc_analysis.models.variation import lengths, with_stiffness
+from pmwvc_analysis.models.opened import Opened, is_long, opened
+from pmwvc_analysis.models.variation import subproblems, with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.plural import count
@@ -33,7 +28,6 @@ from pmwvc_core.scenario.scenario import Scenario
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
 LOWEST = 0.1  # [N/m]
-ROUNDING = 1e-9
 PER_DECADE = 20
 LARGEST_BATCH = 512
 ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
@@ -44,32 +38,29 @@ STATES = 30  # of a user, before they are counted
 CUBE = 10.0  # eigenvalues of a matrix, per n^3
 CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round
 
-Radii = Callable[[Array], Array]  # spectral radius at each of several values
-
 
 class UnknownError(PmwvcError, ValueError):
     """A question needs more work than it may."""
 
 
 class Work:
-    """Work done for a question about a scenario; one with columns is as many questions."""
+    """Work done for a question about a scenario; that about several is as many questions."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        self._scenario, self._done = scenario, 0.0
-        self._allowed = ALLOWED * max(lengths(scenario), default=1)
+    def __init__(self, scenario: Scenario, questions: int = 1) -> None:
+        self._scenario, self._left = scenario, ALLOWED * questions
 
-    def stepping(self, part: Scenario) -> None:
+    def stepping(self, runs: Sequence[Scenario]) -> None:
         """Count bringing a loop to rest, and stepping it around its hyperperiod."""
-        ticks, runs, users = hyperperiod_ticks(part), max(lengths(part), default=1), part.users
+        part, users, ticks = runs[0], runs[0].users, hyperperiod_ticks(runs[0])
         longest_s = max(way.delay_s for user in users for way in (user.link_up, user.link_down))
         before = 0.0 if is_long(part) else 2.0 * longest_s / part.tick_s
-        entries = ticks * ENTRY * runs * STATES * axes_of(part) * len(users)
+        entries = ticks * ENTRY * len(runs) * STATES * axes_of(part) * len(users)
         self.count(len(users) * ((3 * ticks + before) * TICK + entries))
 
     def count(self, more: float, what: str = "") -> None:
         """Count work on something; UnknownError where it is more than allowed."""
-        self._done += more
-        if self._done > self._allowed:
+        self._left -= more
+        if self._left < 0.0:
             sizes = [f"a hyperperiod of {hyperperiod_ticks(self._scenario)} ticks", what]
             raise UnknownError(
                 f"{self._scenario.name}: not known: {', '.join(filter(None, sizes))}: too much "
@@ -78,12 +69,11 @@ class Work:
             )
 
 
-@dataclass(frozen=True)
-class Limit:
+class Limit(NamedTuple):
     """The limit of stability along one parameter.
 
-    ``first`` is the smallest value at which stability is lost: 0 where the lowest value examined
-    is unstable already, None where nothing up to ``bound``, the largest one, is.
+    ``first`` is where stability is lost: 0: the lowest value is unstable, None: none up to
+    ``bound`` is.
     """
 
     first: float | None
@@ -92,66 +82,56 @@ class Limit:
     unknown: str = ""  # why it is not known
 
 
-def radii(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the spectral radii ``(runs,)`` over the hyperperiod, where numbers may be columns;
-    UnknownError where that is more work than allowed.
+def radii(*runs: Scenario, live: bool = False) -> Array:
+    """Return the spectral radii ``(runs,)`` over the hyperperiod of scenarios that differ in what
+    is :func:`.stackable`; UnknownError where that is more work than allowed.
     """
-    found = [
-        (model.radii(), model.ticks)
-        for model in _models(scenario, Work(scenario), live=live, circles=RADIUS)
-    ]
-    ticks = math.lcm(*(length for _, length in found))
-    radii_of = [values ** (ticks // length) for values, length in found]
-    return np.asarray(np.max(np.broadcast_arrays(*radii_of), axis=0))
+    for run in runs[1:]:  # the first one is looked at by each loop
+        require_linear(run)
+    models = list(_models(runs, Work(runs[0], len(runs)), live=live, circles=RADIUS))
+    ticks = math.lcm(*(model.ticks for model in models))
+    found = [model.radii() ** (ticks // model.ticks) for model in models]
+    return np.asarray(np.max(found, axis=0))
 
 
 def _models(
-    scenario: Scenario, work: Work, *, live: bool, circles: int
+    runs: Sequence[Scenario], work: Work, *, live: bool, circles: int
 ) -> Iterator[Linear | Opened]:
-    """Yield the models of the smaller problems of a scenario; work is counted before it is done,
-    with so many circles for each that is open at long delays.
+    """Yield the models of the smaller problems of scenarios; work is counted before it is done, so
+    many circles for one that is open at long delays.
     """
-    for part in subproblems(scenario):
+    for part in subproblems(*runs):
         of: dict[str, Any] = {"live": live, "weights": part.weights}
-        work.stepping(part.scenario)
-        if is_long(part.scenario, live=live):
-            long = opened(part.scenario, **of)
+        work.stepping(part.runs)
+        if is_long(part.runs[0], live=live):
+            long = opened(*part.runs, **of)
             for signals, states in (loci.size for loci in long.loci):
                 cost = circles * CIRCLE * max(states, 1) * signals
                 work.count(cost, f"packets of {count(signals, 'signal')} on a long way")
             yield long
         else:
-            dense = linearize(part.scenario, **of)
-            runs, states = dense.left.shape[:2]
-            work.count(CUBE * runs * states**3, f"{states} states")
+            dense = linearize(*part.runs, **of)
+            states = len(dense.states) - int(dense.quotient[1].min())
+            work.count(CUBE * len(runs) * states**3, f"{states} states")
             yield dense
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
-    """Return the largest contact stiffness [N/m], all contacts in proportion; unknown where it is
-    more work than allowed.
-    """
-    work, smaller = Work(scenario), subproblems(scenario)
-    fine = 0.2
+    """Return the largest contact stiffness [N/m], all in proportion; unknown: too much work."""
+    work, fine = Work(scenario), 0.2
+
+    def at(stiffness: Array) -> Flags:
+        """Tell where the loop is stable: quicker than radii at long delays."""
+        stiff = [with_stiffness(scenario, each) for each in stiffness]
+        models = _models(stiff, work, live=live, circles=1)
+        return np.asarray(np.all([model.stable() for model in models], axis=0))
+
     try:
-        if not any(is_long(part.scenario, live=live) for part in smaller):
-            states = 1
-            for part in smaller:
-                work.stepping(part.scenario)
-                model = linearize(part.scenario, live=live, weights=part.weights)
-                states = max(states, len(model.columns))
+        if not any(is_long(part.runs[0], live=live) for part in subproblems(scenario)):
+            models = _models([scenario], work, live=live, circles=0)
+            states = max(len(model.states) for model in models if isinstance(model, Linear))
             fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
         points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
-
-        def at(stiffness: Array) -> Array:
-            """Return 0.5 where stable and 2 where not: faster than radii at long delays."""
-            stiff = with_stiffness(scenario, stiffness)
-            found = [
-                model.stable() if isinstance(model, Opened) else are_stable(model.radii())
-                for model in _models(stiff, work, live=live, circles=1)
-            ]
-            return np.where(np.all(np.broadcast_arrays(*found), axis=0), 0.5, 2.0)
-
         grid = np.geomspace(LOWEST, bound, points)
         changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
     except UnknownError as error:
@@ -162,22 +142,20 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
 
 
 def crossings(
-    at: Radii, grid: Array, *, within: float = 1e-6, parts: int = 17
+    at: Callable[[Array], Flags], grid: Array, *, within: float = 1e-6, parts: int = 17
 ) -> list[tuple[float, bool]]:
     """Return where stability changes on an ascending grid, ``within`` a relative precision, and
-    whether it is regained there; first of all 0 where the lowest value is unstable.
-
-    ``at`` gives the spectral radii at a column of values; an interval is divided into so many
-    ``parts`` at a time.
+    whether it is regained there; 0 where the lowest value is unstable. ``at`` tells which of
+    several values are stable; an interval is divided into so many ``parts`` at a time.
     """
-    column, batches = grid[:, np.newaxis], range(0, len(grid), LARGEST_BATCH)
-    flags = are_stable(np.concatenate([at(column[i : i + LARGEST_BATCH]) for i in batches]))
+    batches = range(0, len(grid), LARGEST_BATCH)
+    flags = np.concatenate([at(grid[i : i + LARGEST_BATCH]) for i in batches])
     found = [] if flags[0] else [(0.0, False)]
     for index in np.flatnonzero(flags[1:] != flags[:-1]):
         low, high, begins = float(grid[index]), float(grid[index + 1]), bool(flags[index])
         while high - low > within * max(abs(high), abs(low)):
             inner = np.linspace(low, high, parts + 1)[1:-1]
-            same = are_stable(at(inner[:, np.newaxis])) == begins
+            same = at(inner) == begins
             step = len(same) if same.all() else int(np.argmin(same))
             ends = [low, *inner.tolist(), high]
             low, high = ends[step], ends[step + 1]
@@ -191,13 +169,3 @@ def z_width(
     """Return the largest stiffness for each contact damping [N s/m] that can be rendered."""
     walls = (varied(scenario, "server.contact_damping", b) for b in damping)
     return [k_max(wall, live=live, bound=bound) for wall in walls]
-
-
-def are_stable(radius: Array) -> Flags:
-    """Tell of every spectral radius whether it means stable."""
-    return np.asarray(radius <= 1.0 + ROUNDING)
-
-
-def stable(radius: float) -> bool:
-    """Tell whether a spectral radius means stable."""
-    return bool(radius <= 1.0 + ROUNDING)

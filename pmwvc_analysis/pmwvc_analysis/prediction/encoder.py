@@ -3,17 +3,14 @@
 """The energy that comes of an encoder's steps, on either channel.
 
 **Plain channel.** With steps q the positions measured have the rounding error e, evenly spread
-over q where a grip chatters over several counts. The difference quotient (e_k - e_{k-1})/T_c goes
-into u_m, and what the anti-aliasing filter H lets through is in the packets:
+over q where a grip chatters over several counts. What the anti-aliasing filter H lets through of
+the difference quotient (e_k - e_{k-1})/T_c is in the packets; the environment gets it:
 
     P = b q^2/(12 T_c^2) mean of |1 - 1/z|^2 |H|^2 over all frequencies
 
-so b q^2/(6 (M T_c)^2) for integrate-and-dump. The hand does not feel it, the environment gets it.
-
-**Strict channel.** Condition and amount of what the port of the hand releases are those of
-:mod:`pmwvc_core.master.count_bound`, which needs a hand on the device. Whatever the condition
-says, a scenario without a person is simulated for its first ``LONGEST_S``, and the work judged by
-the true motion.
+**Strict channel.** What the port of the hand releases is bounded by
+:mod:`pmwvc_core.master.count_bound`, which needs a hand on the device. Whatever the bound says, a
+scenario without a person is simulated for its first ``LONGEST_S``, judged by the true motion.
 
 Equations: docs/theory.md 14.4.
 """
@@ -30,7 +27,7 @@ from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave.design.filter_design import response
+from pmwvc_core.wave.filter_design import response
 from pmwvc_core.wave.impedance import largest
 
 POINTS = 16384  # frequencies of a mean
@@ -59,33 +56,33 @@ def encoder_lines(scenario: Scenario) -> list[str]:
         if not behind_counts(user, scenario):
             continue
         bound, kind = count_bound(user.master, user.device), user.operator.kind
-        words = f"{user.name}: {bound.text()}"
+        words = f"{user.name}: {bound.text}"
         if not held(user):
             words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
         given_j = None
         if user.device.is_simulated and kind not in BY_PEOPLE:
             given_j = _given_j(scenario, duration_s).get(user.name)
-        amount = f"Simulated for {duration_s:g} s, the hand port"
         if given_j is None:
             found.append(f"{words} This session is not simulated beforehand.")
-        elif given_j <= LEAST_J:
-            found.append(f"{words} {amount} is passive.")
+            continue
+        port = f"{words} Simulated for {duration_s:g} s, the hand port"
+        released = f"{port} releases up to {quantity(given_j, 'J')}"
+        if given_j <= LEAST_J:
+            found.append(f"{port} is passive.")
         elif bound.holds and held(user) and given_j <= bound.given_j:
-            given = quantity(given_j, "J")
-            found.append(f"{words} {amount} releases up to {given}, within that bound.")
+            found.append(f"{released}, within that bound.")
         else:
             found.append(
-                f"Warning: {words} {amount} releases up to {quantity(given_j, 'J')} more than it "
-                "received. A velocity of the device's own, a finer encoder or a smaller "
-                "master.impedance gives less."
+                f"Warning: {released} more than it received. A velocity of the device's own, a "
+                "finer encoder or a smaller master.impedance gives less."
             )
     return found
 
 
 @functools.lru_cache(maxsize=4)
 def _given_j(scenario: Scenario, duration_s: float) -> dict[str, float]:
-    """Return what every port of a hand gave out beyond what it took in and its controller was lent
-    [J]; none where the scenario cannot be simulated.
+    """Return what every hand port gave out beyond what it took in and its controller was lent [J];
+    none where the scenario cannot be simulated.
     """
     short = dataclasses.replace(scenario, duration_s=duration_s)
     try:

@@ -18,8 +18,7 @@ from typing import NamedTuple
 
 from pmwvc_core.law.black_box.secant import REPAID, SOFT
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import least_impedance
+from pmwvc_core.server.couplings import COMPENSATIONS, least_impedance
 from pmwvc_core.wave.impedance import smallest
 
 MAY_LIMIT = (
@@ -47,7 +46,7 @@ class Rule(NamedTuple):
     @property
     def met_unlearned(self) -> bool:
         """Tell whether it is not limited before, either."""
-        return self.needed <= self.share * self.b
+        return self._replace(slope=0.0).met
 
     @property
     def bound(self) -> str:
@@ -58,14 +57,12 @@ class Rule(NamedTuple):
 
 
 def rule(user: User, scenario: Scenario) -> Rule | None:
-    """Return the rule of a user's port that may limit; None where none is known.
-
-    Known for a wall that does not report its slope, with backward Euler.
+    """Return the rule of a user's port that may limit; None where none is known: it is for a wall
+    that does not report its slope, with backward Euler.
     """
     server, environment = scenario.server, scenario.environment
-    if not may_limit(scenario) or not environment.spring or environment.sloped:
-        return None
-    if server.integrator != "backward_euler":
+    reported = not environment.spring or environment.sloped
+    if not may_limit(scenario) or reported or server.integrator != "backward_euler":
         return None
     stiff = float(user.contact.contact_stiffness) * server.period_s
     b = smallest(user.server_impedance)

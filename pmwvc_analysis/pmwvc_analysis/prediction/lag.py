@@ -7,36 +7,28 @@ and a mass b tau/2 at the device, b the master's impedance. Ends of different im
 lossless transformer. With n^2 = b_s/b_m, for slow motion,
 
     F_s = n F_m,                            x_m = n x_s + F_m tau/(2 b_m),
-    1/k_felt = n^2/K + tau/(2 b_m),         mass_felt = b_m tau/2,
+    1/k_felt = n^2/K + tau/(2 b_m),         mass_felt = b_m tau/2.
 
-so the device moves n times as far as its avatar: only for n = 1 is the distance between them
-F tau/(2 b), the lead of a steady press.
+With ``one_step_delay`` the avatar moves by the force of the step before: in contact it stands F_s
+T_VE/b_s further in than its waves give, at the device F_m T_VE/b_m: a lag of -2 T_VE, on either
+channel. Where that is more than the waves lag, the device stands behind its avatar and renders
+more than the contact's stiffness.
 
-With ``one_step_delay`` the avatar moves by the force of the step before: once the force F_s has
-been built up it stands F_s T_VE/b_s further in than its waves give, at the device n F_s T_VE/b_s =
-F_m T_VE/b_m: a lag of -2 T_VE, on either channel. Where that is more than the waves lag, the
-device stands behind its avatar and renders more than the contact's stiffness. Nothing touched
-there is no force, and the lag is that of the waves.
+A zero-order hold comes back as steps through device and filter, which is sampled at their end.
+While a wave rises evenly, tick j of a frame is j - (M-1)/2 ticks older than the mean; what device
+and filter leave of that at a sample makes the lag longer in contact, and shorter by as much where
+nothing is touched: the wave comes back with the other sign.
 
-A zero-order hold comes back as steps through device and filter, which is sampled at their end and
-not at their mean. While a wave rises evenly, tick j of a frame is j - (M-1)/2 ticks older than the
-mean; what device and filter leave of that at a sample makes the lag longer where something is
-touched, and shorter by as much where nothing is: the wave comes back with the other sign. Nothing
-is left behind ``integrate_and_dump``.
-
-On the strict channel a playout follows how late packets come: where delays are constant it is as
-late as the greatest age a of the newest packet at a step of the server, and the delay d down. The
-server takes a step's wave as a whole and answers with it, so that on average half a step passes at
-its side each way:
+On the strict channel, without filter, rate drop and hold, a playout follows how late packets come:
+by the greatest age a of the newest packet at a step of the server, and the delay d down, where
+delays are constant. A step's wave is taken and answered as a whole, half a step late each way:
 
     tau = a + d + T_VE
 
-without anti-aliasing filter, rate drop or hold: the channel counts the motion of every tick whole,
-and plays its wave tick by tick. Where they are not constant it settles at the lateness L with
-r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S (``law.channel.pace``): from the mean
-(sqrt(r) - 1)/(sqrt(r) + 1) of the way to the longest delay under uniform jitter, and later by what
-packets lost one by one make of the next ones. A deadband adds the time for which a frame waits at
-most. Delays of other shape and bursts are not counted.
+Else it settles at the lateness L with r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S
+(``law.channel.pace``): from the mean (sqrt(r) - 1)/(sqrt(r) + 1) of the way to the longest delay
+under uniform jitter, and later by what packets lost one by one make of the next ones. A deadband
+adds the time for which a frame waits at most. Delays of other shape and bursts are not counted.
 
 Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5, 17.7.
 """
@@ -54,10 +46,10 @@ from pmwvc_core.network.effects import active, longest_s, mean_s
 from pmwvc_core.params import DeadbandParams, DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.wave.design import aliasing
-from pmwvc_core.wave.design.filter_design import response
-from pmwvc_core.wave.design.velocity_filter_design import slow_lags
+from pmwvc_core.wave import aliasing
+from pmwvc_core.wave.filter_design import response
 from pmwvc_core.wave.impedance import first_axis, transformation
+from pmwvc_core.wave.velocity_filter_design import slow_lags
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
 SHARE = (math.sqrt(EARLY_S / LATE_S) - 1.0) / (math.sqrt(EARLY_S / LATE_S) + 1.0)
@@ -103,9 +95,7 @@ def rendered_mass(user: User, scenario: Scenario, *, live: bool) -> float:
 
 
 def lead_s(scenario: Scenario) -> float:
-    """Return by how much less the waves lag in contact because the avatar is moved by the force of
-    the step before [s]; see module.
-    """
+    """Return by how much less waves lag in contact [s]: the avatar moves by the force before."""
     return 2.0 * scenario.server.period_s if decodes_late(scenario) else 0.0
 
 
@@ -118,8 +108,7 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     if scenario.strict:
         return float(strict_lag_s(user, scenario, live=live) - lead)
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
-    lag += slow_lags(master)[0 if touching else 1]
-    lag += master.bank.lag_s
+    lag += slow_lags(master)[0 if touching else 1] + master.bank.lag_s
     lag += master.tick_s  # the packet leaves one tick after the output it carries
     hold = master.frame_s - master.tick_s
     lag += hold if master.ramps else hold / 2.0
@@ -135,7 +124,7 @@ def step_lag_s(
     """Return by how much the steps of a zero-order hold make the lag longer in contact [s].
 
     ``phase``: tick of the frame at which the hold steps; the filter is sampled at its start.
-    Without velocity filter and filter bank; with one of them it is not known and taken as zero.
+    With velocity filter or filter bank it is not known and taken as zero.
     """
     m, tick_s = master.rate_drop, master.tick_s
     plain = not (master.velocity_filter.is_on or master.bank.is_on)
@@ -152,10 +141,8 @@ def step_lag_s(
 
 
 def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
-    """Return how old packets are when they are taken, both ways together [s].
-
-    Receivers take the newest packet at their own times; the mean counts. With jitter the mean is
-    half a period on top of the mean delay.
+    """Return how old packets are on average when they are taken, both ways together [s]: receivers
+    take the newest one at their own times, half a period after the mean delay with jitter.
     """
     ticks, tick_s, age_s = min(hyperperiod_ticks(scenario), MOST_LOOKS), scenario.tick_s, 0.0
     sends, takes, serves = times_of(user, scenario, live=live)
@@ -165,8 +152,7 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
             age_s += max(least, mean_s(link) + 0.5 * taken.period * tick_s)
         else:
             delay = delay_ticks(link, tick_s=tick_s, live=live)
-            looks = range(taken.phase, taken.phase + ticks, taken.period)
-            age_s += float(np.mean([look - sent.last(look - delay) for look in looks])) * tick_s
+            age_s += float(np.mean(taken.ages(sent, delay, ticks))) * tick_s
     return age_s
 
 
@@ -175,13 +161,12 @@ def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     tick_s, period_s, frame_s = scenario.tick_s, scenario.server.period_s, user.master.frame_s
     sent, _, served = times_of(user, scenario, live=live)
     delay = round(_latest_s(user.link_up, tick_s, live=live) / tick_s)
-    looks = range(served.phase, served.phase + hyperperiod_ticks(scenario), served.period)
-    oldest = max(look - sent.last(look - delay) for look in looks)
-    up = oldest * tick_s + _lost_s(user.link_up, frame_s)
-    up += _held_back_s(user.master.deadband, frame_s)
-    down = _latest_s(user.link_down, tick_s, live=live) + _lost_s(user.link_down, period_s)
-    down += _held_back_s(user.contact.deadband, period_s)
-    return up + down + period_s + user.master.bank.lag_s
+    lag = max(served.ages(sent, delay, hyperperiod_ticks(scenario))) * tick_s
+    lag += _latest_s(user.link_down, tick_s, live=live)
+    lag += _lost_s(user.link_up, frame_s) + _lost_s(user.link_down, period_s)
+    lag += _held_back_s(user.master.deadband, frame_s)
+    lag += _held_back_s(user.contact.deadband, period_s)
+    return lag + period_s + user.master.bank.lag_s
 
 
 def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:
@@ -191,9 +176,7 @@ def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:
 
 
 def _latest_s(link: LinkParams, tick_s: float, *, live: bool) -> float:
-    """Return the delay that a playout follows, in whole ticks [s]: exact where it is constant or
-    uniform, the mean one where the longest is not known.
-    """
+    """Return the delay that a playout follows, in whole ticks [s]: mean if no longest is known."""
     if not any(effect.spreads for effect in active(link)):
         return delay_ticks(link, tick_s=tick_s, live=live) * tick_s
     longest, mean = longest_s(link), mean_s(link)

@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The prediction for a scenario: stability, aliasing, and the rendering of the link.
 
-Whether a session is stable, its spectral radius and the largest contact stiffness come from the
-exact model of the loop (:mod:`pmwvc_analysis.models`): hands off, all contacts touching, every
-packet after its constant delay. A nonlinear scenario has no such model; then stability is
-predicted only by a proof for any constant delay (:mod:`pmwvc_analysis.delays.any_delay`), and only
-if the nearest linear scenario does not contradict it. Sentences, summary and exit code use one
-answer.
-
-Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
+Stability, spectral radius and the largest contact stiffness are those of the exact model
+(:mod:`pmwvc_analysis.models`): hands off, all contacts touching, every packet after its constant
+delay. A nonlinear scenario has no such model; then stability is predicted only by a proof for any
+constant delay (:mod:`pmwvc_analysis.models.any_delay`), and only if the nearest linear scenario
+does not contradict it. Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
 
 Equations: docs/theory.md 4.9.
 """
@@ -18,9 +15,10 @@ import functools
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.delays.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models.linear import Relative, left_out, relative
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.environment import decodes_late
@@ -28,9 +26,8 @@ from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_mass, ren
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import least_impedance
-from pmwvc_core.wave.design import aliasing
+from pmwvc_core.server.couplings import COMPENSATIONS, least_impedance
+from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.impedance import smallest
 
 ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
@@ -81,7 +78,7 @@ def exact(scenario: Scenario, *, live: bool) -> Exact | str:
         limit = stability.k_max(scenario, live=live)
     except PmwvcError as error:
         return str(error)
-    return Exact(radius, stability.stable(radius), limit)
+    return Exact(radius, stable(radius), limit)
 
 
 @functools.lru_cache(maxsize=64)
@@ -95,9 +92,7 @@ def answer(scenario: Scenario, *, live: bool) -> Answer:
 
 
 def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
-    """Return the rate at which the slowest motion grows [1/s], below zero where it decays; None
-    where there is no exact model.
-    """
+    """Return the growth of the slowest motion [1/s], negative: decay; None without a model."""
     found = exact(scenario, live=live)
     if isinstance(found, str) or found.spectral_radius <= 0.0:
         return None
@@ -107,15 +102,13 @@ def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
 def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
     """Return the ``prediction`` of a summary; the user who is worst off counts.
 
-    ``k_max`` is None where no contact stiffness up to ``stability.BOUND`` is unstable, and all
-    three of ``spectral_radius``, ``stable`` and ``k_max`` where there is no exact model (unless
-    stability at any constant delay is proved: then ``stable`` is True all the same).
-    ``any_delay`` is whether that is proved, ``loop_gain`` is the largest gain once around the
-    loop by which it is judged (None without waves or without such a gain). ``k_felt`` and
-    ``mass_felt`` are None where more than the lag decides them; ``left_out`` names the effects of
-    the links that no prediction has.
+    ``spectral_radius``, ``stable`` and ``k_max`` are None where there is no exact model (but
+    ``stable`` is True where ``any_delay``, the proof, holds), ``k_max`` also where no contact
+    stiffness up to ``stability.BOUND`` is unstable. ``loop_gain`` is the largest gain once around
+    the loop (None without waves or such a gain), ``k_felt`` and ``mass_felt`` are None where more
+    than the lag decides them, ``left_out`` are the effects of links that no prediction has.
     """
-    found = answer(scenario, live=live)
+    found, users = answer(scenario, live=live), scenario.users
     model, proof = found.exact, found.at_any_delay
     values: dict[str, Any] = {
         "spectral_radius": model.spectral_radius if model else None,
@@ -129,7 +122,6 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
         "environment_limited": None,
         "left_out": left_out(scenario),
     }
-    users = scenario.users
     if not proofs_hold(scenario.controller):
         return values
     values["environment_limited"] = found.limited
@@ -142,9 +134,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
 
 
 def passive(scenario: Scenario) -> bool:
-    """Tell whether stability at any constant delay is proved from the gains of both ends, whether
-    or not a server port has to limit its environment for it.
-    """
+    """Tell whether stability at any constant delay is proved, a server port limiting or not."""
     found = any_delay(scenario)
     return found is not None and found.proved
 

@@ -13,16 +13,7 @@ Equations: docs/theory.md 17.17; of the lag: :mod:`pmwvc_analysis.prediction.lag
 import math
 
 from pmwvc_analysis.models.linear import nonlinear
-from pmwvc_analysis.prediction import environment
-from pmwvc_analysis.prediction.lag import (
-    RATIO_TOLERANCE,
-    lag_decides,
-    lag_s,
-    lead_s,
-    rendered_mass,
-    rendered_stiffness,
-    transformer,
-)
+from pmwvc_analysis.prediction import environment, lag
 from pmwvc_core.law.position.error import ADAPTED
 from pmwvc_core.law.position.feedback import MOST
 from pmwvc_core.network.effects import is_random
@@ -34,11 +25,11 @@ FORCE_N, PRESS_S = 1.0, 2.5
 
 def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
     """Return the round trip of a user's waves in words, and by how much its avatar leads."""
-    lead = lead_s(scenario)
-    tau = lag_s(user, scenario, live=live) + lead
+    lead = lag.lead_s(scenario)
+    tau = lag.lag_s(user, scenario, live=live) + lead
     drawn = is_random(user.link_up) or is_random(user.link_down)
-    expected = " (expected; jitter and loss decide it)" if drawn else ""
-    text = f"round trip {tau * 1e3:.1f} ms{expected}"
+    text = f"round trip {tau * 1e3:.1f} ms"
+    text += " (expected; jitter and loss decide it)" if drawn else ""
     if not lead:
         return text
     return f"{text}, less {lead * 1e3:.1f} ms: its avatar moves by the force of the step before"
@@ -48,9 +39,9 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
     """Return what the lag is rendered as, in words: a spring and a mass; where the avatar leads by
     more than the waves lag, what the device renders instead.
     """
-    tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    mass = rendered_mass(user, scenario, live=live)
-    stiffness, contact = rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
+    tau, b = lag.lag_s(user, scenario, live=live), first_axis(user.impedance)
+    mass = lag.rendered_mass(user, scenario, live=live)
+    stiffness, contact = lag.rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
     if tau > 0.0:
         return (
             f"the link acts like a spring of {2.0 * b / tau:.0f} N/m and a mass of {mass:.2f} kg "
@@ -65,25 +56,25 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
 
 def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
-    tau = lag_s(user, scenario, live=live)
     head = f"{user.name}: {round_trip_words(user, scenario, live=live)}"
-    if not lag_decides(user, scenario):
+    if not lag.lag_decides(user, scenario):
         command = "simulate" if nonlinear(scenario) else "transparency"
         return [f"{head}; it alone does not decide the rendered stiffness: use 'pmwvc {command}'."]
     limit = environment.rule(user, scenario)
     if limit is not None and not limit.met:
         return [f"{head}; the rendered stiffness is not known."]
     found = [f"{head}; {link_words(user, scenario, live=live)}."]
+    tau = lag.lag_s(user, scenario, live=live)
     if isinstance(user.impedance, MatrixImpedance) and tau > 0.0:
-        free = lag_s(user, scenario, live=live, touching=False)
+        free = lag.lag_s(user, scenario, live=live, touching=False)
         least, most = smallest(user.impedance), largest(user.impedance)
         found.append(
             f"{user.name}: this is for forces along axis 1; along the principal axes of the "
             f"impedance matrix springs of {2 * least / tau:.0f} to {2 * most / tau:.0f} N/m and "
             f"masses of {least * free / 2:.2f} to {most * free / 2:.2f} kg."
         )
-    scale = math.sqrt(transformer(user))
-    if abs(scale - 1.0) > RATIO_TOLERANCE:
+    scale = math.sqrt(lag.transformer(user))
+    if abs(scale - 1.0) > lag.RATIO_TOLERANCE:
         found.append(
             f"{user.name}: the ends have different impedance: the device moves {scale:.3g} "
             f"times as far as its avatar, with 1/{scale:.3g} of its force."
@@ -97,7 +88,7 @@ def press_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     lent_j = float(position.storage_j)
     if not (scenario.strict and position.is_on and lent_j > 0.0) or scenario.coupling.black_box:
         return []
-    tau_s, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
+    tau_s, b = lag.lag_s(user, scenario, live=live), first_axis(user.impedance)
     if tau_s <= 0.0:  # its avatar leads by more than the waves lag: nothing is to be paid
         return []
     most = math.sqrt(2.0 * b) * float(position.gain)

@@ -6,29 +6,21 @@ Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
-from pmwvc_analysis.prediction import environment
+from pmwvc_analysis.prediction import environment, prediction
 from pmwvc_analysis.prediction.encoder import encoder_lines, encoder_noise_w
 from pmwvc_analysis.prediction.lag import lag_is_known
-from pmwvc_analysis.prediction.prediction import (
-    ALIASING_BOUND,
-    Answer,
-    Exact,
-    aliasing_gain,
-    answer,
-    one_step_bound,
-)
 from pmwvc_analysis.prediction.rendering import press_lines, rendering_lines
-from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
+from pmwvc_core.controllers.record import loop_of
 from pmwvc_core.network.effects import unbounded
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.design import aliasing
+from pmwvc_core.wave import aliasing
 
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
@@ -38,7 +30,7 @@ STRICT = (
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
-    known, users = answer(scenario, live=live), scenario.users
+    known, users = prediction.answer(scenario, live=live), scenario.users
     found = _stability_lines(scenario, known) + outside_words(scenario)
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if scenario.changes:
@@ -53,7 +45,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     found += [
         f"{user.name}: K T + 2B > b: late decoding may generate energy."
         for user in users
-        if one_step_bound(user, scenario) is False
+        if prediction.one_step_bound(user, scenario) is False
     ]
     found += environment.lines(scenario)
     found += [line for user in users for line in press_lines(user, scenario, live=live)]
@@ -61,7 +53,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     return found + _device_lines(scenario) + encoder_lines(scenario)
 
 
-def _delay_lines(known: Answer) -> list[str]:
+def _delay_lines(known: prediction.Answer) -> list[str]:
     """Return the proof for any constant delay with its condition, or the reasons against it."""
     proof = known.at_any_delay
     if proof is None:
@@ -71,16 +63,11 @@ def _delay_lines(known: Answer) -> list[str]:
         at = f"; the gain around the loop is at most {proof.gain:.6f}" if proof.gain else ""
         return [f"Stable at any constant delay, hands off, {where}{at}."]
     reasons: Sequence[str] = proof.reasons
-    if proof.proved and known.limited is False:
-        reasons = ["the nearest linear scenario is not stable"]
-    elif proof.proved:
+    if proof.proved:
         reasons = ["the server port will limit its environment, or that is not known"]
+        if known.limited is False:
+            reasons = ["the nearest linear scenario is not stable"]
     return [f"Not proved stable at any constant delay: {'; '.join(reasons)}."]
-
-
-def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
-    """Return the loop of one user of a scenario, as the tuning rules take it."""
-    return tuning.loop_of(user, scenario.server)
 
 
 def unknown_delay(user: User) -> str:
@@ -89,18 +76,22 @@ def unknown_delay(user: User) -> str:
     return f"the longest delay by {', '.join(effects) or 'the links'} is not known"
 
 
+def rule_margins(user: User, scenario: Scenario) -> Mapping[str, float]:
+    """Return by how much a user's parameters meet the rules of a controller [N s/m]."""
+    loop = loop_of(user, scenario.server)
+    return record_of(scenario.controller).check(user.baseline, loop)
+
+
 def _rule_lines(scenario: Scenario) -> list[str]:
     """Return the margins of each user's parameters to the rule of a controller without waves."""
     found = []
     for user in scenario.users:
-        loop = rule_loop(user, scenario)
-        checked = record_of(scenario.controller).check(user.baseline, loop)
-        for rule, margin in checked.items():
-            if math.isnan(margin):
-                found.append(f"{user.name}: rule '{rule}' unknown: {unknown_delay(user)}.")
-                continue
+        for rule, margin in rule_margins(user, scenario).items():
             verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
-            found.append(f"{user.name}: rule '{rule}' {verdict} {abs(margin):.1f} N s/m.")
+            words = f"{verdict} {abs(margin):.1f} N s/m"
+            if math.isnan(margin):
+                words = f"unknown: {unknown_delay(user)}"
+            found.append(f"{user.name}: rule '{rule}' {words}.")
     return found
 
 
@@ -126,10 +117,10 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
     """Return a warning for every filter that lets aliasing through, with its users."""
     found: dict[str, list[str]] = {}
     for user in scenario.users:
-        master, gain = user.master, aliasing_gain(user)
+        master, gain = user.master, prediction.aliasing_gain(user)
         tick_s, rate_drop = master.tick_s, master.rate_drop
         texts = aliasing.warnings_of(master.filter, tick_s=tick_s, rate_drop=rate_drop)
-        if not texts and gain > ALIASING_BOUND:
+        if not texts and gain > prediction.ALIASING_BOUND:
             texts = [
                 "the anti-aliasing filter is weak: in the worst case packets carry "
                 f"{gain:.4g} times the energy that went in"
@@ -139,7 +130,7 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
     return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
 
 
-def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
+def _stability_lines(scenario: Scenario, known: prediction.Answer) -> list[str]:
     """Return stability by the exact model: of the scenario, or of the nearest linear one."""
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]
@@ -155,7 +146,7 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     return [f"No exact model, not linear: {elements}.", near]
 
 
-def _stability(model: Exact) -> str:
+def _stability(model: prediction.Exact) -> str:
     first, bound = model.limit.first, model.limit.bound
     if model.limit.unknown:
         reach = "largest stable contact stiffness not known (more work than allowed)"

@@ -15,7 +15,7 @@ long it waited. With the server's clock S and the master's clock M, theta = S - 
 
 No delay is below zero, and the delays that an emulated link recorded are taken off. Over a window
 the least of each stays, -min(down) <= theta <= min(up). Where theta = 0 fits, both run on one
-host; else theta follows the line of :mod:`pmwvc_core.transport.clock_line`: hosts drift.
+host; else theta follows the line of :mod:`pmwvc_core.transport.path`: hosts drift.
 
 Equations: docs/theory.md 13.10.
 """
@@ -29,7 +29,7 @@ from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import LinkState, MasterTrace, PacketFate, ServerTrace, Trace, Wave
 from pmwvc_core.traces import FateTraces
-from pmwvc_core.transport.clock_line import Least, latest_line
+from pmwvc_core.transport.path import Least, latest_line
 
 WINDOW_NS = 1_000_000_000
 MOST_WINDOWS = 120  # longer sessions have longer windows

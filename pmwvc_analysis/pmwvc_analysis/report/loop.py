@@ -16,7 +16,7 @@ from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import LinkParams
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.design.filter_design import pole_of
+from pmwvc_core.wave.filter_design import pole_of
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
 PARTS: Mapping[str, tuple[str, ...]] = {

@@ -30,7 +30,7 @@ from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.scenario.disturbances import disturbances_of
+from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 

@@ -76,19 +76,15 @@ def sentences(document: dict[str, Any]) -> list[str]:
 
 
 def write(folder: Path, found: Transparency, measured: Measured | None) -> list[Path]:
-    """Write all curves by name, complex ones as real and imaginary part, as NPZ, MAT and CSV (the
-    measured ones in a CSV of their own).
-    """
+    """Write all curves, complex ones in two parts, as NPZ, MAT and CSV (measured: its own)."""
     curves = {key: getattr(found, key) for key in ("frequency_hz", "admittance", "impedance")}
     curves["ideal_admittance"] = found.ideal_admittance
     for key in ("frequency_hz", "admittance", "coherence") if measured is not None else ():
         curves[f"measured_{key}"] = getattr(measured, key)
     arrays: dict[str, Array] = {}
     for key, values in curves.items():
-        if np.iscomplexobj(values):
-            arrays |= {f"{key}_real": values.real, f"{key}_imag": values.imag}
-        else:
-            arrays[key] = values
+        parts = {f"{key}_real": values.real, f"{key}_imag": values.imag}
+        arrays |= parts if np.iscomplexobj(values) else {key: values}
     with file_errors(f"write into {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
         paths = write_arrays(folder, NAME, arrays)

@@ -4,22 +4,21 @@
 
 A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperperiod of N ticks, the
 input w exp(j theta N n) with w[i, k] = p_i exp(j theta k), p_i a vector where axes are coupled.
-The state follows with (exp(j theta N) - A)^-1 B w. What comes out holds images at theta + 2 pi j/N
-besides; the component at theta itself is the mean of y(k) exp(-j theta k) over the hyperperiod
-(base band).
+The state follows with (exp(j theta N) - A)^-1 B w. Of what comes out, with its images at theta + 2
+pi j/N, the component at theta is the mean of y(k) exp(-j theta k) over the hyperperiod.
 
 A state that only takes over another one (a delay line has one per packet under way) is that one
-turned back by exp(-j theta N). Such states are put in before solving: long delays cost little.
+turned back by exp(-j theta N), put in before solving: long delays cost little.
 
 Equations: docs/theory.md 12.1, 12.2.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import refined
 from pmwvc_analysis.models.linearize import Linear
+from pmwvc_analysis.models.windings import refined
 from pmwvc_core.numeric import Array, Complex, Integers
 
 LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
@@ -74,8 +73,8 @@ def response(
 
 
 def _taken_over(model: Linear) -> tuple[Integers, Integers, Integers]:
-    """Return the states to solve for in order, per state which one of them it repeats, and by how
-    many hyperperiods late.
+    """Return the states to solve for in order, per state which of them it repeats, and by how many
+    hyperperiods late.
     """
     rows, count = model.transition, len(model.states)
     before = np.argmax(rows != 0.0, axis=1)
@@ -92,41 +91,30 @@ def _taken_over(model: Linear) -> tuple[Integers, Integers, Integers]:
 
 
 def limit_at_rest(values: Array) -> float:
-    """Return the limit at zero of a series in the square of the frequency (Richardson).
-
-    Its values are those at f, 2 f, 4 f... as :func:`low_frequencies` returns them.
+    """Return the limit at zero of a series in the square of the frequency (Richardson), of its
+    values at f, 2 f, 4 f... as :func:`low_hz` returns them.
     """
-    left = np.asarray(values, dtype=float)
-    factor = 4.0
+    left, factor = np.asarray(values, dtype=float), 4.0
     while len(left) > 1:
-        left = (factor * left[:-1] - left[1:]) / (factor - 1.0)
-        factor *= 4.0
+        left, factor = (factor * left[:-1] - left[1:]) / (factor - 1.0), 4.0 * factor
     return float(left[0])
 
 
-def low_frequencies(peak_hz: float | None) -> Array:
-    """Return f, 2 f, 4 f, 8 f [Hz]: low enough for a limit at rest, high enough for rounding.
-
-    The integrators of a model make rounding grow towards rest; the first peak gives how far up the
-    series holds.
+def low_hz(peak_hz: float | None) -> Array:
+    """Return f, 2 f, 4 f, 8 f [Hz]: low enough for a limit at rest (the first peak gives how far
+    up the series holds), high enough for the rounding that integrators make grow towards rest.
     """
     lowest = LOW_HZ if peak_hz is None else min(LOW_HZ, peak_hz / 64.0)
     return lowest * np.array([1.0, 2.0, 4.0, 8.0])
 
 
-def first_peak_hz(
-    model: Linear,
-    *,
-    user: int = 0,
-    forces: Sequence[float] | Array | None = None,
-    axis: int = 0,
-) -> float | None:
-    """Return the lowest frequency [Hz] at which |x/f| has a maximum, None where there is none."""
+def first_peak_hz(at: Callable[[Array], Complex], tick_s: float) -> float | None:
+    """Return the lowest frequency [Hz] at which a response has a maximum, None without one."""
 
     def size_at(frequency: Array) -> Array:
-        return np.abs(response(model, frequency, user=user, forces=forces, axis=axis))
+        return np.abs(at(frequency))
 
-    frequency, size = np.geomspace(0.05, 0.5 / model.loop.tick_s, 800), np.zeros(0)
+    frequency, size = np.geomspace(0.05, 0.5 / tick_s, 800), np.zeros(0)
     while len(size) < len(frequency):  # from below, no further than to the first one
         size = np.append(size, size_at(frequency[len(size) : len(size) + 100]))
         peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))

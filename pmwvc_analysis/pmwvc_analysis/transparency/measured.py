@@ -10,10 +10,9 @@ force, both averaged over overlapping stretches (Welch), with the coherence
 1 where position follows from force linearly and without noise. A single sine: the ratio of both at
 its frequency, stretch by stretch; their coherence is |mean(X F*)|^2 / (mean |X|^2 mean |F|^2).
 
-Both take the force as given. A hand reacts to the motion: what else moves the device (another
-hand, noise, a contact that parts) is then in the force as well, and the ratio is biased without a
-loss of coherence. Such sessions are refused, as are those in which another user answers or pushes
-in a way of its own.
+Both take the force as given. A hand that reacts to the motion biases the ratio without a loss of
+coherence, by what else moves the device (another hand, noise, a contact that parts). Such sessions
+are refused, as are those in which another user answers or pushes in a way of its own.
 
 Equations: docs/theory.md 12.3.
 """
@@ -49,9 +48,8 @@ class Measured:
 
 
 def measure(user: UserTraces, known: User) -> Measured:
-    """Return the admittance that a session with a chirp, a sine or a recorded force shows;
-    PmwvcError if the force is not given from outside, was not recorded, ticks are missing, or
-    there is too little of it.
+    """Return the admittance that a session with a given force shows; PmwvcError if a hand answers,
+    the force was not recorded, ticks are missing, or there is too little of it.
     """
     _require_given(known)
     force, position, rows = user.f_h[:, 0], user.x_m[:, 0], _acting(user)
@@ -78,8 +76,7 @@ def measure(user: UserTraces, known: User) -> Measured:
 
 def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list[float]:
     """Return what every user pushed per unit of the force of the one looked at; PmwvcError if
-    another hand reacts to the motion, was not recorded, or pushed in a way of its own: then the
-    position is not that one user's doing.
+    another hand answers, was not recorded, or pushed in a way of its own.
     """
     own = {user.name: user for user in users}
     name = scenario.users[index].name
@@ -147,14 +144,8 @@ def _over_frequency(user: UserTraces, force: Array, position: Array, known: User
         low, high = sorted((known.operator.frequency_hz, known.operator.frequency_end_hz))
         asked &= (frequency >= low) & (frequency <= high)
     asked[:2] = False  # what detrending took
-    quiet = np.maximum(power * moved, np.finfo(float).tiny)
-    return Measured(
-        user=user.name,
-        frequency_hz=frequency[asked],
-        admittance=(cross / np.maximum(power, np.finfo(float).tiny))[asked],
-        coherence=np.minimum(np.abs(cross) ** 2 / quiet, 1.0)[asked],
-        stretches=int((len(force) - length) // (length // 2)) + 1,
-    )
+    stretches = int((len(force) - length) // (length // 2)) + 1
+    return _ratio(user, frequency[asked], cross[asked], power[asked], moved[asked], stretches)
 
 
 def _at_one_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Measured:
@@ -181,12 +172,15 @@ def _at_one_frequency(user: UserTraces, force: Array, position: Array, known: Us
         return np.asarray(cosine - 1j * sine)
 
     asked, moved = lines(force), lines(position)
-    cross = np.mean(moved * asked.conj())
-    power, size = np.mean(np.abs(asked) ** 2), np.mean(np.abs(moved) ** 2)
-    return Measured(
-        user=user.name,
-        frequency_hz=np.array([frequency_hz]),
-        admittance=np.array([cross / power]),
-        coherence=np.array([min(1.0, float(np.abs(cross) ** 2 / (power * size)))]),
-        stretches=stretches,
-    )
+    products = moved * asked.conj(), np.abs(asked) ** 2, np.abs(moved) ** 2
+    cross, power, size = (np.array([np.mean(each)]) for each in products)
+    return _ratio(user, np.array([frequency_hz]), cross, power, size, stretches)
+
+
+def _ratio(
+    user: UserTraces, hertz: Array, cross: Complex, power: Array, moved: Array, stretches: int
+) -> Measured:
+    """Return the admittance of the cross spectrum and the power of force and position."""
+    least = np.finfo(float).tiny
+    coherence = np.minimum(np.abs(cross) ** 2 / np.maximum(power * moved, least), 1.0)
+    return Measured(user.name, hertz, cross / np.maximum(power, least), coherence, stretches)

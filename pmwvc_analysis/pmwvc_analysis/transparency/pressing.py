@@ -20,8 +20,8 @@ from pmwvc_core.wave.impedance import transformation
 
 
 def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
-    """Return the forces that keep the object in balance while one user presses with 1 N: of every
-    user, along each axis of the model ``(users, dof)`` [N].
+    """Return the forces ``(users, dof)`` [N] that keep the object in balance while one user
+    presses with 1 N.
     """
     axes = axes_of(scenario)
     pushed = np.eye(axes)[axis if axes > 1 else 0]

@@ -4,41 +4,30 @@
 
 **Transmitted admittance** (App. A Eq. 23): position of the device per force of the hand, x/f
 [m/N], from the exact multirate model at the frequency of the force. With a cube the users press
-against each other: user i with 1 N, the users on the other side with as much together, so that the
-object stays in balance; a user without anyone opposite pushes alone. The impedance is f per
-velocity, 1/(j w x/f) [N s/m]. Where an impedance matrix couples the axes, the force is along one
-of them and the others are free: x/f is the entry of the admittance matrix on its diagonal.
+against each other (:mod:`.pressing`). The impedance is f per velocity, 1/(j w x/f) [N s/m]. Where
+an impedance matrix couples the axes, the force is along one of them and the others are free: x/f
+is the entry of the admittance matrix on its diagonal.
 
 **Ideal**: the same device, contact and object with direct coupling at every tick and no delay.
 
-**Rendered quantities**:
-
-* stiffness 1/(x/f) at rest [N/m]. With waves 1/k = 1/K_contact + tau/(2b), tau the lag of the link
-  once around (docs/theory.md);
-* damping: slope of Im(f/x) over w at low frequency, pressing [N s/m];
-* mass: -Re(f/x)/w^2 at low frequency with nothing touched, device included [kg]; the link's own
-  part is b tau/2.
-
-All three are limits at rest, extrapolated from four low frequencies.
+**Rendered**, as limits at rest: stiffness f/x [N/m], with waves 1/k = 1/K_contact + tau/(2b), tau
+the lag once around; damping, the slope of Im(f/x) over w, pressing [N s/m]; mass, -Re(f/x)/w^2
+with nothing touched, device included [kg], b tau/2 of it the link's.
 """
 
 import dataclasses
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.linearize import Linear, build, spectral_radius
-from pmwvc_analysis.models.motions.groups import groups_of, together
-from pmwvc_analysis.transparency.frequency import (
-    first_peak_hz,
-    limit_at_rest,
-    low_frequencies,
-    response,
-)
+from pmwvc_analysis.models.linearize import Linear, build, spectral_radius, stable
+from pmwvc_analysis.models.variation import groups_of, together
+from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
 from pmwvc_analysis.transparency.pressing import press_notes, pressing
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
@@ -97,11 +86,12 @@ def transparency(
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
     forces = pressing(scenario, user, axis)
-    groups = groups_of(scenario, [(i == user, *force) for i, force in enumerate(forces.tolist())])
-    pressed, weights = together(scenario, groups)
+    marks = [(i == user, *force) for i, force in enumerate(forces.tolist())]
+    groups = groups_of((scenario,), marks)
+    (pressed,), weights = together((scenario,), groups)
     own, first = groups.index([user]), [group[0] for group in groups]
     radius = float(stability.radii(scenario, live=live)[0])
-    if not stability.stable(radius):
+    if not stable(radius):
         remedy = "the coupling 'implicit' and more filtering allow more"
         if not has_waves(scenario.controller):
             remedy = "the controller 'pmwvc' allows more"
@@ -111,15 +101,13 @@ def transparency(
         )
     model = build(pressed, live=live, weights=weights)
     link = _rendered(model, own, axis, forces[first])
-    admittance = response(model, frequency_hz, user=own, forces=forces[first], axis=axis)
     balanced = link.admittance_dc is not None
-    notes = notes_of(pressed)
-    notes += press_notes(scenario, user, forces, balanced=balanced)
+    notes = notes_of(pressed) + press_notes(scenario, user, forces, balanced=balanced)
     if balanced and model.loop.dof > 1:
         notes.append(_across(model, own, axis, forces[first], link.first_peak_hz))
     direct = ideal_of(scenario)
     ideal, ideal_admittance = Rendered(), np.full(len(frequency_hz), np.nan + 0j)
-    if stability.stable(float(stability.radii(direct)[0])):
+    if stable(float(stability.radii(direct)[0])):
         perfect = build(ideal_of(pressed), weights=weights)
         steady = pressing(direct, user, axis)[first]
         ideal = _rendered(perfect, own, axis, steady)
@@ -134,7 +122,7 @@ def transparency(
         user=scenario.users[user].name,
         axis=axis,
         frequency_hz=np.asarray(frequency_hz, dtype=float),
-        admittance=admittance,
+        admittance=response(model, frequency_hz, user=own, forces=forces[first], axis=axis),
         ideal_admittance=ideal_admittance,
         rendered=link,
         ideal=ideal,
@@ -163,7 +151,7 @@ def untouched(scenario: Scenario) -> Scenario:
 
 def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
     """Return a note on the motion at rest across the axis, where the axes are coupled."""
-    dof, low, moved = model.loop.dof, low_frequencies(peak_hz), []
+    dof, low, moved = model.loop.dof, low_hz(peak_hz), []
     name = model.loop.lines[user].user.name
     for other in range(dof):
         if other != axis:
@@ -176,23 +164,18 @@ def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float |
 
 
 def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendered:
-    peak = first_peak_hz(model, user=user, forces=forces, axis=axis)
-    frequency = low_frequencies(peak)
+    of: dict[str, Any] = {"user": user, "axis": axis}
+    peak = first_peak_hz(partial(response, model, forces=forces, **of), model.loop.tick_s)
+    frequency = low_hz(peak)
     omega = 2.0 * np.pi * frequency
-    pressed = response(model, frequency, user=user, forces=forces, axis=axis)
+    pressed = response(model, frequency, forces=forces, **of)
     dc = damping = mass = None
     if abs(pressed[1] - pressed[0]) <= STEADY * abs(pressed[0]):
         dc = limit_at_rest(pressed.real)
         damping = limit_at_rest((1.0 / pressed).imag / omega)
     loop = model.loop
     free = build(untouched(loop.scenario), live=loop.live, weights=loop.weights)
-    if stability.stable(spectral_radius(free)):
-        moved = response(free, frequency, user=user, axis=axis)
+    if stable(spectral_radius(free)):
+        moved = response(free, frequency, **of)
         mass = limit_at_rest(-(1.0 / moved).real / omega**2)
-    return Rendered(
-        admittance_dc=dc,
-        k_felt=None if dc is None or dc <= 0.0 else 1.0 / dc,
-        b_felt=damping,
-        mass_felt=mass,
-        first_peak_hz=peak,
-    )
+    return Rendered(dc, None if dc is None or dc <= 0.0 else 1.0 / dc, damping, mass, peak)

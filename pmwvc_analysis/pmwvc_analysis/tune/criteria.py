@@ -3,27 +3,19 @@
 """The criteria by which impedance, filter and hold are chosen: margin, feel, noise.
 
 **Margin**: spectral radius of the exact model, in touch and with nothing touched (then every wave
-comes back, and a device without damping is damped by filter and hold alone), largest
-contact stiffness, largest ratio of packet energy to wave energy (aliasing), and whether every part
-is passive by itself.
+comes back, and a device without damping is damped by filter and hold alone), largest contact
+stiffness, aliasing, and whether every part is passive by itself.
 
 **Feel**: stiffness of a steady press and mass in free motion, from the exact model, beside those
-of the ideal coupling. A change of stiffness or of weight of about 23 % is what people just notice;
-in that unit the cost of a choice is
+of the ideal coupling, in changes that people just notice (some 23 %); the mass with that of the
+arm. **Noise**: an encoder's steps d have the variance d^2/12; their differences over a tick T_c
+make a force of b d/(sqrt(6) T_c), root mean square. Where the scenario's device has such an
+encoder 0.1 N count as much as one difference; else that of a 10 um encoder is only shown::
 
-    cost^2 = [ln(k_felt/k_ideal)/ln 1.23]^2 + [ln((m_felt + m_arm)/(m_ideal + m_arm))/ln 1.23]^2,
+    cost^2 = [ln(k_felt/k_ideal)/ln 1.23]^2 + [ln((m_felt + m_arm)/(m_ideal + m_arm))/ln 1.23]^2
+             + (noise/0.1 N)^2
 
-the mass together with that of the arm, which moves along. A larger impedance b stiffens the link,
-2b/tau, and makes it heavier, b tau/2, so there is an optimum, at minimum cost.
-
-**Noise**: what the steps of an encoder make of the force. A position rounded to steps d has the
-variance d^2/12; its differences over a tick T_c make a force of b d/(sqrt(6) T_c), root mean
-square. Where the scenario's device has such an encoder the noise counts in the cost, 0.1 N (a
-tenth of a press of 1 N) for one just-noticeable difference:
-
-    cost^2 = ... + (noise/0.1 N)^2.
-
-For an exact device the noise of a 10 um encoder is shown and does not count.
+A larger impedance b stiffens the link, 2b/tau, and makes it heavier, b tau/2: there is an optimum.
 
 Where a scenario is not linear, radii, stiffnesses and masses are those of its nearest linear one
 (:mod:`pmwvc_analysis.models.linear`); passivity, aliasing and noise are those of the scenario.
@@ -38,6 +30,7 @@ import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import axes_of, outside, relative
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
@@ -63,11 +56,8 @@ COUPLED = 8  # of them for a tick with axes that are coupled
 
 @dataclass(frozen=True)
 class Choice:
-    """One impedance [N s/m], filter and hold, for every user; on the strict channel the scenario's
-    filter and hold stay as they are.
-
-    ``as_given`` leaves the scenario as it is; ``impedance`` is then that of the first user's
-    master, of a matrix what a force along the first axis meets.
+    """One impedance [N s/m], filter and hold (strict: the scenario's) for every user; ``as_given``
+    leaves the scenario as it is, ``impedance`` is then that of the first master's first axis.
     """
 
     impedance: float
@@ -76,12 +66,9 @@ class Choice:
     as_given: bool = False
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
-        """Return what gives a scenario this choice, as parameters by name; without an impedance as
-        given that no number gives.
-        """
+        """Return what gives a scenario this choice, by name; no impedance that is no number."""
         found: dict[str, float | str] = {}
-        ends = {user.impedance for user in scenario.users}
-        ends |= {user.server_impedance for user in scenario.users}
+        ends = {b for user in scenario.users for b in (user.impedance, user.server_impedance)}
         names: tuple[str, ...] = STRICT if scenario.strict else (*STRICT, *SAMPLED)
         if self.as_given and (len(ends) > 1 or isinstance(ends.pop(), MatrixImpedance)):
             names = names[len(STRICT) :]
@@ -134,15 +121,12 @@ class Rating:
 
 
 def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
-    """Return what a choice does for a scenario, along the first axis; PmwvcError where the periods
-    of the scenario hardly ever meet.
-    """
+    """Return what a choice does for a scenario, along the first axis; raises as the model."""
     chosen = choice.applied(scenario)
     user = chosen.users[0]
     linear, in_touch, free = radii_of(chosen, live=live)
-    stable = stability.stable(max(in_touch, free))
     own, k_ideal, mass_ideal = Rendered(), None, None
-    if stable:
+    if stable(max(in_touch, free)):
         found = transparency(linear, np.ones(1), live=live)  # at rest is all
         own = found.rendered
         # What an ideal that is not stable itself (a wall without damping, sampled) leaves unknown
@@ -150,16 +134,14 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         k_ideal, mass_ideal = found.ideal.k_felt, found.ideal.mass_felt
         k_ideal = k_ideal if k_ideal is not None else float(user.contact.contact_stiffness) or None
         mass_ideal = mass_ideal if mass_ideal is not None else float(user.device.mass) or None
-    noise = noise_n(scenario, choice.impedance)
+    noise, cost = noise_n(scenario, choice.impedance), None
     k_ratio = _ratio(own.k_felt, k_ideal, 0.0)
     m_ratio = _ratio(own.mass_felt, mass_ideal, float(user.operator.mass))
-    cost = None
     if k_ratio and m_ratio and not own.k_felt is own.mass_felt is None:
-        counts = noise if velocity_step(scenario) else 0.0
-        cost = float(cost_of(k_ratio, m_ratio, counts))
+        cost = float(cost_of(k_ratio, m_ratio, noise if velocity_step(scenario) else 0.0))
     return Rating(
         choice=choice,
-        stable=stable,
+        stable=stable(max(in_touch, free)),
         spectral_radius=in_touch,
         free_radius=free,
         linear=linear,
@@ -185,9 +167,7 @@ def radii_of(scenario: Scenario, *, live: bool) -> tuple[Scenario, float, float]
 
 
 def velocity_step(scenario: Scenario) -> float | None:
-    """Return the largest velocity that one step of an encoder makes [m/s]; None where velocities
-    are exact.
-    """
+    """Return the largest velocity of one encoder step [m/s]; None where velocities are exact."""
     steps = [
         float(user.device.encoder_step_m) / float(user.master.tick_s)
         for user in scenario.users
@@ -210,18 +190,15 @@ def cost_of(k_ratio: Any, m_ratio: Any, noise_n: Any = 0.0) -> Any:
 
 
 def _ratio(felt: float | None, ideal: float | None, more: float) -> float | None:
-    """Return rendered to ideal, each with more: 1 where the ideal is not known, None where only it
-    is.
-    """
+    """Return rendered to ideal, each with more: 1 without an ideal, else None without rendered."""
     if not ideal:
         return 1.0
     return max((felt + more) / (ideal + more), 1e-9) if felt else None
 
 
 def session_of(scenario: Scenario) -> Scenario | None:
-    """Return the session that a choice is judged by; None where that is too much work.
-
-    Axes that no matrix couples are equal: the one along which the hands press stands for them.
+    """Return the session that a choice is judged by, of equal axes the one along which hands
+    press; None where that is too much work.
     """
     if axes_of(scenario) == 1:
         task = dataclasses.replace(scenario.task, sideways_m=0.0)
@@ -239,10 +216,11 @@ def judged(scenario: Scenario, row: Rating) -> Rating:
     if session is None:
         return row
     traces = simulate_one(session)
-    found = verdict(traces, session)
-    ports = passivity.passivity(traces, session, None)
+    found, ports = verdict(traces, session), passivity.passivity(traces, session, None)
     owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
     words = [f"{owner}: {passivity.verdict(ports, owner)}" for owner in owners]
-    stable = STABLE if found.stable else found.instability or NOT_JUDGED
-    not_passive = "; ".join(words) or None
-    return dataclasses.replace(row, simulated=stable, simulated_passivity=not_passive)
+    return dataclasses.replace(
+        row,
+        simulated=STABLE if found.stable else found.instability or NOT_JUDGED,
+        simulated_passivity="; ".join(words) or None,
+    )

@@ -3,12 +3,11 @@
 """The search: filters and holds that are fit for the rate drop, and the best impedance of each. On
 the strict channel, which has neither, the impedance alone.
 
-The best impedance of a filter and a hold is found from their lag and the noise of the encoder;
-the few choices that are left are then rated by the exact model.
-The link is a spring 2b/tau and a mass b tau/2. An impedance stays between the least that keeps a
-one-step-delay port passive (K T_VE + 2B <= b) and a quarter of what the force loop itself stands
-at a matched port, b T_c/m = 2; and one step d of an encoder to and fro passes the slew limit,
-2 b d/T_c <= max_slew T_c.
+The best impedance of a filter and a hold is found from their lag tau (a spring 2b/tau, a mass
+b tau/2) and the noise of the encoder; the few choices that are left are rated by the exact model.
+An impedance stays between the least that keeps a one-step-delay port passive (K T_VE + 2B <= b)
+and a quarter of what the force loop itself stands at a matched port, b T_c/m = 2; and one step d
+of an encoder to and fro passes the slew limit, 2 b d/T_c <= max_slew T_c.
 
 The best choice is then simulated with the scenario's own hands. One that is not stable there, or
 limited by safety, gives way to the next best, and at last to a smaller impedance.
@@ -19,32 +18,23 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import behind_counts
-from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Element, nonlinear
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.prediction import lag, prediction
-from pmwvc_analysis.tune.criteria import (
-    STABLE,
-    Choice,
-    Rating,
-    cost_of,
-    judged,
-    noise_n,
-    radii_of,
-    rated,
-    velocity_step,
-)
+from pmwvc_analysis.tune import criteria
+from pmwvc_analysis.tune.criteria import Choice, Rating
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
 STEP = 1.5  # factor between the alternatives
 WIDE = 2.0  # likewise, where no choice found from the lag is stable
@@ -53,13 +43,10 @@ LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 Key = tuple[str, str]  # filter, hold
 
 
-@dataclass(frozen=True)
-class Proposal:
-    """The proposed choice, and the others by name: as given, stiffer, lighter, other filters and
-    holds.
-
-    ``bounds`` are the least and largest impedance examined [N s/m], ``elements`` those of the
-    scenario that no linear model covers.
+class Proposal(NamedTuple):
+    """The proposed choice, and others by name: as given, stiffer, lighter, other filters and
+    holds; ``bounds`` are the impedances examined [N s/m], ``elements`` what no linear model
+    covers.
     """
 
     best: Rating
@@ -69,8 +56,8 @@ class Proposal:
 
 
 def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
-    """Return the best choice for a scenario and its neighbours; PmwvcError if it is no wave
-    session, or nothing found is stable, in the model or simulated.
+    """Return the best choice for a scenario and its neighbours; PmwvcError without waves, or where
+    nothing found is stable, in the model or simulated.
     """
     record = record_of(scenario.controller)
     if not record.waves:
@@ -89,7 +76,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     rows: dict[Key, Rating] = {}
     for name, hold in itertools.product(filters, holds):
         choice = best_impedance(scenario, filters[name], hold, bounds, live=live)
-        rows[name, hold] = rated(scenario, choice, live=live)
+        rows[name, hold] = criteria.rated(scenario, choice, live=live)
     if all(row.cost is None for row in rows.values()):
         rows |= elsewhere(scenario, filters, list(rows), bounds, live=live)
     usable = {key: row for key, row in rows.items() if row.cost is not None}
@@ -98,7 +85,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             "make the environment softer or server.period_s shorter, give device.damping, or take "
             "server.coupling = implicit where it is another"
         )
-        if all(stability.stable(row.spectral_radius) for row in rows.values()):
+        if all(stable(row.spectral_radius) for row in rows.values()):
             helps = (
                 "they are stable in contact, but nothing damps a device that touches nothing; "
                 "give it device.damping (a hand damps it as well, which the model leaves out), or "
@@ -110,8 +97,8 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
         )
     passive = {key: row for key, row in usable.items() if row.passive} or usable
     for key, row in _tries(scenario, passive, bounds, live=live):
-        best_key, best = key, judged(scenario, row)
-        if best.simulated in (STABLE, None):
+        best_key, best = key, criteria.judged(scenario, row)
+        if best.simulated in (criteria.STABLE, None):
             break
     else:
         raise PmwvcError(
@@ -120,12 +107,12 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             "softer environment or a gentler hand may help"
         )
     given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold, True)
-    others = {"as given": judged(scenario, rated(scenario, given, live=live))}
+    others = {"as given": criteria.judged(scenario, criteria.rated(scenario, given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         impedance = float(np.clip(best.choice.impedance * factor, *bounds))
         if impedance != best.choice.impedance:
             choice = dataclasses.replace(best.choice, impedance=impedance)
-            others[label] = rated(scenario, choice, live=live)
+            others[label] = criteria.rated(scenario, choice, live=live)
     for (name, hold), row in rows.items():
         if (name == best_key[0]) != (hold == best_key[1]):  # one of both differs
             others[f"{name}, {hold}"] = row
@@ -142,7 +129,7 @@ def _tries(
     choice = best.choice
     while choice.impedance > bounds[0]:
         choice = dataclasses.replace(choice, impedance=max(choice.impedance / STEP, bounds[0]))
-        row = rated(scenario, choice, live=live)
+        row = criteria.rated(scenario, choice, live=live)
         if row.stable and row.passive >= best.passive:
             yield order[0], row
 
@@ -155,16 +142,14 @@ def elsewhere(
     *,
     live: bool,
 ) -> dict[Key, Rating]:
-    """Return the best stable choice of each filter and hold among impedances a factor ``WIDE``
-    apart, where none of those found from the lag is stable.
-    """
+    """Return the best stable choice of each filter and hold among impedances ``WIDE`` apart."""
     count = 1 + math.ceil(math.log(bounds[1] / bounds[0]) / math.log(WIDE))
     found: dict[Key, Rating] = {}
     for key, b in itertools.product(keys, np.geomspace(*bounds, count).tolist()):
         choice = Choice(b, filters[key[0]], key[1])
-        _, in_touch, free = radii_of(choice.applied(scenario), live=live)
-        if stability.stable(max(in_touch, free)):
-            row = rated(scenario, choice, live=live)
+        _, in_touch, free = criteria.radii_of(choice.applied(scenario), live=live)
+        if stable(max(in_touch, free)):
+            row = criteria.rated(scenario, choice, live=live)
             if row.cost is not None and (key not in found or row.cost < (found[key].cost or 0.0)):
                 found[key] = row
     return found
@@ -172,7 +157,7 @@ def elsewhere(
 
 def bounds_of(scenario: Scenario) -> tuple[float, float]:
     """Return the least and the largest impedance to look at [N s/m]."""
-    step, coupled = velocity_step(scenario), scenario.coupling.least_impedance
+    step, coupled = criteria.velocity_step(scenario), scenario.coupling.least_impedance
     least, most = [LEAST], []
     for user in scenario.users:
         tick_s = float(user.master.tick_s)
@@ -187,8 +172,8 @@ def bounds_of(scenario: Scenario) -> tuple[float, float]:
 
 
 def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
-    """Return the filters to choose from, by what they are called in the answer: those that can be
-    built at this tick, with the velocity filter there is, and let hardly any aliasing through.
+    """Return the filters to choose from, by name: those that can be built at this tick, with the
+    velocity filter there is, and let hardly any aliasing through.
     """
     user = scenario.users[0]
     master = user.master
@@ -227,6 +212,6 @@ def best_impedance(
     whole = float(user.device.mass) + float(user.operator.mass)
     softer = 1.0 / (1.0 + contact * tau_s / (2.0 * b))
     heavier = 1.0 + np.maximum(b * tau_s / 2.0, 0.0) / whole
-    noise = noise_n(scenario, b) if velocity_step(scenario) else 0.0
-    costs = cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
+    noise = criteria.noise_n(scenario, b) if criteria.velocity_step(scenario) else 0.0
+    costs = criteria.cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
     return Choice(float(b[int(np.argmin(costs))]), one, hold)

@@ -9,14 +9,8 @@ from typing import Any
 from pmwvc_analysis.budget.criterion import behind_counts, bounded, passive_by_account
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import left_out
-from pmwvc_analysis.tune.criteria import (
-    ENCODER_STEP_M,
-    NOTICED_N,
-    STABLE,
-    Rating,
-    session_of,
-    velocity_step,
-)
+from pmwvc_analysis.tune import criteria
+from pmwvc_analysis.tune.criteria import Rating
 from pmwvc_analysis.tune.search import Proposal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -78,7 +72,7 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
             f"  ideal: {best.k_ideal:.4g} N/m, {best.mass_ideal:.3g} kg; cost in just-noticeable "
             "differences (JND) of stiffness and weight"
         )
-    if session := session_of(best.choice.applied(scenario)):
+    if session := criteria.session_of(best.choice.applied(scenario)):
         along = " along the first axis" if session.dof < scenario.dof else ""
         lines.append(
             f"  proposed: simulated for {session.duration_s:g} s{along} with the scenario's "
@@ -87,13 +81,13 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         )
     if "as given" in found.others and found.others["as given"].simulated is None:
         lines.append("  as given: not simulated, too much work; 'pmwvc simulate' takes its time")
-    if velocity_step(scenario) is None:
+    if criteria.velocity_step(scenario) is None:
         lines.append(
-            f"  noise: that of an encoder of {ENCODER_STEP_M * 1e6:g} um; the scenario's device "
-            "is exact, so it does not count in the cost"
+            f"  noise: that of an encoder of {criteria.ENCODER_STEP_M * 1e6:g} um; the scenario's "
+            "device is exact, so it does not count in the cost"
         )
     else:
-        lines.append(f"  noise: {NOTICED_N * 1e3:g} mN count as one JND of the cost")
+        lines.append(f"  noise: {criteria.NOTICED_N * 1e3:g} mN count as one JND of the cost")
     lines += [f"  {label}: {costs(best, row)}" for label, row in found.others.items()]
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())
@@ -118,7 +112,7 @@ def _table(
             cells["K max"] = "?" if k_max(row.linear, live=row.live).unknown else "none"
         passive = row.passive or (row.stable and _by_account(row.choice.applied(scenario)))
         word = "  NOT stable" if not row.stable else "" if passive else "  not proved passive"
-        if row.simulated not in (None, STABLE):
+        if row.simulated not in (None, criteria.STABLE):
             word += f"  simulated: {row.simulated}"
         if row.simulated_passivity:
             word += "  simulated: NOT passive"

@@ -29,7 +29,7 @@ from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.quantities import quantity, share
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 # where the work of the force on the device counts

@@ -5,13 +5,10 @@
 import argparse
 import math
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import MODEL, SCENARIO, USERS, json_document, out, scenario_of, settings
-from pmwvc_bringup.output import write_answer
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import doing, write_answer
 from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
@@ -19,6 +16,8 @@ if TYPE_CHECKING:
 
 
 HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
+BOUND_HELP = "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)"
+DAMPING_HELP = "contact dampings in N s/m: the largest stiffness for each (Z-width)"
 
 
 def _numbers(text: str) -> list[float]:
@@ -32,7 +31,7 @@ def _numbers(text: str) -> list[float]:
     return found
 
 
-@command(
+@cli.command(
     "stability",
     "compute stability and the largest stable contact stiffness from the exact model",
     """\
@@ -53,24 +52,14 @@ Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_boun
 k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
 hyperframe_ticks, slowest, notes.
 """,
-    *MODEL,
-    argument(
-        "--bound",
-        type=float,
-        metavar="K",
-        help="largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)",
-    ),
-    argument(
-        "--damping",
-        type=_numbers,
-        metavar="B,...",
-        help="contact dampings in N s/m: the largest stiffness for each (Z-width)",
-    ),
-    json_document(),
+    *cli.MODEL,
+    cli.argument("--bound", type=float, metavar="K", help=BOUND_HELP),
+    cli.argument("--damping", type=_numbers, metavar="B,...", help=DAMPING_HELP),
+    cli.json_document(),
 )
-def stability(arguments: argparse.Namespace) -> Result:
+def stability(arguments: argparse.Namespace) -> cli.Result:
     """Print spectral radius, largest stable contact stiffness and notes."""
-    scenario = scenario_of(arguments)
+    scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.models.answer import answer, sentences
     from pmwvc_analysis.models.stability import BOUND, LOWEST
 
@@ -83,10 +72,10 @@ def stability(arguments: argparse.Namespace) -> Result:
         found = answer(scenario, live=arguments.live, bound=bound)
     for line in sentences(found):
         print(line)
-    return Result(document=found)
+    return cli.Result(document=found)
 
 
-def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> Result:
+def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> cli.Result:
     """Print the largest stable contact stiffness for each contact damping."""
     from pmwvc_analysis.maps.z_width import HIGHEST_SIMULATED, of_each
     from pmwvc_analysis.models.linear import nonlinear
@@ -98,22 +87,21 @@ def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> Result:
         texts = ", ".join(dict.fromkeys(element.text for element in elements))
         how = f"simulated up to {most:g} N/m, as it is not linear ({texts})"
     print(f"{scenario.name}: largest stable contact stiffness, {how}")
-    found = []
+    rows: list[dict[str, Any]] = []
+    dampings, search = arguments.damping, {"bound": arguments.bound, "live": arguments.live}
     with doing("computing the Z-width") as work:
-        for each in of_each(
-            scenario, arguments.damping, bound=arguments.bound, live=arguments.live
-        ):
-            found.append(each)
-            work(len(found) / len(arguments.damping))
-    for b, (low, high) in found:
+        for b, (low, high) in of_each(scenario, dampings, **search):
+            rows.append({"damping": b, "stable_up_to": low, "unstable_from": high})
+            work(len(rows) / len(dampings))
+    for row in rows:
+        low, high = row["stable_up_to"], row["unstable_from"]
         words = f"{low:.0f} N/m" if high is not None else f"none up to {low:g} N/m is unstable"
-        print(f"  B = {b:g} N s/m: {words}")
-    rows = [{"damping": b, "stable_up_to": low, "unstable_from": high} for b, (low, high) in found]
-    document = {"scenario": scenario.name, "simulated": bool(elements), "z_width": rows}
-    return Result(document=document)
+        print(f"  B = {row['damping']:g} N s/m: {words}")
+    found = {"scenario": scenario.name, "simulated": bool(elements), "z_width": rows}
+    return cli.Result(document=found)
 
 
-@command(
+@cli.command(
     "tune",
     "propose impedance, filter and hold for a link and an environment",
     """\
@@ -128,18 +116,18 @@ stiffness and mass beside the ideal, force noise by encoder steps (device.encode
 10 um). Nonlinear elements are left out of the exact model and named. Keys of --json: scenario,
 not_linear, bounds, best, others, costs; see docs/tuning.md.
 """,
-    *MODEL,
-    out("YAML file for the scenario with the proposal", metavar="FILE"),
-    json_document(),
+    *cli.MODEL,
+    cli.out("YAML file for the scenario with the proposal", metavar="FILE"),
+    cli.json_document(),
 )
-def tune(arguments: argparse.Namespace) -> Result:
+def tune(arguments: argparse.Namespace) -> cli.Result:
     """Print the proposal, and write the scenario with it."""
-    scenario = scenario_of(arguments)
+    scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.tune import words
     from pmwvc_analysis.tune.search import propose
     from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
 
-    path = Path(arguments.out) if arguments.out else None
+    path = arguments.out
     if path is not None:  # refused before anything is computed
         if path.suffix not in SUFFIXES:
             raise PmwvcError(f"--out {arguments.out}: must end in {' or '.join(SUFFIXES)}")
@@ -156,10 +144,10 @@ def tune(arguments: argparse.Namespace) -> Result:
         text = f"{scenario.name} as tuned: {scenario.description}"
         path.write_text(to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
         print(f"written: {path}")
-    return Result(document=words.answer(scenario, found))
+    return cli.Result(document=words.answer(scenario, found))
 
 
-@command(
+@cli.command(
     "filter",
     "design and check the velocity filter of a scenario",
     """\
@@ -178,15 +166,13 @@ is passive under any switching), port_margin (of b; null but for the equivalent 
 (rms), flags (conditions not met: in_phase, any_environment, switching, port). --out writes
 filter.png, .svg and .json.
 """,
-    SCENARIO,
-    USERS,
-    settings(),
-    out("folder for figure and numbers"),
-    json_document(),
+    *cli.GIVEN,
+    cli.out("folder for figure and numbers"),
+    cli.json_document(),
 )
-def filter_(arguments: argparse.Namespace) -> Result:
+def filter_(arguments: argparse.Namespace) -> cli.Result:
     """Judge the filter of the first user."""
-    scenario = scenario_of(arguments)
+    scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.filters import velocity_filter as design
 
     found = design.judge(scenario)
@@ -196,5 +182,5 @@ def filter_(arguments: argparse.Namespace) -> Result:
     if arguments.out:
         from pmwvc_analysis.figures.model_charts import velocity_filter
 
-        write_answer(Path(arguments.out), "filter", result, velocity_filter(found, scenario))
-    return Result(document=result)
+        write_answer(arguments.out, "filter", result, velocity_filter(found, scenario))
+    return cli.Result(document=result)

@@ -3,22 +3,14 @@
 """``pmwvc map``: a stability map over two parameters."""
 
 import argparse
+import contextlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import (
-    MODEL,
-    json_document,
-    out,
-    parameter_names,
-    scenario_of,
-    session_folders,
-)
-from pmwvc_bringup.output import terminal
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError, RecordingError
 
 if TYPE_CHECKING:
@@ -32,7 +24,12 @@ MOST_POINTS = 1_000_000
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
-@command(
+def _along(axis: str) -> cli.Argument:
+    options = {"metavar": "NAME[=A:B:N]", "help": f"parameter along {axis}"}
+    return cli.argument(f"--{axis}", required=True, completer=cli.parameter_names, **options)
+
+
+@cli.command(
     "map",
     "draw a stability map over two parameters, with measured sessions as points",
     """\
@@ -45,52 +42,38 @@ examples:
 NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
 interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
 """,
-    *MODEL,
-    *(
-        argument(
-            f"--{axis}",
-            required=True,
-            metavar="NAME[=A:B:N]",
-            help=f"parameter along {axis}",
-            completer=parameter_names,
-        )
-        for axis in ("x", "y")
-    ),
-    argument(
-        "--sessions",
-        nargs="+",
-        default=[],
-        metavar="FOLDER",
-        help="session folders to draw as points",
-        completer=session_folders,
-    ),
-    out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
-    argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
-    argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
-    json_document("print map.json on stdout only"),
+    *cli.MODEL,
+    *(_along("x"), _along("y")),
+    cli.folder("--sessions", "session folders to draw as points", nargs="+", default=[]),
+    cli.out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
+    cli.argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
+    cli.argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
+    cli.json_document("print map.json on stdout only"),
 )
-def map_(arguments: argparse.Namespace) -> Result:
+def map_(arguments: argparse.Namespace) -> cli.Result:
     """Compute the map and write it."""
-    scenario = scenario_of(arguments)
+    scenario = cli.scenario_of(arguments)
     import numpy as np
 
     from pmwvc_analysis.figures.map_figure import draw
     from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, unfinished, write_data
-    from pmwvc_analysis.models.stability import are_stable
+    from pmwvc_analysis.models.linearize import stable
 
     if arguments.workers is not None and arguments.workers < 1:
         raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
-    x, y = (_axis_given(scenario, arguments, option) for option in ("x", "y"))
+    x, y = axis_of(scenario, arguments.x, "--x: "), axis_of(scenario, arguments.y, "--y: ")
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
-    measured = points_in([Path(folder) for folder in arguments.sessions], grid)
+    measured = points_in(arguments.sessions, grid)
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
-    folder = Path(arguments.out or default)
+    folder = arguments.out or Path(default)
     console = terminal()
     radius = unfinished(folder, grid)
-    known = finished = int(np.sum(~np.isnan(radius)))
-    size = radius.size
+    known, size = int(np.sum(~np.isnan(radius))), radius.size
+    if 0 < known < size:
+        console.print(f"{known} of {size} points were already computed")
+    finished = known
     with doing("computing the map") as work:
         work(finished / size)
 
@@ -99,45 +82,39 @@ def map_(arguments: argparse.Namespace) -> Result:
             finished += len(points)
             work(min(finished / size, 1.0))
 
-        if 0 < known < size:
-            console.print(f"{known} of {size} points were already computed")
         workers, dask = arguments.workers, arguments.dask
         radius = compute(grid, workers=workers, dask=dask, folder=folder, done=done)
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius, measured)
         paths += draw(folder, grid, radius, measured)
-    stable = f"{radius.size} points, {are_stable(radius).mean():.1%} of them stable"
-    for line in (stable, boundary_words(grid, radius), *paths):
+    share = f"{radius.size} points, {stable(radius).mean():.1%} of them stable"
+    for line in (share, boundary_words(grid, radius), *paths):
         console.print(str(line), markup=False)
-    return Result(document=(folder / "map.json").read_text("utf-8"))
+    return cli.Result(document=(folder / "map.json").read_text("utf-8"))
 
 
-def _axis_given(scenario: "Scenario", arguments: argparse.Namespace, option: str) -> "Axis":
-    try:
-        return axis_of(scenario, getattr(arguments, option))
-    except PmwvcError as error:
-        raise PmwvcError(f"--{option}: {error}") from None
-
-
-def axis_of(scenario: "Scenario", text: str) -> "Axis":
-    """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError where it is neither."""
+def axis_of(scenario: "Scenario", text: str, option: str = "") -> "Axis":
+    """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError, which begins with the
+    option, where it is neither.
+    """
     from pmwvc_analysis.maps.maps import Axis
     from pmwvc_core.scenario.names import value_of, varied
 
     name, equals, span = text.partition("=")
-    value = value_of(scenario, name)
-    if not equals:
-        values = _usual(scenario, name, value)
-    else:
-        try:
+    try:
+        value = value_of(scenario, name)
+        if equals:
             first, last, count = span.split(":")
             values = _spread(float(first), float(last), int(count))
-        except ValueError:
-            raise PmwvcError(
-                f"{text}: must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
-            ) from None
-    for edge in (values[0], values[-1]):
-        varied(scenario, name, edge)  # refuses what is out of range
+        else:
+            values = _usual(scenario, name, value)
+        for edge in (values[0], values[-1]):
+            varied(scenario, name, edge)  # refuses what is out of range
+    except PmwvcError as error:
+        raise PmwvcError(f"{option}{error}") from None
+    except ValueError:
+        form = "must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
+        raise PmwvcError(f"{option}{text}: {form}") from None
     return Axis(name, values)
 
 
@@ -183,17 +160,13 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
     from pmwvc_analysis.recording.reader import read_scenario
     from pmwvc_core.scenario.names import value_of
 
-    scenario = read_scenario(folder)
-    try:
+    scenario, stable = read_scenario(folder), None
+    with contextlib.suppress(OSError, ValueError, KeyError):
         stable = json.loads((folder / "summary.json").read_text("utf-8"))["stable"]
-    except (OSError, ValueError, KeyError):
-        stable = None
     if scenario is None or stable is None:
-        raise RecordingError(
-            f"{folder}: no session with scenario.yaml and summary.json (pmwvc report writes it)"
-        )
-    wrong = differences(scenario, grid)
-    if wrong:
+        needed = "no session with scenario.yaml and summary.json (pmwvc report writes it)"
+        raise RecordingError(f"{folder}: {needed}")
+    if wrong := differences(scenario, grid):
         raise RecordingError(f"{folder}: not a point of this map: {'; '.join(wrong)}")
     x, y = value_of(scenario, grid.x.name), value_of(scenario, grid.y.name)
     assert x is not None and y is not None  # a grid has no other parameters

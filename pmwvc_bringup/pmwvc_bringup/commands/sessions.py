@@ -5,13 +5,10 @@
 import argparse
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import CHECK, FOLDER, PAGE, SESSION, json_document, out
-from pmwvc_bringup.output import terminal
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
@@ -31,23 +28,22 @@ VIEWED = (
 )
 
 
-@command(
+@cli.command(
     "run",
     "run a live session of ROS 2 nodes and write its report",
     EXAMPLES.format("run") + VIEWED,
-    *SESSION,
-    argument("--view", action="store_true", help="serve the session's page and open it"),
-    *PAGE,
+    *cli.SESSION,
+    cli.flag("--view", "serve the session's page and open it"),
+    *cli.PAGE,
 )
-def run(arguments: argparse.Namespace) -> Result:
+def run(arguments: argparse.Namespace) -> cli.Result:
     """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
     from pmwvc_bringup.session.plan import Page
-    from pmwvc_bringup.session.preflight import require_ros
-    from pmwvc_bringup.session.surroundings import new_folder
+    from pmwvc_bringup.session.surroundings import new_folder, require_ros
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
     require_ros()
-    if arguments.view and arguments.no_figures:
+    if arguments.view and not arguments.figures:
         raise PmwvcError("--view names the report on the page: leave out --no-figures")
     page = Page(arguments.host, arguments.port) if arguments.view else None
     if page is not None:
@@ -57,28 +53,27 @@ def run(arguments: argparse.Namespace) -> Result:
     scenario, folder = prepared(arguments)
     from pmwvc_bringup.session.runner import LiveSession, StartError
 
-    console = terminal()
-    browser = not arguments.no_browser
-    recorded = []
+    console, recorded = terminal(), []
+    how: Any = {"console": console, "browser": arguments.browser}
     try:
         while True:
             announce(console, scenario, folder, live=True)
-            session = LiveSession(scenario, folder, console=console, page=page, browser=browser)
+            session = LiveSession(scenario, folder, page=page, **how)
             if session.run():
                 recorded.append((folder, scenario))
             elif not recorded:
                 print("pmwvc: ended before the session began", file=sys.stderr)
-                return Result(130)
+                return cli.Result(130)
             if session.restart is None:
                 break
             scenario = begun_again(scenario, session.restart)
             folder, page = new_folder(scenario.name, None), session.page
     except StartError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
-        return Result(1)
-    figures = not arguments.no_figures
-    results = [finish(console, *each, check=arguments.check, figures=figures) for each in recorded]
-    return Result(max(result.code for result in results), results[-1].document)
+        return cli.Result(1)
+    how = {"check": arguments.check, "figures": arguments.figures}
+    results = [finish(console, *each, **how) for each in recorded]
+    return cli.Result(max(result.code for result in results), results[-1].document)
 
 
 def begun_again(scenario: "Scenario", settings: Mapping[str, Any]) -> "Scenario":
@@ -92,13 +87,13 @@ def begun_again(scenario: "Scenario", settings: Mapping[str, Any]) -> "Scenario"
         return scenario
 
 
-@command(
+@cli.command(
     "simulate",
     "run a session in virtual time, without ROS, with the same report",
     EXAMPLES.format("simulate"),
-    *SESSION,
+    *cli.SESSION,
 )
-def simulate_(arguments: argparse.Namespace) -> Result:
+def simulate_(arguments: argparse.Namespace) -> cli.Result:
     """Simulate, record and report."""
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
@@ -115,11 +110,11 @@ def simulate_(arguments: argparse.Namespace) -> Result:
         console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
     with doing("writing the recording"):
         record_traces(folder, traces, scenario, metadata=kept(traces))
-    figures = not arguments.no_figures
-    return finish(console, folder, scenario, check=arguments.check, figures=figures)
+    figures, check = arguments.figures, arguments.check
+    return finish(console, folder, scenario, check=check, figures=figures)
 
 
-@command(
+@cli.command(
     "report",
     "rewrite the report of a recorded session",
     """\
@@ -128,33 +123,33 @@ examples:
   pmwvc report sessions/20260101T120000Z-carry_16ms --json
   pmwvc report sessions/20260101T120000Z-carry_16ms --out /tmp/elsewhere
 """,
-    FOLDER,
-    CHECK,
-    out("where to write it (default: the session folder)"),
-    json_document("print summary.json on stdout and nothing else"),
+    cli.FOLDER,
+    cli.CHECK,
+    cli.out("where to write it (default: the session folder)"),
+    cli.json_document("print summary.json on stdout and nothing else"),
 )
-def report(arguments: argparse.Namespace) -> Result:
+def report(arguments: argparse.Namespace) -> cli.Result:
     """Judge the recording and write its report."""
     from pmwvc_analysis.compare.files import is_comparison
     from pmwvc_bringup.session.terminal import finish
 
-    folder = Path(arguments.folder)
+    folder = arguments.folder
     if is_comparison(folder):
-        from pmwvc_bringup.comparison.report import again
+        from pmwvc_bringup.comparison import again
 
         if arguments.check:
             raise PmwvcError(f"--check judges one session: name a folder in {folder / 'runs'}")
         if arguments.out:
             raise PmwvcError(f"{folder} is a comparison: its report is written into it, not --out")
         return again(folder, terminal())
-    target = Path(arguments.out).expanduser() if arguments.out else None
-    return finish(terminal(), folder, None, check=arguments.check, out=target)
+    return finish(terminal(), folder, None, check=arguments.check, out=arguments.out)
 
 
 TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}
+FORMAT = "what to write (default: csv)"
 
 
-@command(
+@cli.command(
     "export",
     "write the signals of a recorded session as CSV, MAT or HDF5",
     """\
@@ -163,23 +158,17 @@ examples:
   pmwvc export sessions/20260101T120000Z-carry_16ms --as mat        for MATLAB and Octave
   pmwvc export sessions/20260101T120000Z-carry_16ms --as hdf5 --out /tmp/carry.h5
 """,
-    FOLDER,
-    argument(
-        "--as",
-        dest="kind",
-        choices=tuple(TARGETS),
-        default="csv",
-        help="what to write (default: csv)",
-    ),
-    out("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
+    cli.FOLDER,
+    cli.argument("--as", dest="kind", choices=(*TARGETS,), default="csv", help=FORMAT),
+    cli.out("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
 )
-def export_(arguments: argparse.Namespace) -> Result:
+def export_(arguments: argparse.Namespace) -> cli.Result:
     """Read the recording and write the files."""
     from pmwvc_analysis.export import export
     from pmwvc_analysis.recording.reader import read_scenario, read_session
 
-    folder = Path(arguments.folder)
-    target = Path(arguments.out) if arguments.out else folder / TARGETS[arguments.kind]
-    export(target.expanduser(), read_session(folder), read_scenario(folder), kind=arguments.kind)
+    folder = arguments.folder
+    target = arguments.out or folder / TARGETS[arguments.kind]
+    export(target, read_session(folder), read_scenario(folder), kind=arguments.kind)
     print(target)
-    return Result()
+    return cli.Result()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Commands around a session: the machine, its shell, scenarios, access."""
+"""Commands around a session: the machine, its shell, scenarios, links, access."""
 
 import argparse
 import sys
@@ -8,18 +8,20 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import json_document, scenario_names, session_folders
-from pmwvc_core.errors import PmwvcError
+from pmwvc_bringup import command as cli
+from pmwvc_core.errors import PmwvcError, file_errors
 
 if TYPE_CHECKING:
     from pmwvc_analysis.doctor import Finding as RecordingFinding
     from pmwvc_bringup.machine import Finding
 
 
-@command(
+MEND = "write the intact part of a damaged recording into a new session folder"
+
+
+@cli.command(
     "doctor",
     "check this machine or a recorded session",
     """\
@@ -31,21 +33,11 @@ examples:
 exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it has
 only losses that it declares, 3 when it is damaged
 """,
-    argument(
-        "folder",
-        nargs="?",
-        metavar="FOLDER",
-        help="a session folder",
-        completer=session_folders,
-    ),
-    argument(
-        "--mend",
-        metavar="NEW",
-        help="write the intact part of a damaged recording into a new session folder",
-    ),
-    json_document("print the findings as JSON on stdout"),
+    cli.folder(nargs="?"),
+    cli.argument("--mend", type=cli.path, metavar="NEW", help=MEND),
+    cli.json_document("print the findings as JSON on stdout"),
 )
-def doctor(arguments: argparse.Namespace) -> Result:
+def doctor(arguments: argparse.Namespace) -> cli.Result:
     """Examine the machine or a recording."""
     findings: Sequence[Finding | RecordingFinding]
     if arguments.mend and not arguments.folder:
@@ -53,7 +45,7 @@ def doctor(arguments: argparse.Namespace) -> Result:
     if arguments.folder:
         from pmwvc_analysis.doctor import exit_code
 
-        recorded = _of_recording(Path(arguments.folder), arguments.mend)
+        recorded = _of_recording(arguments.folder, arguments.mend)
         findings, code = recorded, exit_code(recorded)
     else:
         from pmwvc_bringup.machine import PROBLEM, examine
@@ -62,19 +54,19 @@ def doctor(arguments: argparse.Namespace) -> Result:
         code = int(any(finding.status == PROBLEM for finding in findings))
     for finding in findings:
         print(finding.line())
-    return Result(code, {"exit_code": code, "findings": [asdict(finding) for finding in findings]})
+    listed = [asdict(finding) for finding in findings]
+    return cli.Result(code, {"exit_code": code, "findings": listed})
 
 
-def _of_recording(folder: Path, mend_into: str | None) -> "list[RecordingFinding]":
+def _of_recording(folder: Path, mend_into: Path | None) -> "list[RecordingFinding]":
     """Return the findings about a session, those of a comparison, or the mended copy of one."""
     from pmwvc_analysis.doctor import check_recording
 
     if mend_into:
         from pmwvc_analysis.recording.salvage import mend
 
-        target = Path(mend_into).expanduser()
-        print(mend(folder, target))
-        return check_recording(target)
+        print(mend(folder, mend_into))
+        return check_recording(mend_into)
     if not folder.exists():
         raise PmwvcError(f"{folder}: there is no such session folder")
     from pmwvc_analysis.compare.files import is_comparison
@@ -93,7 +85,7 @@ WIDTH = 99
 LISTED = ("name", "description", "controller", "users", "dof", "duration_s")
 
 
-@command(
+@cli.command(
     "scenarios",
     "list the scenarios, or print one",
     """\
@@ -103,16 +95,10 @@ examples:
   pmwvc scenarios carry_16ms > my.yaml         the start of one of your own
   pmwvc scenarios --json                       the list for a program
 """,
-    argument(
-        "name",
-        nargs="?",
-        metavar="NAME",
-        help="name, or a YAML file",
-        completer=scenario_names,
-    ),
-    json_document(),
+    cli.scenario("name", nargs="?"),
+    cli.json_document(),
 )
-def scenarios(arguments: argparse.Namespace) -> Result:
+def scenarios(arguments: argparse.Namespace) -> cli.Result:
     """Print the list, or one scenario as YAML."""
     from pmwvc_bringup import scenarios as files
     from pmwvc_core.network.presets import PRESETS
@@ -120,7 +106,7 @@ def scenarios(arguments: argparse.Namespace) -> Result:
     if arguments.name:
         scenario = files.load(arguments.name)
         sys.stdout.write(files.to_yaml(scenario))
-        return Result(document=scenario.to_dict())
+        return cli.Result(document=scenario.to_dict())
     known = [files.load(name).flat() for name in files.known()]
     entries = [(values["name"], values["description"]) for values in known]
     networks = "for --set link.preset=NAME: " + ", ".join(PRESETS) + "."
@@ -128,10 +114,10 @@ def scenarios(arguments: argparse.Namespace) -> Result:
         head = f"{name:24} "
         print(textwrap.fill(text, WIDTH, initial_indent=head, subsequent_indent=" " * len(head)))
     listed = [{name: values[name] for name in LISTED} for values in known]
-    return Result(document={"scenarios": listed, "networks": list(PRESETS)})
+    return cli.Result(document={"scenarios": listed, "networks": list(PRESETS)})
 
 
-@command(
+@cli.command(
     "token",
     "make the session tokens of a server and its users",
     """\
@@ -140,23 +126,23 @@ examples:
   pmwvc node server --ros-args -p session.token_file:=keys/server
   pmwvc node master --ros-args -r __ns:=/user1 -p session.token_file:=keys/user1
 """,
-    argument("folder", help="for the files, new or without them"),
-    argument("users", nargs="+", metavar="USER", help="name of a user (its namespace)"),
+    cli.argument("folder", type=cli.path, help="for the files, new or without them"),
+    cli.argument("users", nargs="+", metavar="USER", help="name of a user (its namespace)"),
 )
-def token(arguments: argparse.Namespace) -> Result:
+def token(arguments: argparse.Namespace) -> cli.Result:
     """Write the files; none of them may be there."""
     from pmwvc_core.runtime.token_files import write_session
 
-    for path in write_session(Path(arguments.folder).expanduser(), arguments.users):
+    for path in write_session(arguments.folder, arguments.users):
         print(path)
-    return Result()
+    return cli.Result()
 
 
 SHELLS = ("bash", "zsh", "fish")
 PROGRAMS = ["pmwvc", "./pmwvc"]
 
 
-@command(
+@cli.command(
     "completion",
     "print the completion script for a shell",
     """\
@@ -164,11 +150,68 @@ examples:
   eval "$(./pmwvc completion)"                 this bash
   ./pmwvc completion zsh >> ~/.zshrc           every zsh from now on
 """,
-    argument("shell", nargs="?", choices=SHELLS, default="bash", help="bash by default"),
+    cli.argument("shell", nargs="?", choices=SHELLS, default="bash", help="bash by default"),
 )
-def completion(arguments: argparse.Namespace) -> Result:
+def completion(arguments: argparse.Namespace) -> cli.Result:
     """Print the script."""
     from argcomplete.shell_integration import shellcode
 
     print(shellcode(PROGRAMS, shell=arguments.shell))
-    return Result()
+    return cli.Result()
+
+
+@cli.command(
+    "links",
+    "show the links of a scenario, with the tc command of Linux for each",
+    """\
+examples:
+  pmwvc links carry_16ms --set link.preset=wifi_bad
+  pmwvc links carry_16ms --set link.preset=geo --device eth0 --out /tmp/tables
+  pmwvc links carry_16ms --set user2.link.up.loss=0.1 --json
+
+For each link: its effects, and the nearest tc command of Linux (netem, as root, on the interface
+that sends), with the effects that the command leaves out. Some distributions need a table: --out
+writes it; copy it to /usr/lib/tc.
+
+Keys of --json: links, each with name, mean_delay_s, does, tc, not_in_tc, table.
+""",
+    *cli.GIVEN,
+    cli.argument("--device", default="DEV", metavar="DEV", help="network interface to name"),
+    cli.out("folder for tables of distributions"),
+    cli.json_document(),
+)
+def links(arguments: argparse.Namespace) -> cli.Result:
+    """Print the links of every user."""
+    from pmwvc_core.network.effects import amounts, check, mean_s
+    from pmwvc_core.network.tc import not_in_tc, table_name, table_text, tc_line
+
+    scenario = cli.scenario_of(arguments)
+    found: list[dict[str, Any]] = []
+    files: dict[str, str] = {}  # text of each table by its file
+    ways = [(user, way) for user in scenario.users for way in ("up", "down")]
+    for user, way in ways:
+        params = getattr(user, f"link_{way}")
+        check(params)
+        delay, table = f"{1e3 * mean_s(params):.4g} ms on the mean", table_name(params)
+        link: dict[str, Any] = {
+            "name": f"{user.name}/{way}",
+            "mean_delay_s": mean_s(params),
+            "does": [delay, *amounts(params).values()],
+            "tc": tc_line(params, device=arguments.device),
+            "not_in_tc": not_in_tc(params),
+            "table": table,
+        }
+        found.append(link)
+        files |= {f"{table}.dist": table_text(params)} if table else {}
+        print(f"{link['name']}: {', '.join(link['does'])}")
+        print(f"  {link['tc']}")
+        for text in link["not_in_tc"]:
+            print(f"  left out: {text}")
+    if arguments.out:
+        folder = arguments.out
+        with file_errors(f"write into {folder}"):
+            folder.mkdir(parents=True, exist_ok=True)
+            for name, table in files.items():
+                (folder / name).write_text(table, "ascii")
+        print(f"written: {folder} ({', '.join(files) or 'none needed'})")
+    return cli.Result(document={"links": found})

@@ -5,14 +5,12 @@
 import argparse
 from pathlib import Path
 
-from pmwvc_bringup.command import Result, argument, command
-from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
-from pmwvc_bringup.output import write_answer
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import doing, write_answer
 from pmwvc_core.errors import PmwvcError
 
 
-@command(
+@cli.command(
     "transparency",
     "compute the stiffness, damping and mass rendered to a user, beside an ideal link",
     """\
@@ -32,13 +30,17 @@ first_peak_hz, ideal (the same five for direct coupling at every tick, no delay)
 or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no
 such limit exists.
 """,
-    *MODEL,
-    argument("--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"),
-    argument("--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"),
-    out("folder for figure, curves and numbers"),
-    json_document(),
+    *cli.MODEL,
+    cli.argument(
+        "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
+    ),
+    cli.argument(
+        "--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"
+    ),
+    cli.out("folder for figure, curves and numbers"),
+    cli.json_document(),
 )
-def transparency_(arguments: argparse.Namespace) -> Result:
+def transparency_(arguments: argparse.Namespace) -> cli.Result:
     """Print what the link renders to one user, and write curves."""
     folder = Path(arguments.scenario)
     recorded = folder.is_dir()
@@ -46,18 +48,17 @@ def transparency_(arguments: argparse.Namespace) -> Result:
         if not (folder / "scenario.yaml").is_file():
             raise PmwvcError(f"{folder}: there is no scenario.yaml; is it a session folder?")
         arguments.scenario = str(folder / "scenario.yaml")
-    scenario = scenario_of(arguments)
-    names, whose = [user.name for user in scenario.users], arguments.whose
-    if whose not in (None, *names):
+    scenario = cli.scenario_of(arguments)
+    names = [user.name for user in scenario.users]
+    whose, axis = arguments.whose or names[0], arguments.axis - 1
+    if whose not in names:
         raise PmwvcError(f"--user {whose}: there is no such user; there are {', '.join(names)}")
-    index, axis = names.index(whose) if whose else 0, arguments.axis - 1
     if not 0 <= axis < scenario.dof:
         raise PmwvcError(f"--axis {arguments.axis}: must be 1 to {scenario.dof} (dof)")
     if recorded and axis:
-        raise PmwvcError(
-            f"--axis {arguments.axis}: a recording is measured along axis 1; ask the model with "
-            f"{folder / 'scenario.yaml'}"
-        )
+        text = "a recording is measured along axis 1; ask the model with"
+        raise PmwvcError(f"--axis {arguments.axis}: {text} {arguments.scenario}")
+    index = names.index(whose)
     import numpy as np
 
     from pmwvc_analysis.models.linearize import build
@@ -66,9 +67,8 @@ def transparency_(arguments: argparse.Namespace) -> Result:
     from pmwvc_analysis.transparency.pressing import pressing
     from pmwvc_analysis.transparency.transparency import transparency
 
-    measured = model = None
+    measured, model, live = None, None, arguments.live
     factors: list[float] = []
-    live = arguments.live
     if recorded:
         from pmwvc_analysis.recording.reader import read_session
         from pmwvc_analysis.transparency.measured import measure, pattern
@@ -77,9 +77,9 @@ def transparency_(arguments: argparse.Namespace) -> Result:
             traces = read_session(folder)
         live = live or traces.live
         by_name = {user.name: user for user in traces.users}
-        if names[index] not in by_name:
-            raise PmwvcError(f"{folder}: no trace of {names[index]} was recorded")
-        measured = measure(by_name[names[index]], scenario.users[index])
+        if whose not in by_name:
+            raise PmwvcError(f"{folder}: no trace of {whose} was recorded")
+        measured = measure(by_name[whose], scenario.users[index])
         factors = pattern(traces.users, scenario, index)
     with doing("computing what is rendered"):
         found = transparency(scenario, user=index, axis=axis, live=live)
@@ -88,10 +88,9 @@ def transparency_(arguments: argparse.Namespace) -> Result:
         forces = np.zeros_like(steady)
         forces[:, 0] = factors
         if not np.array_equal(forces, steady):
-            found.notes.append(
-                "Measured and modelled beside it: with the forces of the session, per N of "
-                f"{names[index]}: {', '.join(f'{f:.3g}' for f in factors)}."
-            )
+            shares = f"per N of {whose}: {', '.join(f'{f:.3g}' for f in factors)}."
+            how = "Measured and modelled beside it: with the forces of the session,"
+            found.notes.append(f"{how} {shares}")
         exact = build(scenario, live=live)
         model = response(exact, measured.frequency_hz, user=index, forces=forces)
     result = answer(scenario.name, found, measured, model)
@@ -101,8 +100,6 @@ def transparency_(arguments: argparse.Namespace) -> Result:
         from pmwvc_analysis.figures.model_charts import transparency as chart
         from pmwvc_analysis.transparency.answer import NAME, write
 
-        out_folder = Path(arguments.out)
-        paths = write(out_folder, found, measured)
-        drawn = chart(found, measured, scenario, live=live)
-        write_answer(out_folder, NAME, result, drawn, paths)
-    return Result(document=result)
+        target, drawn = arguments.out, chart(found, measured, scenario, live=live)
+        write_answer(target, NAME, result, drawn, write(target, found, measured))
+    return cli.Result(document=result)

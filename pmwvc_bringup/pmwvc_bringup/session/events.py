@@ -15,7 +15,7 @@ from rich.console import Console
 
 from pmwvc_bringup.session.plan import NodePlan
 from pmwvc_bringup.session.processes import Child, Children
-from pmwvc_core.scenario.disturbances import Disturbance
+from pmwvc_core.scenario.conflicts import Disturbance
 
 STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its disk is full
 
@@ -32,8 +32,13 @@ class Notes:
         event = {"time_ns": time.time_ns(), "who": who, "kind": kind, "what": what, **more}
         self._events.append(event)
 
-    def _noted(self, what: str) -> bool:
-        return any(event["what"] == what for event in self._events)
+    def _once(self, who: str, kind: str, what: str, text: str) -> bool:
+        """Note and print something that is noted once; return whether it is new."""
+        new = all(event["what"] != what for event in self._events)
+        if new:
+            self.note(who, kind, what)
+            self._console.print(text, markup=False)
+        return new
 
     def ended(self, child: Child) -> None:
         """Note the end of a node."""
@@ -45,27 +50,31 @@ class Notes:
         """Note, once, that the recorder has stopped recording, and return it as a text."""
         lines = recorder.log_tail().splitlines()
         stopped = next((line for line in lines if line.startswith(STOPPED)), "")
-        if not stopped or self._noted(what := stopped.removeprefix("recorder: ")):
-            return []
-        self.note("recorder", "recording", what)
-        self._console.print(stopped, markup=False)
-        return ["recording stopped"]
+        what = stopped.removeprefix("recorder: ")
+        new = bool(stopped) and self._once("recorder", "recording", what, stopped)
+        return ["recording stopped"] if new else []
 
     def stranger(self, topic: str, what: str) -> list[str]:
         """Note, once, publishers that do not belong to the session; return them as a text."""
-        if self._noted(what):
-            return []
-        self.note(topic, "stranger", what)
-        self._console.print(f"Warning: {what}", markup=False)
-        return [what]
+        return [what] if self._once(topic, "stranger", what, f"Warning: {what}") else []
 
     def write(self, folder: Path) -> None:
         """Write ``events.json``."""
+        text = json.dumps(self._events, indent=2) + "\n"
         try:
-            text = json.dumps(self._events, indent=2) + "\n"
             (folder / "events.json").write_text(text, "utf-8")
         except OSError as error:
             self._console.print(f"events.json is not written: {error.strerror or error}")
+
+
+def start_node(
+    node: NodePlan, path: Path, children: Children, environment: Mapping[str, str]
+) -> None:
+    """Start a node; ``path`` is that of its files, without a suffix."""
+    file = path.with_suffix(".yaml")
+    file.write_text(node.parameter_file(), "utf-8")
+    command, log = node.command(file), path.with_suffix(".log")
+    children.start(node.name, command, env=environment, log=log)
 
 
 LISTENERS = 2  # of a trace: the recorder, and the runner's monitor
@@ -75,52 +84,36 @@ SIGNALS = {"stop": signal.SIGSTOP, "continue": signal.SIGCONT}
 class Disturber:
     """Kills, starts, stops and continues nodes of a session when it is time.
 
-    ``wanted`` is in the order of time; ``note`` takes who, kind and what of each as an event.
-
-    Attributes
-    ----------
-    again
-        Names in the ROS graph of the nodes that were started again.
+    ``wanted`` is in the order of time; ``note`` takes who, kind and what of each as an event;
+    ``again`` are the names in the ROS graph of the nodes that were started again.
     """
 
     def __init__(
-        self,
-        wanted: Sequence[Disturbance],
-        *,
-        nodes: Sequence[NodePlan],
-        children: Children,
-        environment: Mapping[str, str],
-        logs: Path,
-        note: Callable[[str, str, str], None],
-    ) -> None:
-        self._left = list(wanted)
+        self, wanted: Sequence[Disturbance], *, nodes: Sequence[NodePlan], children: Children,
+        environment: Mapping[str, str], logs: Path, note: Callable[[str, str, str], None],
+    ) -> None:  # fmt: skip
+        self._left, self._children, self._note = list(wanted), children, note
         self._nodes = {node.namespace or node.kind: node for node in nodes}
-        self._children = children
-        self._environment = environment
-        self._logs = logs
-        self._note = note
+        self._environment, self._logs = environment, logs
         self.again: list[str] = []
 
     def act(self, elapsed_s: float) -> None:
         """Do what is due."""
         while self._left and self._left[0].time_s <= elapsed_s:
-            self._do(self._left.pop(0))
+            wanted = self._left.pop(0)
+            if node := self._nodes.get(wanted.node):
+                self._do(node, wanted.action)
+                self._note(node.name, "disturbance", f"as the scenario asks: {wanted.action}")
 
-    def _do(self, wanted: Disturbance) -> None:
-        node = self._nodes.get(wanted.node)
-        if node is None:
-            return
+    def _do(self, node: NodePlan, action: str) -> None:
         child = self._children.children[node.name]
-        if wanted.action == "start":
-            if not child.running:
-                self._start(node)
-        elif child.running:
-            child.reported = wanted.action == "kill"
-            child.process.send_signal(SIGNALS.get(wanted.action, signal.SIGKILL))
+        if action == "start" and not child.running:
+            self._start(node)
+        elif action != "start" and child.running:
+            child.reported = action == "kill"
+            child.process.send_signal(SIGNALS.get(action, signal.SIGKILL))
             if child.reported:
                 child.process.wait()
-        what = f"as the scenario asks: {wanted.action}"
-        self._note(node.name, "disturbance", what)
 
     def _start(self, node: NodePlan) -> None:
         """Start a node again; it begins once its topics have found their other ends."""
@@ -128,8 +121,4 @@ class Disturber:
         starts = {"start.paused": False, "start.joins": True, "start.listeners": LISTENERS}
         node = replace(node, parameters={**node.parameters, **starts})
         name = f"{node.file_name}_again{len(self.again)}"
-        file = self._logs / f"{name}.yaml"
-        file.write_text(node.parameter_file(), "utf-8")
-        command = node.command(file)
-        log = self._logs / f"{name}.log"
-        self._children.start(node.name, command, env=self._environment, log=log)
+        start_node(node, self._logs / name, self._children, self._environment)

@@ -12,7 +12,7 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -23,7 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from pmwvc_bringup.session.status import UserStatus
+from pmwvc_bringup.session.terminal import UserStatus
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
@@ -55,21 +55,19 @@ class Monitor:
         ends = [f"{user}/reception" for user in users] + ["server/reception"]
         self._receptions = [Polled(node, Reception, end, links) for end in ends]
         self._seen: dict[str, tuple[float, Any]] = {}
-        self._rates: dict[str, tuple[int, int, float]] = {}
-        self._counts: dict[str, deque[tuple[int, int]]] = {}  # of a link: (time [ns], packets out)
+        # Of a user's ticks, of a link's packets: newest times [ns] and numbers.
+        self._counts: dict[str, deque[tuple[int, int]]] = {}
 
     def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
-        """Return the publishers and subscribers that are missing yet, as texts.
-
-        ``ends``: topic -> wanted numbers of publishers and subscribers, this node not counted.
+        """Return the publishers and subscribers that are missing yet, as texts. ``ends``: topic ->
+        wanted numbers of publishers and subscribers, this node not counted.
         """
         polled = [*self._masters.values(), self._server, self._links, *self._receptions]
+        topics = [each.subscription.topic_name for each in polled]
         found = []
         for topic, (publishers, subscribers) in ends.items():
-            own = sum(topic == each.subscription.topic_name for each in polled)
-            sending = self._node.count_publishers(topic)
-            listening = self._node.count_subscribers(topic) - own
-            if sending < publishers:
+            listening = self._node.count_subscribers(topic) - topics.count(topic)
+            if self._node.count_publishers(topic) < publishers:
                 found.append(f"{topic}: no publisher")
             elif listening < subscribers:
                 found.append(f"{topic}: {listening} of {subscribers} subscribers")
@@ -105,6 +103,26 @@ class Monitor:
             for name, answer in answers.items()
             for text in unmatched(json.loads(answer), ends)
         ]
+
+    def begin(
+        self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]],
+        groups: Sequence[Sequence[str]], *, go_on: Callable[[], bool] = lambda: True,
+        unready: Callable[[], list[str]] = list,
+    ) -> bool:  # fmt: skip
+        """Wait until the nodes are connected and nothing is ``unready``, then start the groups;
+        return False where the session should not go on before. PmwvcError after too long.
+        """
+        until = time.monotonic() + CONNECTION_TIMEOUT_S
+        while go_on():
+            missing = self.unconnected(nodes, ends) or unready()
+            if not missing:
+                self.start(*groups)
+                return True
+            if time.monotonic() > until:
+                within, left = f"{CONNECTION_TIMEOUT_S:g} s", "; ".join(missing)
+                raise PmwvcError(f"the nodes have not found each other within {within}: {left}")
+            time.sleep(0.02)
+        return False
 
     def start(self, *groups: Sequence[str]) -> None:
         """Call ``start`` of nodes that wait for it, one group after the other, and wait for the
@@ -162,38 +180,29 @@ class Monitor:
 
     def _user(self, name: str, server: ServerTrace | None) -> UserStatus:
         status = UserStatus(name)
-        link = self._fresh(f"{name}/up")
-        if link is not None:
-            status.packet_hz = self._packet_rate(link)
+        if (link := self._fresh(f"{name}/up")) is not None:
+            # The link itself counts too briefly.
+            stamp_ns = nanoseconds(link.stamp)
+            status.packet_hz = self._rate(link.link, stamp_ns, link.out_count, RATE_STATES)
             status.delay_s = link.delay_mean if math.isfinite(link.delay_mean) else None
         ways = [self._fresh(f"at the end of {name}/{way}") for way in ("up", "down")]
         delays = [way.delay_mean if way else math.nan for way in ways]
         if all(map(math.isfinite, delays)):
             status.up_s, status.down_s = delays
-        trace = self._fresh(name)
-        if trace is not None:
-            status.tick_hz = self._tick_rate(name, trace)
+        if (trace := self._fresh(name)) is not None:
+            ticks = trace.first_tick - trace.missed
+            status.tick_hz = self._rate(name, trace.start_ns, ticks, 2)
             status.force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
             status.state = trace.state
         if server is not None and name in server.users:
             status.contact = server.contact[list(server.users).index(name)]
         return status
 
-    def _tick_rate(self, name: str, trace: MasterTrace) -> float | None:
-        """Return ticks run per second between this block and the one seen before."""
-        tick, at_ns = trace.first_tick - trace.missed, trace.start_ns
-        before_tick, before_ns, rate = self._rates.get(name, (tick, at_ns, 0.0))
-        if at_ns > before_ns:
-            rate = (tick - before_tick) / (at_ns - before_ns) * 1e9
-        self._rates[name] = (tick, at_ns, rate)
-        return rate or None
-
-    def _packet_rate(self, state: LinkState) -> float | None:
-        """Return packets per second over the last seconds; the link itself counts too briefly."""
-        at_ns = nanoseconds(state.stamp)
-        counts = self._counts.setdefault(state.link, deque(maxlen=RATE_STATES))
+    def _rate(self, name: str, at_ns: int, number: int, kept: int) -> float | None:
+        """Return how much a count grows in a second, over the newest times that are ``kept``."""
+        counts = self._counts.setdefault(name, deque(maxlen=kept))
         if not counts or counts[-1][0] < at_ns:
-            counts.append((at_ns, state.out_count))
+            counts.append((at_ns, number))
         (begin_ns, begin), (end_ns, end) = counts[0], counts[-1]
         return (end - begin) / (end_ns - begin_ns) * 1e9 if end_ns > begin_ns else None
 
@@ -208,12 +217,6 @@ class Monitor:
     def _fresh(self, name: str) -> Any:
         at_s, message = self._seen.get(name, (0.0, None))
         return message if time.monotonic() - at_s < STALE_S else None
-
-
-def not_connected(missing: Sequence[str]) -> str:
-    """Return the text for a session whose nodes were not connected in time."""
-    left = "; ".join(missing)
-    return f"the nodes have not found each other within {CONNECTION_TIMEOUT_S:g} s: {left}"
 
 
 @contextmanager

@@ -5,6 +5,7 @@ else started, in the domain of that session.
 """
 
 import os
+import re
 import subprocess
 import sys
 import webbrowser
@@ -22,7 +23,6 @@ from pmwvc_view.web.access import new_token, why_refused
 from pmwvc_view.web.server import PageServer
 
 DOMAIN = "ROS_DOMAIN_ID"
-PAGE = "page "  # begin of the line with the address
 
 
 def serve(session: Session, console: Console, *, page: Page, browser: bool) -> None:
@@ -43,8 +43,8 @@ def require_address(page: Page) -> None:
 
 def address_in(output: str) -> str | None:
     """Return the address that a view node has printed as a line of its output, or None."""
-    lines = (line for line in output.splitlines() if line.startswith(PAGE))
-    return next((line.removeprefix(PAGE) for line in lines), None)
+    found = re.search(r"^page (.*)$", output, re.MULTILINE)
+    return found[1] if found else None
 
 
 def show(address: str, console: Console, *, browser: bool) -> None:
@@ -56,9 +56,8 @@ def show(address: str, console: Console, *, browser: bool) -> None:
 
 def has_desktop(environment: Mapping[str, str]) -> bool:
     """Tell whether a browser can be opened here."""
-    if sys.platform in ("darwin", "win32"):
-        return True
-    return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+    shown = environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY")
+    return bool(shown) or sys.platform in ("darwin", "win32")
 
 
 def join(console: Console, *, page: Page, namespace: str, browser: bool) -> int:

@@ -83,39 +83,21 @@ class Page:
 
 
 def nodes(
-    scenario: Scenario,
-    *,
-    folder: Path,
-    paused: bool,
-    tokens: Path | None = None,
+    scenario: Scenario, *, folder: Path, paused: bool, tokens: Path | None = None,
     page: Page | None = None,
-) -> list[NodePlan]:
+) -> list[NodePlan]:  # fmt: skip
     """Return the nodes of a session in the order in which they start.
 
-    Parameters
-    ----------
-    folder
-        The session folder, for the recorder.
-    paused
-        Whether all but the recorder and the view wait for a call of their ``start`` service.
-    tokens, page
-        The folder of the session's tokens, and where its page is served; None: neither is.
-
-    Raises
-    ------
-    ScenarioError
-        If parameters of the scenario change at given times: no node does that by itself.
+    ``folder`` is the session folder, ``tokens`` that of the session's tokens, ``page`` where its
+    page is served (None: neither is); with ``paused`` all but the recorder and the view wait for a
+    call of their ``start`` service. ScenarioError where parameters of the scenario change at given
+    times: no node does that by itself.
     """
     if scenario.changes:
-        raise ScenarioError(
-            scenario.name,
-            [
-                f"changes = {scenario.changes!r}: must be empty in a live session; set parameters "
-                "of the running nodes ('ros2 param set'), or use pmwvc simulate"
-            ],
-        )
-    names = [user.name for user in scenario.users]
-    own = {"start.paused": paused}
+        text = f"changes = {scenario.changes!r}: must be empty in a live session"
+        ways = "set parameters of the running nodes ('ros2 param set'), or use pmwvc simulate"
+        raise ScenarioError(scenario.name, [f"{text}; {ways}"])
+    names, own = [user.name for user in scenario.users], {"start.paused": paused}
     top = own | {name: getattr(scenario, name) for name in TOP_AT_ENDS}
     server: dict[str, object] = {
         **top,
@@ -136,9 +118,8 @@ def nodes(
             **given(SHARED_AT_MASTER, scenario),
         }
     if tokens:
-        server[TOKEN_FILE] = str(tokens / SERVER)
-        for name, master in masters.items():
-            master[TOKEN_FILE] = str(tokens / name)
+        for name, node in ((SERVER, server), *masters.items()):
+            node[TOKEN_FILE] = str(tokens / name)
     view = {
         "users": names,
         "session.emulated": True,
@@ -163,9 +144,8 @@ def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
 
 
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
-    """Return the numbers of publishers and subscribers of every topic of a complete session.
-
-    A view may find the session later; nothing waits for it.
+    """Return the numbers of publishers and subscribers of every topic of a complete session. A
+    view may find the session later; nothing waits for it.
     """
     recorders = 1 if recorded else 0
     names = ["/server/trace", "/server/reception", "/netem/links", "/netem/fates"]

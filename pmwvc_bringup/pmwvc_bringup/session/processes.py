@@ -54,14 +54,13 @@ class Child:
 
     def __str__(self) -> str:
         """Return its end as a clause for people."""
-        return f"{self.name} " + (
-            f"was ended by {self.signal}" if self.signal else f"exited with {self.code}"
-        )
+        how = f"was ended by {self.signal}" if self.signal else f"exited with {self.code}"
+        return f"{self.name} {how}"
 
     def has_logged(self, word: str) -> bool:
         """Tell whether a line of its log is this word, or begins or ends with it."""
-        lines = self.log_tail(lines=1000).splitlines()
-        return any(line.split()[:1] == [word] or line.split()[-1:] == [word] for line in lines)
+        lines = map(str.split, self.log_tail(lines=1000).splitlines())
+        return any(word in (*line[:1], *line[-1:]) for line in lines)
 
     def log_tail(self, lines: int = 12) -> str:
         """Return the last lines of its log."""
@@ -81,25 +80,17 @@ class Children:
     def start(
         self, name: str, command: Sequence[str], *, env: Mapping[str, str], log: Path
     ) -> Child:
-        """Start a process; its output goes to ``log``.
-
-        Must be called from a thread that lives as long as the session: the kernel ties the child
-        to the thread that forked it.
+        """Start a process; its output goes to ``log``. Must be called from a thread that lives as
+        long as the session: the kernel ties the child to the thread that forked it.
         """
         parent = os.getpid()
         log.parent.mkdir(parents=True, exist_ok=True)
         with log.open("wb") as output:
             process = subprocess.Popen(
-                list(command),
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                env=dict(env),
-                start_new_session=True,
-                preexec_fn=lambda: _die_with(parent),
-            )
-        child = Child(name, process, log)
-        self.children[name] = child
+                command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                env=env, start_new_session=True, preexec_fn=lambda: _die_with(parent),
+            )  # fmt: skip
+        self.children[name] = child = Child(name, process, log)
         return child
 
     def endings(self) -> list[Child]:

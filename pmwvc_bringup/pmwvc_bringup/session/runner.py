@@ -20,18 +20,18 @@ from urllib.parse import parse_qs, urlsplit
 from rich.console import Console
 from rich.live import Live
 
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup.output import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
-from pmwvc_bringup.session.events import Disturber, Notes
+from pmwvc_bringup.session.events import Disturber, Notes, start_node
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
-from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
+from pmwvc_bringup.session.terminal import status_line, status_table
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
-from pmwvc_core.scenario.disturbances import disturbances_of
+from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -56,21 +56,12 @@ class LiveSession:
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        folder: Path,
-        *,
-        console: Console,
-        page: plan.Page | None = None,
+        self, scenario: Scenario, folder: Path, *, console: Console, page: plan.Page | None = None,
         browser: bool = False,
-    ) -> None:
-        self.scenario = scenario
-        self.folder = folder
-        self.console = console
-        self.children = Children()
-        self.notes = Notes(console)
+    ) -> None:  # fmt: skip
+        self.scenario, self.folder, self.console, self.page = scenario, folder, console, page
+        self.children, self.notes = Children(), Notes(console)
         self.interrupts = Interrupts()
-        self.page = page
         self.restart: dict[str, Any] | None = None
         self._shows, self._browser = page is not None, browser
         self.nodes: list[plan.NodePlan] = []
@@ -99,10 +90,7 @@ class LiveSession:
             try:
                 with self._writing():  # the folder may be taken away meanwhile
                     for node in self.nodes:
-                        file = logs / f"{node.file_name}.yaml"
-                        file.write_text(node.parameter_file(), "utf-8")
-                        command, log = node.command(file), file.with_suffix(".log")
-                        self.children.start(node.name, command, env=environment, log=log)
+                        start_node(node, logs / node.file_name, self.children, environment)
                 # rclpy starts threads that a fork would copy half: only after the last child
                 os.environ.update(environment)
                 from pmwvc_bringup.session.monitor import watching
@@ -112,13 +100,10 @@ class LiveSession:
                         begun = self._begin(monitor)
                     if begun:
                         disturber = Disturber(
-                            disturbances_of(self.scenario.disturbances),
-                            nodes=self.nodes,
-                            children=self.children,
-                            environment=environment,
-                            logs=logs,
+                            disturbances_of(self.scenario.disturbances), nodes=self.nodes,
+                            children=self.children, environment=environment, logs=logs,
                             note=self.notes.note,
-                        )
+                        )  # fmt: skip
                         self._watch(monitor, disturber)
             finally:
                 try:
@@ -140,29 +125,25 @@ class LiveSession:
 
     def _begin(self, monitor: "Monitor") -> bool:
         """Wait until every topic has its ends and each end has matched the others, then start."""
-        from pmwvc_bringup.session.monitor import CONNECTION_TIMEOUT_S, not_connected
-
-        names = [node.ros_name for node in self.nodes]
         recorder = self.children.children["recorder"]
-        until = time.monotonic() + CONNECTION_TIMEOUT_S
-        while True:
-            if self.interrupts.count:
-                return False
+
+        def go_on() -> bool:
             if ended := self.children.endings():
                 lines = [*ended[0].log_tail().splitlines(), f"({ended[0].log})"]
                 raise StartError("\n  ".join([f"{ended[0]} before the session began", *lines]))
-            missing = monitor.unconnected(names, self.ends)
-            if not missing and recorder.has_logged(READY):
-                break
-            missing = missing or ["recorder: not ready"]
-            if time.monotonic() > until:
-                raise StartError(
-                    f"{not_connected(missing)}\n"
-                    f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
-                )
-            time.sleep(0.02)
-        monitor.start(*plan.start_order(self.nodes))
-        return True
+            return not self.interrupts.count
+
+        def unready() -> list[str]:
+            return [] if recorder.has_logged(READY) else ["recorder: not ready"]
+
+        names, groups = [node.ros_name for node in self.nodes], plan.start_order(self.nodes)
+        try:
+            return monitor.begin(names, self.ends, groups, go_on=go_on, unready=unready)
+        except StartError:
+            raise
+        except PmwvcError as error:
+            logs = f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
+            raise StartError(f"{error}\n{logs}") from None
 
     def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""
@@ -192,12 +173,14 @@ class LiveSession:
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
                     ended += self.notes.recording_stopped(self.children.children["recorder"])
-                    status = Status(now - begin, length, monitor.status(), ended)
+                    users = monitor.status()
+                    times = {"elapsed_s": now - begin, "duration_s": length}
                     if self.console.is_terminal:
-                        live.update(status.table(), refresh=True)
+                        live.update(status_table(users, ended, **times), refresh=True)
                     elif now >= line_at:
                         line_at += LINE_PERIOD_S
-                        self.console.print(status.line(), highlight=False, soft_wrap=True)
+                        line = status_line(users, ended, **times)
+                        self.console.print(line, highlight=False, soft_wrap=True)
                 time.sleep(max(min(0.05, begin + length - now), 0.0))
         if self.interrupts.count:
             self.console.print("ending the session")
@@ -206,8 +189,7 @@ class LiveSession:
         """Print the page's address, and open it, once its server has said it."""
         if self.page is None or self.page.token:
             return
-        address = address_in(self.children.children["view"].log_tail(lines=1000))
-        if address is not None:
+        if address := address_in(self.children.children["view"].log_tail(lines=1000)):
             parts = urlsplit(address)
             token = parse_qs(parts.query)["token"][0]
             self.page = plan.Page(self.page.host, parts.port or 0, token)

@@ -35,7 +35,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
     from pmwvc_bringup import scenarios
     from pmwvc_bringup.session import plan
-    from pmwvc_bringup.session.monitor import CONNECTION_TIMEOUT_S, not_connected, watching
+    from pmwvc_bringup.session.monitor import watching
     from pmwvc_core.errors import PmwvcError
 
     scenario = scenarios.load(given.scenario)
@@ -44,21 +44,12 @@ def main(args: Sequence[str] | None = None) -> int:
     ends = plan.topic_ends(scenario, recorded=not given.unrecorded)
     ends = {f"{prefix}{topic}": counts for topic, counts in ends.items()}
     nodes = plan.nodes(scenario, folder=Path(given.scenario).parent, paused=True)
-    names = [
-        f"{prefix}{node.ros_name}"
-        for node in nodes
-        if not (given.unrecorded and node.kind == "recorder")
-    ]
+    there = [n for n in nodes if not (given.unrecorded and n.kind == "recorder")]
+    names = [f"{prefix}{node.ros_name}" for node in there]
     groups = [[f"{prefix}{name}" for name in group] for group in plan.start_order(nodes)]
     with watching([user.name for user in scenario.users], namespace=namespace) as monitor:
-        until = time.monotonic() + CONNECTION_TIMEOUT_S
         try:
-            while missing := monitor.unconnected(names, ends):
-                if time.monotonic() > until:
-                    print(f"starter: {not_connected(missing)}", flush=True)
-                    return 2
-                time.sleep(0.02)
-            monitor.start(*groups)
+            monitor.begin(names, ends, groups)
         except PmwvcError as error:
             print(f"starter: {error}", flush=True)
             return 2

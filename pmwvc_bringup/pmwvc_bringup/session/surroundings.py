@@ -1,18 +1,29 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The surroundings of a live session: its folder, ROS domain and environment variables."""
+"""Before a session: its folder, ROS domain and environment variables; and the check of its
+scenario: recordings, delay traces and plug-ins it names, filters without a design. Needs no ROS.
+"""
 
 import contextlib
+import importlib.util
 import os
 import re
 import socket
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from itertools import chain, count
 from pathlib import Path
 
 from pmwvc_bringup.scenarios import folders
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.errors import PmwvcError, ScenarioError
+from pmwvc_core.network import effects
+from pmwvc_core.plant.hands import make_hand
+from pmwvc_core.scenario.conflicts import disturbances_of
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server import environments
+from pmwvc_core.simulation.conditions import place_of
 
 SESSIONS = "sessions"
 RANGE, LOCALHOST = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
@@ -20,16 +31,14 @@ DOMAINS = range(1, 102)  # above, the ports of a domain overlap those the kernel
 RESERVING_PORT = 21_000  # + domain, TCP: also bound by tests that use a domain
 
 
-def new_folder(scenario: str, out: str | None) -> Path:
+def new_folder(scenario: str, out: Path | str | None) -> Path:
     """Make and return a new session's folder; PmwvcError where it is not empty or cannot be."""
     if out is None:
         stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
-        plain = re.sub(r"[^A-Za-z0-9_.-]+", "_", scenario)
-        base = folder = Path(SESSIONS, f"{stamp}-{plain}")
-        number = 1
-        while folder.exists():  # two sessions that start within one second
-            number += 1
-            folder = base.with_name(f"{base.name}-{number}")
+        base = f"{stamp}-{re.sub(r'[^A-Za-z0-9_.-]+', '_', scenario)}"
+        names = chain([base], (f"{base}-{number}" for number in count(2)))
+        # two sessions may start within one second
+        folder = next(path for name in names if not (path := Path(SESSIONS, name)).exists())
     else:
         folder = Path(out).expanduser()
         if folder.is_dir() and any(folder.iterdir()):
@@ -72,10 +81,12 @@ def running_domains() -> list[int]:
         return [n for n in range(102) if not _held(f"\0pmwvc-domain-{n}", probes)]
 
 
-def _held(address: str | tuple[str, int], until: contextlib.ExitStack) -> bool:
+def _held(
+    address: str | tuple[str, int], until: contextlib.ExitStack, kind: int = socket.SOCK_STREAM
+) -> bool:
     """Tell whether an address was free; it stays bound to a socket until the stack closes."""
     family = socket.AF_UNIX if isinstance(address, str) else socket.AF_INET
-    reservation = until.enter_context(socket.socket(family, socket.SOCK_STREAM))
+    reservation = until.enter_context(socket.socket(family, kind))
     try:
         reservation.bind(address)
     except OSError:
@@ -85,14 +96,9 @@ def _held(address: str | tuple[str, int], until: contextlib.ExitStack) -> bool:
 
 def _silent(domain: int) -> bool:
     """Tell whether no ROS program of this machine uses a domain, from its discovery ports."""
-    base = 7400 + 250 * domain
-    for port in (base, base + 10):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.bind(("0.0.0.0", port))
-            except OSError:
-                return False
-    return True
+    ports = (7400 + 250 * domain, 7410 + 250 * domain)
+    with contextlib.ExitStack() as probes:
+        return all(_held(("0.0.0.0", port), probes, socket.SOCK_DGRAM) for port in ports)
 
 
 def node_environment(
@@ -105,14 +111,13 @@ def node_environment(
     """
     given = {RANGE: LOCALHOST} | {name: value for name, value in environment.items() if value}
     chosen = own_environment(given)
-    fixed = {
+    return chosen | {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_LOG_DIR": str(log_folder.resolve()),
         "RCUTILS_COLORIZED_OUTPUT": "0",
         "PYTHONUNBUFFERED": "1",
         "PYTHONSAFEPATH": "1",  # a file in the user's folder never stands in for a module
     }
-    return {**chosen, **fixed}
 
 
 def own_environment(environment: Mapping[str, str]) -> dict[str, str]:
@@ -125,9 +130,89 @@ def own_environment(environment: Mapping[str, str]) -> dict[str, str]:
     profiles = "any_machine.xml"
     if given.get(RANGE, "").upper() == LOCALHOST:
         given[RANGE], profiles = "SYSTEM_DEFAULT", "this_machine.xml"
-    chosen = {
+    return {
         "AMENT_PREFIX_PATH": sys.prefix,
         "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
         "FASTRTPS_DEFAULT_PROFILES_FILE": str(folders()[0] / profiles),
+        **given,
     }
-    return {**chosen, **given}
+
+
+# Of a core at 1 kHz: a master takes 12 to 25 %, its share of the other nodes up to 15 %.
+USER_CORES, TICK_S = 0.3, 0.001
+
+
+def check(scenario: Scenario) -> None:
+    """Refuse a scenario that could not run: ScenarioError with every file and plug-in that cannot
+    be used, each once, with its first user.
+    """
+    found: dict[str, str] = {}
+    for user in scenario.users:
+        for attempt in _attempts(user, scenario):
+            try:
+                attempt()
+            except PmwvcError as error:
+                found.setdefault(str(error), user.name)
+    problems = [f"{who}: {text}" for text, who in found.items()]
+    try:
+        environments.require(scenario.server.environment)
+    except PmwvcError as error:
+        problems.append(str(error))
+    if not has_waves(scenario.controller) and not scenario.environment.known:
+        known = [name for name, record in environments.LIBRARY.items() if record.known]
+        only = f"{scenario.controller} supports only {' and '.join(known)}"
+        name = scenario.server.environment
+        problems.append(f"server.environment = {name!r}: needs controller = pmwvc ({only})")
+    if problems:
+        raise ScenarioError(scenario.name, problems)
+
+
+def require_ros() -> None:
+    """Refuse (PmwvcError) what needs ROS where there is none."""
+    if importlib.util.find_spec("rclpy") is None:
+        raise PmwvcError(
+            "ROS 2 is not in this Python environment (no rclpy): run 'make setup' in the source "
+            "tree, or source an installed ROS 2; only run, node and the view of a running session "
+            "need it, 'pmwvc simulate' and all other commands do not"
+        )
+
+
+def too_much(scenario: Scenario, *, cores: int, busy: float) -> list[str]:
+    """Return a warning, in a sentence, of a live session for which the cores of this machine are
+    too few; ``busy`` of them have other work.
+    """
+    needed = len(scenario.users) * USER_CORES * TICK_S / scenario.tick_s
+    if needed + busy <= cores:
+        return []
+    return [
+        f"Warning: this session needs about {needed:.1f} cores; this machine has {cores}, with a "
+        f"load of {busy:.1f}: loops will be late. End other programs, or take fewer users."
+    ]
+
+
+def notes(scenario: Scenario) -> list[str]:
+    """Return what a simulation leaves out of the scenario, in sentences."""
+    disturbed = [f"Not simulated: {one}." for one in disturbances_of(scenario.disturbances)]
+    return disturbed + [
+        f"{user.name}: a simulated device replaces device.plugin = {user.device.plugin!r}."
+        for user in scenario.users
+        if not user.device.is_simulated
+    ]
+
+
+def _attempts(user: User, scenario: Scenario) -> list[Callable[[], object]]:
+    """Return calls, of which each fails where something that a user needs cannot be had."""
+    from pmwvc_core.made.user import made_user  # no help waits for the laws
+
+    attempts: list[Callable[[], object]] = [
+        lambda: make_hand(user.operator, scenario.task, place_of(user, scenario)),
+        lambda: made_user(user, scenario),
+        lambda: effects.check(user.link_up),
+        lambda: effects.check(user.link_down),
+    ]
+    # Nodes and devices need ROS; the simulated one is there, installed or run from source.
+    if not user.device.is_simulated and importlib.util.find_spec("pmwvc_master") is not None:
+        from pmwvc_master.devices import PLUGINS
+
+        attempts.insert(0, lambda: PLUGINS.required(user.device.plugin))
+    return attempts

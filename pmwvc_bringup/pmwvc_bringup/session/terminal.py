@@ -1,89 +1,134 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts of a session on the terminal: the prediction before it, and the verdict after it."""
+"""The terminal of a session: the prediction before it, a few numbers per user while it runs, as a
+table or as a line, and the verdict after it.
+"""
 
 import argparse
 import os
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.table import Table
 
-from pmwvc_bringup.command import Result
-from pmwvc_bringup.options import scenario_of
-from pmwvc_bringup.progress import doing
-from pmwvc_bringup.session import preflight
-from pmwvc_bringup.session.surroundings import new_folder
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import doing
+from pmwvc_bringup.session import surroundings
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
+
+STATES = ("starting", "coupled", "damping", "FAULT")
+
+
+@dataclass
+class UserStatus:
+    """The newest values of one user; None where none came within the last second."""
+
+    name: str
+    tick_hz: float | None = None
+    packet_hz: float | None = None
+    delay_s: float | None = None  # of the emulated link up
+    up_s: float | None = None  # as the server sees it; the division is a bound between two clocks
+    down_s: float | None = None  # as the master sees it
+    force_n: float | None = None
+    state: int | None = None
+    contact: bool | None = None
+
+
+def status_line(
+    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
+) -> str:
+    """Return everything about users, and about the nodes that ended, on one line, for logs."""
+    parts = [f"{elapsed_s:6.1f} / {duration_s:g} s"]
+    parts += [" ".join([user.name, *_cells(user)]) for user in users]
+    return " | ".join(parts + ended)
+
+
+def status_table(
+    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
+) -> Table:
+    """Return the same as a table, for terminals."""
+    caption = "; ".join(ended) or "Ctrl-C ends the session and writes the report"
+    title = f"{elapsed_s:.1f} / {duration_s:g} s"
+    table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
+    for name in ("user", "ticks", "packets", "delay", "force", "state"):
+        table.add_column(name, justify="left" if name in ("user", "state") else "right")
+    for user in users:
+        table.add_row(user.name, *_cells(user))
+    return table
+
+
+def _cells(user: UserStatus) -> list[str]:
+    """Return the texts of one user, in the order of the table's columns."""
+    state = "no data" if user.state is None else STATES[user.state]
+    delays = "-" if user.delay_s is None else f"{1e3 * user.delay_s:.1f} ms"
+    if user.up_s is not None and user.down_s is not None:  # as the ends see them
+        delays = f"{1e3 * user.up_s:.1f}/{1e3 * user.down_s:.1f} ms"
+    return [
+        "-" if user.tick_hz is None else f"{user.tick_hz:.0f} Hz",
+        "-" if user.packet_hz is None else f"{user.packet_hz:.0f}/s",
+        delays,
+        "-" if user.force_n is None else f"{user.force_n:+.2f} N",
+        f"{state}, contact" if user.contact else state,
+    ]
 
 
 def prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:
     """Return scenario and session folder; a mistake in the scenario leaves no folder behind."""
-    scenario = scenario_of(arguments)
-    preflight.check(scenario)
-    return scenario, new_folder(scenario.name, arguments.out)
+    scenario = cli.scenario_of(arguments)
+    surroundings.check(scenario)
+    return scenario, surroundings.new_folder(scenario.name, arguments.out)
 
 
 def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) -> None:
     """Print what begins, and the prediction for it."""
     from pmwvc_analysis.prediction import text as prediction_text
 
-    kind = "live" if live else "simulated"
+    what = f"{scenario.duration_s:g} s {'live' if live else 'simulated'}"
     users = count(len(scenario.users), "user")
-    console.print(
-        f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
-    )
+    console.print(f"{scenario.name}: {what}, {users}, {scenario.controller}")
     with doing("predicting"):
-        lines = list(prediction_text.lines(scenario, live=live))
+        lines = [*prediction_text.lines(scenario, live=live)]
     if live:
         cores = len(os.sched_getaffinity(0))
-        lines += preflight.too_much(scenario, cores=cores, busy=os.getloadavg()[0])
+        lines += surroundings.too_much(scenario, cores=cores, busy=os.getloadavg()[0])
     else:
-        lines += preflight.notes(scenario)
+        lines += surroundings.notes(scenario)
     for line in lines:
         console.print(f"  {line}", markup=False)
     console.print(f"session folder: {folder}", markup=False)
 
 
 def finish(
-    console: Console,
-    folder: Path,
-    scenario: Scenario | None,
-    *,
-    check: bool,
-    figures: bool = True,
-    out: Path | None = None,
-) -> Result:
-    """Judge and draw a recorded session and print the verdict; the document is its summary.
-
-    With ``check`` the exit code is 1 where the session does not pass.
+    console: Console, folder: Path, scenario: Scenario | None, *, check: bool,
+    figures: bool = True, out: Path | None = None,
+) -> cli.Result:  # fmt: skip
+    """Judge and draw a recorded session and print the verdict; the document is its summary. With
+    ``check`` the exit code is 1 where the session does not pass.
     """
     from pmwvc_analysis.session_files import REPORT, SUMMARY
     from pmwvc_analysis.session_files import finish as finish_files
-    from pmwvc_view.recorded.replay_page import replay_page
+    from pmwvc_view.recorded.session import replay_page
 
     with doing("reading the recording") as work:
         summary = finish_files(
-            folder,
-            scenario=scenario,
-            out=out,
-            player=replay_page,
-            figures=figures,
+            folder, scenario=scenario, out=out, player=replay_page, figures=figures,
             begins=work.part,
-        )
-    target = out or folder
+        )  # fmt: skip
+    target, passed = out or folder, True
     lines = verdict_lines(summary)
     lines += [f"  {outcome['text']}" for outcome in summary["outcomes"]]
     lines.append(f"report: {target / (REPORT if figures else SUMMARY)}")
-    passed = True
     if check:
         passed = summary["check"]["passed"]
         lines.append(f"check: {'passed' if passed else 'FAILED'}")
         lines += [f"  {reason}" for reason in summary["check"]["reasons"]]
     for line in lines:
         console.print(line, markup=False)
-    return Result(0 if passed else 1, (target / SUMMARY).read_text("utf-8"))
+    return cli.Result(0 if passed else 1, (target / SUMMARY).read_text("utf-8"))
 
 
 def verdict_lines(summary: dict[str, Any]) -> list[str]:
@@ -96,9 +141,8 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
         state += f": {summary['stability']['text']}"
     until = summary["judged_until_s"]
     cut = until < summary["duration_s"]
-    found = [
-        f"{summary['scenario'] or 'session'}: {state}{f' until {until:.2f} s' if cut else ''}"
-    ]
+    state += f" until {until:.2f} s" if cut else ""
+    found = [f"{summary['scenario'] or 'session'}: {state}"]
     found += [f"  Interrupted: {text}" for text in summary["interrupted"]]
     found += [f"  Another publisher: {text}" for text in summary["strangers"]]
     texts = summary["passivity"]["text"]

@@ -5,10 +5,11 @@
 """
 
 from dataclasses import replace
+from typing import Any
 
 from pmwvc_core.account import Entry
-from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers import accounts
+from pmwvc_core.controllers import record as rules
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.couplings import Direct, Held, VirtualCoupling, resting_coupling
@@ -16,15 +17,13 @@ from pmwvc_core.law.without_waves.pspm import Pspm, resting_pspm, resting_spring
 from pmwvc_core.law.without_waves.tdpa import RESTING_OBSERVER, resting_tdpa, tdpa_law
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.plugins import Records
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS, forward
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, forward
 
 PMWVC = Controller(
     name="pmwvc",
     words="Wave variables: stable at any constant delay where the gains of both ends prove it.",
     waves=True,
     linear="pmwvc",
-    drifts=True,
     # what position feedback may spend before it is paid; none as published
     storage_j=lambda master, _: float(master.position.storage_j * master.position.is_paid),
     accounts=accounts.OF_WAVES,
@@ -39,7 +38,6 @@ DIRECT = Controller(
     device_rest=lambda baseline, axes: Held((0.0,) * axes),
     avatar_rest=lambda baseline, axes: NOTHING,
     linear="direct",
-    drifts=True,
     coupling=replace(HELD, moves=None),
 )
 VIRTUAL_COUPLING = Controller(
@@ -54,11 +52,7 @@ VIRTUAL_COUPLING = Controller(
     avatar_rest=lambda baseline, axes: NOTHING,
     linear="virtual_coupling",
     coupling=HELD,
-    rule=Rule(
-        "virtual_coupling",
-        tuning.check_virtual_coupling,
-        {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)},
-    ),
+    rule=Rule(rules.check_virtual_coupling, {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)}),
 )
 TDPA = Controller(
     name="tdpa",
@@ -70,8 +64,7 @@ TDPA = Controller(
     avatar_rest=lambda baseline, axes: RESTING_OBSERVER,
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
-        "tdpa",
-        tuning.check_tdpa,
+        rules.check_tdpa,
         {
             "damping": (0.3, 20.0),
             "damping_max": (5.0, 100.0),
@@ -95,8 +88,7 @@ PSPM = Controller(
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
     rule=Rule(
-        "pspm",
-        tuning.check_pspm,
+        rules.check_pspm,
         {
             "stiffness": (50.0, 3000.0),
             "damping": (0.3, 10.0),
@@ -123,9 +115,8 @@ def entries() -> dict[str, Entry]:
     """Return every account by name that a controller or a compensation keeps: of the library, and
     of those of other packages that were asked for.
     """
-    kept = [record.accounts for record in RECORDS.met.values()]
-    kept += [record.accounts for record in COMPENSATIONS.met.values()]
-    return {entry.name: entry for of_record in kept for entry in of_record}
+    records: list[Any] = [*RECORDS.met.values(), *COMPENSATIONS.met.values()]
+    return {entry.name: entry for record in records for entry in record.accounts}
 
 
 def has_waves(controller: str) -> bool:
@@ -153,19 +144,17 @@ def accounts_of_user(controller: str, channel: str, master: MasterParams) -> tup
     record = record_of(controller)
     if record.device is not None or not record.waves:
         return record.accounts
-    strict = is_strict(controller, channel)
-    velocity, position = master.velocity_filter, master.position
-    found = list(accounts.OF_STRICT if strict else ())
-    if velocity.is_on and not velocity.in_force:
-        found.append(accounts.VELOCITY_FILTER)
-    if master.bank.is_on:
-        found += accounts.OF_BANK
-    if velocity.is_on and velocity.in_force:
-        found.append(accounts.FORCE_FILTER)
-    if position.is_on:
-        lent = strict or position.as_published
-        found += accounts.OF_POSITION[:1] if lent else accounts.OF_POSITION
-    return tuple(found)
+    strict, position = is_strict(controller, channel), master.position
+    filtered, in_force = master.velocity_filter.is_on, master.velocity_filter.in_force
+    lent = strict or position.as_published
+    kept = (
+        (strict, accounts.OF_STRICT),
+        (filtered and not in_force, (accounts.VELOCITY_FILTER,)),
+        (master.bank.is_on, accounts.OF_BANK),
+        (filtered and in_force, (accounts.FORCE_FILTER,)),
+        (position.is_on, accounts.OF_POSITION[: 1 if lent else None]),
+    )
+    return tuple(entry for is_on, of in kept if is_on for entry in of)
 
 
 def accounts_of_server(controller: str, channel: str, server: ServerParams) -> tuple[Entry, ...]:

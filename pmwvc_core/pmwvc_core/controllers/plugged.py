@@ -7,13 +7,13 @@
     device(s, DeviceTick, p) -> (s, DeviceAnswer)      at every tick of a force loop
     avatar(s, AvatarStep, p) -> (s, AvatarAnswer)      for every user in every step of the server
 
-Each is a pure function of plain numbers, like the laws of the library: states are NamedTuples, and
-``p`` are the controller's parameters. A controller whose packets carry waves may have the first
-one only; its users then meet the environment behind the wave ports of the plain channel.
+Each is a pure function of plain numbers: states are NamedTuples, ``p`` are the controller's
+parameters. A controller whose packets carry waves may have the first one only; its users then meet
+the environment behind the wave ports of the plain channel.
 
-What a packet carries is up to the controller: ``wave``, and any number of ``extra`` signals beside
-it, always as many. The position of the device, or of the avatar in the frame of its device, is in
-every packet. A deadband and the energies of waves look at ``wave`` alone.
+A packet carries the position of the device, or of the avatar in the frame of its device, and what
+the controller chooses: ``wave``, and any number of ``extra`` signals beside it, always as many. A
+deadband and the energies of waves look at ``wave`` alone.
 """
 
 from collections.abc import Callable
@@ -24,6 +24,7 @@ from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
 from pmwvc_core.law.safety.brakes import released_brake
+from pmwvc_core.law.server import server_port
 from pmwvc_core.law.server.contacts import (
     Contact,
     contact_force,
@@ -33,14 +34,7 @@ from pmwvc_core.law.server.contacts import (
     slid,
 )
 from pmwvc_core.law.server.coupling import object_pushed
-from pmwvc_core.law.server.server_port import (
-    Environment,
-    UserPort,
-    environment_energies,
-    environment_step,
-    port_shown,
-    potential_j,
-)
+from pmwvc_core.law.server.server_port import Environment
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves.ends import port_without_waves
 
@@ -102,21 +96,25 @@ def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
     (backward Euler): a force [N] and a damper [N s/m]. A spring K and damper B to the device are
     drive = K (position - x_s) + B velocity, impedance = K h + B.
     """
-    free = scaled(drive, 1.0 / impedance)
-    f = contact_unwrapped(step.contact, free, step.body.xd, impedance, step.period_s)
+    free, start = scaled(drive, 1.0 / impedance), step.contact
+    f = contact_unwrapped(start, free, step.body.xd, impedance, step.period_s)
     xd = minus(free, scaled(f, 1.0 / impedance))
-    contact, dropped_j = slid(step.contact, scaled(xd, step.period_s))
-    lost_j = dropped_j + step.period_s * contact_heat(contact, minus(xd, step.body.xd))
-    return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)
+    contact, dropped_j = slid(start, scaled(xd, step.period_s))
+    return _moved(step, xd, f, contact, dropped_j)
 
 
 def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
     """Put an avatar where its device was when it was last heard, with that velocity [m/s]."""
     place = plus(step.body.x, offset_of(step.contact))
     contact, dropped_j = slid(step.contact, minus(step.position, place))
-    rate = minus(velocity, step.body.xd)
-    f, lost_j = contact_force(contact, rate), step.period_s * contact_heat(contact, rate)
-    return Moved(plus(step.body.x, offset_of(contact)), velocity, f, contact, lost_j + dropped_j)
+    f = contact_force(contact, minus(velocity, step.body.xd))
+    return _moved(step, velocity, f, contact, dropped_j)
+
+
+def _moved(step: AvatarStep, xd: Vector, f: Vector, contact: Contact, dropped_j: float) -> Moved:
+    heat_w = contact_heat(contact, minus(xd, step.body.xd))
+    x_s = plus(step.body.x, offset_of(contact))
+    return Moved(x_s, xd, f, contact, dropped_j + step.period_s * heat_w)
 
 
 class Plugged(NamedTuple):
@@ -159,11 +157,6 @@ def _send(
     wave, extra = s.answer.wave, s.answer.extra
     s = s._replace(sent_j=s.sent_j + squared(wave) * (0.5 * frame_s))
     return s, arrivals, Sent(wave, s.x, -1.0, extra)
-
-
-@master.port_packet.member(Plugged)
-def _packet(s: Plugged, arrivals: Any, packet: Packet, p: PluggedParams) -> Plugged:
-    return s._replace(packet=packet)
 
 
 @master.port_answer.member(Plugged)
@@ -213,7 +206,7 @@ class PluggedServerParams(NamedTuple):
     body: BodyLaw
 
 
-@environment_step.member(PluggedServerParams)
+@server_port.environment_step.member(PluggedServerParams)
 def _step(p: PluggedServerParams, s: Environment, came: tuple[Any, ...]) -> Environment:
     avatars, body, lost_j = object_pushed(tuple(port.avatar for port in s.ports), s.body, p.body)
     ports, h = [], p.body.period_s
@@ -225,21 +218,22 @@ def _step(p: PluggedServerParams, s: Environment, came: tuple[Any, ...]) -> Envi
         step = AvatarStep(position, packet.wave, packet.extra, *at, body, h)
         law, (moved, wave, extra) = p.avatar(port.brake.law, step, values)
         flow_j = h * dot(moved.f, moved.xd)
-        u_j, v_j = port.u_j + max(flow_j, 0.0), port.v_j + max(-flow_j, 0.0)
-        avatar = a._replace(xd=moved.xd, f=moved.f, contact=moved.contact)
-        kept = port.brake._replace(law=law)
-        port = UserPort(avatar, kept, port.offset, moved.x_s, wave, u_j, v_j, -1.0, extra)
-        ports.append(port)
+        ports.append(port._replace(
+            avatar=a._replace(xd=moved.xd, f=moved.f, contact=moved.contact),
+            brake=port.brake._replace(law=law), x_s=moved.x_s, v_s=wave, extra=extra,
+            u_j=port.u_j + max(flow_j, 0.0), v_j=port.v_j + max(-flow_j, 0.0),
+        ))  # fmt: skip
         lost_j += moved.lost_j
     return Environment(tuple(ports), body, s.dissipated_j + lost_j, s.unsettled)
 
 
-@environment_energies.member(PluggedServerParams)
+@server_port.environment_energies.member(PluggedServerParams)
 def _environment_energies(p: PluggedServerParams, s: Environment) -> Vector:
     of_users = zip(*[p.energies(port.brake.law) for port in s.ports], strict=True)
-    return kinetic_j(s.body, p.body), potential_j(s), *map(sum, of_users)
+    return kinetic_j(s.body, p.body), server_port.potential_j(s), *map(sum, of_users)
 
 
+master.port_packet.member(Plugged)(lambda s, arrivals, packet, p: s._replace(packet=packet))
 master.port_signals.member(Plugged)(lambda s: (zero(s.x),) * 3)
 released_brake.member(Kept)(lambda s: Kept(s.rest, s.rest))
-port_shown.member(PluggedServerParams)(port_without_waves)
+server_port.port_shown.member(PluggedServerParams)(port_without_waves)

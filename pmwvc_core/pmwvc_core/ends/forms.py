@@ -21,6 +21,11 @@ def vector(value: Value, dof: int) -> Vector:
     return (float(value),) * dof
 
 
+def scalar(value: Value) -> float:
+    """Return a quantity of the whole (an energy), which a plug-in may give as an array of one."""
+    return vector(value, 1)[0]
+
+
 def value(signal: Vector) -> Value:
     """Return a signal of the laws as others have it."""
     return signal[0] if len(signal) == 1 else np.array(signal)
@@ -28,43 +33,22 @@ def value(signal: Vector) -> Value:
 
 def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
     """Return an accepted packet as the laws have it."""
-    flags = packet.flags
-    return Packet(
-        packet.seq,
-        packet.sent_ns,
-        packet.period,
-        vector(packet.wave, dof),
-        vector(packet.integral, dof),
-        vector(packet.energy, 1)[0],  # a plug-in may give an array of one
-        vector(packet.position, dof),
-        bool(packet.short),
-        bool(flags & FLAG_WAITING),
-        bool(flags & FLAG_ANEW),
-        bool(flags & FLAG_LEAVING),
-        packet.extra,
-        packet.echo_seq,
-        fresh,
-        lost,
-        packet.epoch,
+    flags, energy_j = packet.flags, scalar(packet.energy)
+    wave, integral, position = (
+        vector(each, dof) for each in (packet.wave, packet.integral, packet.position)
     )
+    return Packet(
+        packet.seq, packet.sent_ns, packet.period, wave, integral, energy_j, position,
+        bool(packet.short), bool(flags & FLAG_WAITING), bool(flags & FLAG_ANEW),
+        bool(flags & FLAG_LEAVING), packet.extra, packet.echo_seq, fresh, lost, packet.epoch,
+    )  # fmt: skip
 
 
 def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) -> WavePacket:
-    """Return a packet of the laws for the link: its sender's life, flags of no law, and the echo
-    of what came (:meth:`pmwvc_core.transport.receiver.Receiver.echo`).
-    """
+    """Return a packet of the laws for the link, with its sender's life, flags and echo."""
     flags |= packet.waits * FLAG_WAITING | packet.anew * FLAG_ANEW | packet.leaves * FLAG_LEAVING
     return WavePacket(
-        epoch,
-        packet.number,
-        packet.sent_ns,
-        packet.period_s,
-        value(packet.wave),
-        value(packet.integral),
-        packet.energy_j,
-        value(packet.position),
-        *echo,
-        flags,
-        packet.extra,
-        short=packet.short,
-    )
+        epoch, packet.number, packet.sent_ns, packet.period_s, value(packet.wave),
+        value(packet.integral), packet.energy_j, value(packet.position), *echo, flags,
+        packet.extra, short=packet.short,
+    )  # fmt: skip

@@ -11,21 +11,16 @@ from typing import Any
 from pmwvc_core.controllers.library import has_waves, is_strict, record_of
 from pmwvc_core.ends.forms import known
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.transport.packet import FLAG_DIRECT, Verdict, WavePacket
-from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
+from pmwvc_core.transport.receiver import ACCEPTED, NEW_EPOCH, Receiver
 from pmwvc_core.wave.impedance import Impedance, largest_wave
 
 LONGEST_PERIOD_S = 10.0  # of a packet on the strict channel
-ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
 
 
 class Inbox(Receiver):
     """The receiver at a port of some impedance [N s/m], of a session's controller and channel.
-
-    Attributes
-    ----------
-    other_controller
-        Packets of another kind of controller, which are ignored.
+    ``other_controller`` counts packets of another kind of controller, which are ignored.
     """
 
     def __init__(

@@ -1,12 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server's end of a session: what :mod:`pmwvc_core.law.server_step` has in order, with the
-packets, changes and observers.
-
-A user joins with its first packet (or with a new epoch: it was restarted), is rendered a matched
-damper while it is silent (braked on the strict channel, also while it does not hear the server),
-and leaves with its last packet or after ``release_s`` of silence.
-Time is an argument: integer nanoseconds of any monotonic clock.
+"""The server's end of a session: what :mod:`pmwvc_core.law.server_step` has in order, with
+packets, changes and observers. A user joins with its first packet, or a new epoch, is rendered a
+matched damper while it is silent (braked on the strict channel, also while it does not hear the
+server), and leaves with its last packet or after ``release_s`` of silence. Time is an argument
+[ns].
 """
 
 import dataclasses
@@ -40,21 +38,12 @@ SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process ca
 class ServerEnd(ServerView):
     """All users' ports around one environment.
 
-    ``session`` has controller, channel, axes, users, server, task, the parameters ``own`` of
-    environments from other packages, and the ``times`` of silence, release and start (a scenario,
-    or what a node was given); of a user counts side, contact, baseline, and the impedance and
-    frame of the master. Packets to each user have the epoch given, or those of a scenario.
-    ``call`` says how an environment of another package is asked. Steps may be
-    ``idle_until_joined``: they begin with the first user rather than with the first tick.
-
-    Attributes
-    ----------
-    params
-        Parameters of the server.
-    steps, paused
-        Steps made so far, and whether it stands still.
-    faults
-        Steps whose equation was not solved.
+    ``session`` has controller, channel, axes, users, server, task, ``times`` of silence, release
+    and start, and the parameters ``own`` of environments from other packages (a scenario, or what
+    a node was given); ``epoch`` is that of all packets, by default those of a scenario; ``call``
+    says how an environment of another package is asked. Steps may be ``idle_until_joined``.
+    ``params`` are those of the server, ``steps`` were made so far, ``faults`` counts those whose
+    equation was not solved.
     """
 
     def __init__(
@@ -83,9 +72,7 @@ class ServerEnd(ServerView):
         self.steps, self.paused, self._idle = 0, False, idle_until_joined
 
     def _made(self, period_s: float, before: Any = None) -> Any:
-        """Return the parameters for steps of that length [s]; a coupling of another package goes
-        on counting the faults that it had before.
-        """
+        """Return the parameters for steps of that length [s]; counts of faults go on."""
         server = dataclasses.replace(self.params, period_s=period_s)
         p = server_params(self._users, self._session, server)
         coupling, was = _contained(p), _contained(before)
@@ -95,9 +82,7 @@ class ServerEnd(ServerView):
         return p._replace(environment=p.environment._replace(coupling=coupling))
 
     def pause(self, paused: bool) -> None:
-        """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
-        meanwhile is not where its avatar was.
-        """
+        """Stand still, or go on; users leave, and join anew afterwards."""
         self.paused = paused
         if paused:
             e = self.s.environment
@@ -107,16 +92,7 @@ class ServerEnd(ServerView):
             self.s = self.s._replace(guests=guests, environment=e)
 
     def configure(self, params: ServerParams, *, first_s: float) -> None:
-        """Take other parameters over before a step.
-
-        Parameters
-        ----------
-        params
-            Of the server.
-        first_s
-            Time of the step that begins [s]; another one than the period where that changes and
-            the steps after it lie on another grid.
-        """
+        """Take other parameters over before a step, which lasts ``first_s`` [s]."""
         before, self.params = self.params, params
         if params.coupling != before.coupling:
             self.faults = self._found_faults()
@@ -157,21 +133,12 @@ class ServerEnd(ServerView):
     def tick(
         self, now_ns: int, packets: Sequence[Iterable[WavePacket]], missed_s: float = 0.0
     ) -> tuple[list[WavePacket | None], ServerRow | None]:
-        """Take in what has arrived, advance the environment by its period, answer.
+        """Take in what has arrived since the last step, by user in the order of arrival; advance
+        the environment by its period, after steps that did not run for ``missed_s`` [s]; answer.
 
-        Parameters
-        ----------
-        packets
-            Of each user, arrived since the last step, in the order of arrival.
-        missed_s
-            For how long steps that were due before this one did not run [s].
-
-        Returns
-        -------
-        tuple
-            Each user's answer (None for an absent one, but where its sender has to prove itself,
-            and where the deadband holds it back), and the server after the step (None while it
-            waits for the first user, or is paused).
+        Return each user's answer (None for an absent one, but where its sender has to prove
+        itself, and where the deadband holds it back), and the server after the step (None while it
+        waits for the first user, or is paused).
         """
         if self.p.period_s != self.params.period_s:
             self._last(self.params.period_s)

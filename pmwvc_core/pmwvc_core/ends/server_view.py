@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server's end of a session as others see it, between steps."""
+"""The server's end of a session as others see it, between steps; the distance between avatar and
+device that joining may leave, in words.
+"""
 
 import math
 from collections.abc import Sequence
@@ -8,13 +10,29 @@ from typing import Any
 
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.inbox import End
-from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
+from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.task import Task, offset
 
-PRESENCES = tuple(Presence)  # by the numbers of the law
+LEAST_M = 1e-3  # avatars less far from their device are not reported
+
+
+def why_kept(*, waves: bool, black_box: bool) -> str:
+    """Return why a distance at joining stays, for a controller and an environment."""
+    if not waves:
+        return "this controller keeps the distance"
+    if black_box:
+        return "an environment known by its forces only has no face to stop at, so it cannot slide"
+    return "it joined with the device inside the object, and slides to it once there is room"
+
+
+def kept_words(distance_m: float, why: str) -> str:
+    """Return the distance and why it stays; nothing below ``LEAST_M``."""
+    if not distance_m > LEAST_M:
+        return ""
+    return f"avatar {1e3 * distance_m:.1f} mm from the device since joining: {why}"
 
 
 class ServerView(End):
@@ -28,7 +46,7 @@ class ServerView(End):
     @property
     def presence(self) -> list[Presence]:
         """State of every user."""
-        return [PRESENCES[guest.presence] for guest in self.s.guests]
+        return [Presence(guest.presence) for guest in self.s.guests]
 
     @property
     def x_o(self) -> Value:
@@ -59,19 +77,14 @@ class ServerView(End):
         """Return all of it, with the energies that the environment counts by name."""
         p, e = self.p.environment, self.s.environment
         kinetic, potential, *energies = environment_energies(p, e)
-        ports = []
+        of_users = []
         for user, port in enumerate(e.ports):
             a, shown = port.avatar, port_shown(p, e, user)
-            signals = value(port.x_s), value(a.xd), value(a.f), value(a.u), value(shown.v_s)
-            ports.append(PortRow(*signals, port.u_j, port.v_j, shown.touches))
-        return ServerRow(
-            value(e.body.x),
-            value(e.body.xd),
-            self.target_m,
-            kinetic,
-            potential,
-            e.dissipated_j,
-            ports,
-            tuple(self.presence),
-            dict(zip(self._accounts, energies, strict=False)),
-        )
+            motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
+            of_users.append((*motion, port.u_j, port.v_j, shown.touches))
+        columns = zip(*of_users, strict=True)
+        signals: dict[str, Any] = dict(zip(ServerRow._fields[-10:-2], columns, strict=True))
+        accounts = dict(zip(self._accounts, energies, strict=False))
+        of_object = value(e.body.x), value(e.body.xd), self.target_m
+        sums, state = (kinetic, potential, e.dissipated_j), tuple(self.presence)
+        return ServerRow(*of_object, *sums, **signals, state=state, accounts=accounts)

@@ -19,16 +19,13 @@ from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.unrolled import members, unrolled
 
-# Time that a loop misses passes at the device, with the last force held, but no more than this at
-# once: beyond it the device stands still, as one with a watchdog.
+# Time that a loop misses passes with the last force held, then the device stands still.
 CATCH_UP_S = 0.1
 Target: TypeAlias = Value | None  # of a remote hand [m]; None lets go
 
 
 class SimulatedDevice:
-    """A simulated device and the hand on it: state and parameters of its law. ParameterError where
-    the device starts outside its workspace.
-    """
+    """A device and the hand on it; ParameterError where it starts outside its workspace."""
 
     def __init__(
         self, device: DeviceParams, hand: tuple[Any, Any], start: Vector, *, tick_s: float
@@ -49,15 +46,11 @@ class SimulatedDevice:
         return hand if isinstance(hand, RemoteHand) else None
 
     def listen(self, take: Callable[[], Sequence[Target]]) -> None:
-        """Have a hand ``from_outside`` follow, in place of the task, the targets that a call
-        returns: what came since the last tick.
-        """
+        """Have a hand ``from_outside`` follow the targets that a call returns, new ones each."""
         self.hand, self._of_hand, self._take = self.hand.hand, self._of_hand.hand, take
 
     def sense(self, acts: bool) -> DeviceSample:
-        """Return the sample at the start of a tick; the hand acts over the tick, or waits. It is
-        in touch with the device itself, not with its encoder.
-        """
+        """Return the sample at the start of a tick; the hand, on the device, acts or waits."""
         hand = self.hand
         for target in self._take() if self._take else ():
             wanted = math.nan if target is None else target

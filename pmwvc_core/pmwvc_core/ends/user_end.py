@@ -37,16 +37,8 @@ class UserEnd(End):
 
     ``session`` has controller, channel, axes and server (a scenario, or what a node was given),
     ``epoch`` is the number of this life of the sender, ``schedule`` the phases of a frame, and
-    ``workspace_m`` the half extent that the device declares [m].
-
-    Attributes
-    ----------
-    inbox
-        The receiver of the returning packets.
-    ended
-        State and energies when the last frame ended, its last packet included.
-    s, p
-        State and parameters of the laws.
+    ``workspace_m`` the half extent that the device declares [m]. ``inbox`` receives the returning
+    packets, ``ended`` has state and energies when the last frame ended.
     """
 
     def __init__(
@@ -69,9 +61,7 @@ class UserEnd(End):
         self._measured_ns = NEVER_NS
 
     def _made(self) -> Any:
-        """Return the force loop as it would begin; name the energies of the port: one ever kept
-        goes on.
-        """
+        """Return the loop as it would begin; name the port's energies, which only grow."""
         master, of = self._user.master, self._session
         kept = accounts_of_user(of.controller, of.channel, master)
         if len(kept) >= len(self._accounts):
@@ -91,10 +81,8 @@ class UserEnd(End):
 
     def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
         """Return the packet where a frame starts with this tick; None inside a frame, and where
-        the deadband holds it back.
-
-        ``tick`` does this itself. A caller whose answers come within the same instant calls it
-        before: the packet leaves, the answer arrives, the tick begins.
+        the deadband holds it back. For a caller whose answers come within the same instant, before
+        ``tick``.
         """
         if tick < self.s.next_frame:
             return None
@@ -106,23 +94,12 @@ class UserEnd(End):
     def tick(
         self, tick: int, now_ns: int, sample: DeviceSample, packets: Sequence[WavePacket]
     ) -> tuple[Value, WavePacket | None, Row]:
-        """Run one tick.
+        """Run the tick of a number; frames start at the multiples of the rate drop. ``sample`` is
+        of the device at its start (no force where it is not valid, or older than ``STALE_NS``),
+        ``packets`` arrived since the last tick, in that order.
 
-        Parameters
-        ----------
-        tick
-            Its number; frames start at the multiples of the rate drop.
-        sample
-            Of the device at the start of the tick. Where it cannot be trusted (not valid, or
-            older than ``STALE_NS``), no force is rendered, and after it the force rises from zero.
-        packets
-            Arrived since the last tick, in the order of arrival.
-
-        Returns
-        -------
-        tuple
-            Force that the device may render until the next tick [N]; packet to send, at a frame
-            start; signals of the tick (``SIGNALS``).
+        Return the force that the device may render until the next tick [N], the packet to send at
+        a frame start, and the signals of the tick (``SIGNALS``).
         """
         packet = None
         if tick >= self.s.next_frame:
@@ -134,9 +111,6 @@ class UserEnd(End):
         if taken:
             self.inbox.expect(self.s.arrivals.silence.limit_ns)
         u_m, u_m_lp, v_m = port_signals(self.s.port)
-        if len(f) == 1:
-            signals = sample.f_h, f_m[0], f[0], u_m[0], u_m_lp[0], v_m[0]
-            return f[0], packet, (sample.x, sample.xd, *signals)
         applied, arrays = value(f), (value(u_m), value(u_m_lp), value(v_m))
         return applied, packet, (sample.x, sample.xd, sample.f_h, value(f_m), applied, *arrays)
 

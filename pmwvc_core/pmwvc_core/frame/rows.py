@@ -21,13 +21,11 @@ SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 class DeviceSample:
     """Motion and forces that a device senses at one tick.
 
-    ``valid`` is False where position or velocity cannot be trusted: the loop then asks for no
-    force. ``fresh`` is False where nothing new came since the last read, whatever the pacing, and
-    ``measured_ns`` the time of the measurement on the monotonic clock, None for that of the read.
-    ``f_h`` is the hand's force on the device, zero where
-    ``hand_force_known`` is False. ``work`` is for devices that know their true motion, as a
-    simulated one does: the work of the controller's force against the hand and of the hand's
-    force on the device since the start [J]. Where it is None the loop counts the motion measured.
+    ``valid`` is False where the motion cannot be trusted: no force then. ``fresh`` is False where
+    nothing new came since the last read; ``measured_ns`` is of the monotonic clock, None: of the
+    read. ``f_h`` is zero where ``hand_force_known`` is False. ``work`` [J] since the start, of the
+    controller's force against the hand and of the hand's on the device, is for devices that know
+    their true motion; None: the loop counts the motion measured.
     """
 
     x: Value = 0.0  # [m]
@@ -69,21 +67,8 @@ class Presence(enum.IntEnum):
     DAMPING = 3
 
 
-class PortRow(NamedTuple):
-    """A user's port after a step."""
-
-    x_s: Value  # [m]
-    xd_s: Value  # [m/s]
-    f_s: Value  # [N]
-    u_s: Value  # [sqrt(W)]
-    v_s: Value  # [sqrt(W)]
-    energy_u_s: Value  # [J]
-    energy_v_s: Value  # [J]
-    contact: Flag
-
-
 class ServerRow(NamedTuple):
-    """The server after a step; one port and state per user."""
+    """The server after a step; one entry per user in every sequence."""
 
     x_o: Value  # [m]
     xd_o: Value  # [m/s]
@@ -91,6 +76,13 @@ class ServerRow(NamedTuple):
     kinetic: Value  # [J]
     potential: Value  # [J]
     dissipated: Value  # [J]
-    ports: list[PortRow]
+    x_s: Sequence[Value]  # [m]
+    xd_s: Sequence[Value]  # [m/s]
+    f_s: Sequence[Value]  # [N]
+    u_s: Sequence[Value]  # [sqrt(W)]
+    v_s: Sequence[Value]  # [sqrt(W)]
+    energy_u_s: Sequence[Value]  # [J]
+    energy_v_s: Sequence[Value]  # [J]
+    contact: Sequence[Flag]
     state: tuple[Presence, ...]
     accounts: Mapping[str, Value]  # [J]

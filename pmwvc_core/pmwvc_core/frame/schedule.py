@@ -11,11 +11,8 @@ from pmwvc_core.law.user_tick import next_on_grid
 
 @dataclass(frozen=True)
 class FrameSchedule:
-    """Phases of a frame [s]; zero for both makes a frame start, step and answer one instant.
-
-    The server steps ``server_s`` after the start of a frame, on the grid of its own period that is
-    shifted by this. A master takes the newest answer ``answer_s`` after the start of a frame,
-    which adds to the round trip.
+    """Phases of a frame [s]: the server steps ``server_s`` after its start, on a grid of its own
+    period; a master takes the newest answer after ``answer_s``. Zero for both: one instant.
     """
 
     server_s: float = 0.0

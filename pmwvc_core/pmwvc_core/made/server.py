@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The laws of the server made from parameters: what they start from, what they go by, and what
-changes in flight.
-"""
+"""The laws of the server made from parameters, at rest, and what changes in flight."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -35,9 +33,8 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
-from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.contained import Contained, Faults
-from pmwvc_core.server.couplings import COUPLINGS, backward
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
 from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -90,11 +87,9 @@ def server_params(
     """
     strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
     times, guests = session.times, []
+    rules = times.timeout_s, AVATAR_RETURN_S, server.store_j
     for user in users:
-        arrivals = arrivals_params(
-            session, user.server_impedance,
-            timeout_s=times.timeout_s, lets_go_s=AVATAR_RETURN_S, store_j=server.store_j,
-        )  # fmt: skip
+        arrivals = arrivals_params(session, user.server_impedance, *rules)
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
     values = tuple(values_of(user, record) for user in users)
     environment: Any
@@ -108,11 +103,11 @@ def server_params(
         law, of_environment = None, environment_of(server.environment)
         if of_environment.made:
             _, law = of_environment.made(server, _contacts(users, session), session.dof)
-        sloped, identity = of_environment.sloped, tuple(map(tuple, np.eye(session.dof).tolist()))
+        sloped, moves = of_environment.sloped, weights(server.integrator, server.period_s)
+        identity = tuple(map(tuple, np.eye(session.dof).tolist()))
         environment = BlackBoxParams(
-            law, compensation_params(server), wall_law(server.period_s), strict,
-            *weights(server.integrator, server.period_s), sloped, server.learns and not sloped,
-            identity,
+            law, compensation_params(server), wall_law(server.period_s), strict, *moves, sloped,
+            server.learns and not sloped, identity,
         )  # fmt: skip
     else:
         environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)

@@ -1,11 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A user's force loop, made from a scenario, and its parameters that change in flight, at a frame
-start.
-
-Waves carry the same power whatever the impedance, so that may change at any time, and so may
-position feedback, local model, rate drop and deadband. Another filter, hold or velocity filter
-starts at zero: what the old one held is lost, never gained. Sums of energy go on.
+"""A user's force loop, made from a scenario, at rest, and its parameters that change in flight, at
+a frame start: what is in ``GOES_ON`` at any time, as waves carry the same power whatever the
+impedance. Another filter, hold or velocity filter starts at zero: what the old one held is lost,
+never gained. Sums of energy go on.
 """
 
 import dataclasses
@@ -23,12 +21,7 @@ from pmwvc_core.law.port.master import NEVER_NS
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness
-from pmwvc_core.law.safety.limits import (
-    LARGEST,
-    REACH,
-    limits_params,
-    resting_limits,
-)
+from pmwvc_core.law.safety.limits import LARGEST, REACH, limits_params, resting_limits
 from pmwvc_core.law.user_tick import User, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEndParams, resting_end
 from pmwvc_core.made.waves import made_waves, position_params
@@ -53,7 +46,7 @@ def values_of(user: "scenarios.User", record: Controller) -> Any:
 
 
 def arrivals_params(
-    session: Any, b: Any, *, timeout_s: float, lets_go_s: float, store_j: float
+    session: Any, b: Any, timeout_s: float, lets_go_s: float, store_j: float
 ) -> ArrivalsParams:
     """Return the rules of a receiver of a port of this impedance [N s/m], whose brake lets go in
     so much time after an outage [s], and whose playout begins with so much energy [J].
@@ -76,9 +69,8 @@ def made_user(
     master, b, safety = user.master, user.impedance, user.safety
     record, strict = record_of(session.controller), is_strict(session.controller, session.channel)
     axes, packet_s, tick_s = session.dof, session.server.period_s, master.tick_s
-    of_arrivals = arrivals_params(
-        session, b, timeout_s=safety.timeout_s, lets_go_s=HAND_RETURN_S, store_j=master.store_j
-    )
+    rules = safety.timeout_s, HAND_RETURN_S, master.store_j
+    of_arrivals = arrivals_params(session, b, *rules)
     nothing, values = (0.0,) * axes, values_of(user, record)
     packet, law = no_packet(nothing, ()), record.device_rest(values, axes)
     port: Any
@@ -155,8 +147,7 @@ def _changed_port(
         return port, wanted._replace(lends=lends, lent_j=of_position.lent_j if lends else 0.0)
     if anew:
         return port._replace(hold=rest.hold, filter=rest.filter), wanted
-    held = {"hold_ticks": was.hold_ticks, "frame_s": was.frame_s}
-    return port, wanted._replace(filter=was.filter, **held)
+    return port, wanted._replace(filter=was.filter, hold_ticks=was.hold_ticks, frame_s=was.frame_s)
 
 
 def _changed_filters(s: Any, p: Any, q: Any, rest: Any, *, anew: bool) -> tuple[Any, Any]:

@@ -10,41 +10,29 @@ from pmwvc_core.controllers.plugged_local import PluggedLocalParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
+from pmwvc_core.law.port import filter_bank
+from pmwvc_core.law.port import port_filters as at_port
 from pmwvc_core.law.port.counts import resting_counts
-from pmwvc_core.law.port.filter_bank import ACTS, SpringDamper, bank_of, resting_bank
 from pmwvc_core.law.port.master import PlainMaster, PlainMasterParams
-from pmwvc_core.law.port.port_filters import (
-    Filtered,
-    FilteredParams,
-    InForce,
-    InWaves,
-    VelocityParams,
-    same_gain,
-)
+from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import resting_tank
 from pmwvc_core.law.position.error import PositionParams, resting_error
 from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.law.wave.filter_and_hold import (
-    Hold,
-    filter_params,
-    resting_cascade,
-    resting_filter,
-    sections_of,
-)
+from pmwvc_core.law.wave import filter_and_hold as rates
 from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
-from pmwvc_core.wave.design.aliasing import delay_of
-from pmwvc_core.wave.design.velocity_filter_design import passing
+from pmwvc_core.wave.aliasing import delay_of
+from pmwvc_core.wave.velocity_filter_design import passing
 
 
 def made_impedance(b: Any) -> Any:
     """Return a wave impedance for the laws."""
     if not isinstance(b, impedances.MatrixImpedance):
         return impedance(float(b))
-    pair = _rows(b.matrix), _rows(b.inverse().matrix)
+    pair = _rows(b.matrix), _rows((1.0 / b).matrix)
     roots = _rows((2.0 * b).root().matrix), _rows((2.0 / b).root().matrix)
     axes, values = tuple(range(len(b.values))), tuple(b.values.tolist())
     return MatrixImpedance(*pair, *roots, axes, values, _rows(b.axes.T), _rows(b.axes))
@@ -63,34 +51,30 @@ def made_waves(
     filters, of_filters = _made_filters(master, impedance_, rest)
     position: Any = NOTHING
     of_position: Any = NOTHING
+    lent_j = 0.0
     if master.position.is_on:
         of_position = position_params(master, impedance_, strict=strict)
-        error = resting_error(rest)
+        error, lent_j = resting_error(rest), of_position.lent_j
         if strict:
             position = OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
         elif master.position.as_published:
             position = Published(error, 0.0)
         else:
-            position = Budgeted(error, resting_tank(rest, of_position.lent_j))
+            position = Budgeted(error, resting_tank(rest, lent_j))
     if strict:
-        lent_j = of_position.lent_j if master.position.is_on else 0.0
         state = StrictMaster(
             lent_j, 0.0, 0.0, 0.0,
             filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
             rest, rest, rest, True, False, 0.0, False, False, 0.0, 0.0, 0.0,
         )  # fmt: skip
-        lent = master.position.is_on, lent_j
-        return state, StrictMasterParams(
-            impedance_, master.tick_s, of_filters, of_position, *lent, playout
-        )
-    chosen = filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
-    hold, filter_ = Hold(rest, rest, rest, 0), resting_filter(master.filter, axes, chosen)
-    ticks = master.rate_drop if master.ramps else 1
-    return PlainMaster(
-        hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5
-    ), PlainMasterParams(
-        impedance_, master.tick_s, master.frame_s, ticks, chosen, of_filters, of_position
-    )
+        of = of_filters, of_position, master.position.is_on, lent_j, playout
+        return state, StrictMasterParams(impedance_, master.tick_s, *of)
+    chosen = rates.filter_params(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    hold = rates.Hold(rest, rest, rest, 0)
+    filter_ = rates.resting_filter(master.filter, axes, chosen)
+    plain = PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5)
+    times = master.tick_s, master.frame_s, master.rate_drop if master.ramps else 1
+    return plain, PlainMasterParams(impedance_, *times, chosen, of_filters, of_position)
 
 
 def _made_filters(
@@ -110,24 +94,25 @@ def _made_filters(
     near: tuple[Any, Any] = NOTHING, NOTHING
     force, far = near, near
     if own.is_on:
-        high, twice = sections_of(passing(master, "high")), own.splits  # through the pair twice
-        low = sections_of(passing(master, "low")) if twice else ()
-        velocity = VelocityParams(high * (1 + twice), low, own.share, master.tick_s)
-        lows, highs = ((resting_cascade(each),) * axes for each in (velocity.low, velocity.high))
+        high, twice = rates.sections_of(passing(master, "high")), own.splits
+        low = rates.sections_of(passing(master, "low")) if twice else ()
+        high *= 1 + twice  # through the pair twice
+        velocity = at_port.VelocityParams(high, low, own.share, master.tick_s)
+        lows, highs = ((rates.resting_cascade(each),) * axes for each in (low, high))
         if own.in_force:
-            force = InForce(highs, 0.0), velocity
+            force = at_port.InForce(highs, 0.0), velocity
         else:
-            near = InWaves(lows, lows, highs, rest, rest, 0.0), velocity
+            near = at_port.InWaves(lows, lows, highs, rest, rest, 0.0), velocity
     if master.bank.is_on:
         local = master.local_model
-        place = ACTS.index(local.acts), local.begins_m, master.tick_s
-        model: Any = SpringDamper(local.stiffness, local.damping, *place)
+        place = filter_bank.ACTS.index(local.acts), local.begins_m, master.tick_s
+        model: Any = filter_bank.SpringDamper(local.stiffness, local.damping, *place)
         if local.is_plugin:
             model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
-        bank = bank_of(master, model)
-        far = resting_bank(axes, bank), bank
+        bank = filter_bank.bank_of(master, model)
+        far = filter_bank.resting_bank(axes, bank), bank
     states, params = zip(near, far, force, strict=True)
-    return Filtered(*states, rest, same_gain(b, 0.0)), FilteredParams(*params, b)
+    return Filtered(*states, rest, at_port.same_gain(b, 0.0)), FilteredParams(*params, b)
 
 
 def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:

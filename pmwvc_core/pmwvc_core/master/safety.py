@@ -59,15 +59,13 @@ def text_of(cause: int, limits: SafetyParams) -> str:
 
 def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
     """Refuse a change that makes any limit wider: ParameterError naming each with its value."""
-    problems = []
-    for name in LOWERED:
-        value, new = getattr(now, name), getattr(wanted, name)
-        if new > value:
-            unit = specs(SafetyParams)[name].unit
-            problems.append(
-                f"safety.{name} = {new:g}: can only be lowered while running "
-                f"(now {value:g} {unit}); restart the master with another value"
-            )
+    problems = [
+        f"safety.{name} = {getattr(wanted, name):g}: can only be lowered while running (now "
+        f"{getattr(now, name):g} {specs(SafetyParams)[name].unit}); restart the master with "
+        "another value"
+        for name in LOWERED
+        if getattr(wanted, name) > getattr(now, name)
+    ]
     slowest = wanted.max_force / LET_GO_S
     if wanted.max_slew < min(slowest, now.max_slew):
         problems.append(

@@ -1,25 +1,22 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded delays and losses: looked up by time, repeated in a loop. Formats: columns of text, the
-JSON of IRTT.
+"""Recorded delays and losses: looked up by time, repeated in a loop. Files: the JSON of IRTT, or
+columns of text, one row per packet, separated by commas, semicolons or blanks.
 
-Columns: a text file, one row per packet, separated by commas, semicolons or blanks. With a header
-line the columns are found by name: time is ``pub_time``, ``time``, ``t``, ``sent`` or
-``send_time``, in the unit the name carries (``time_ms``, ``pub_time(ms)``; seconds without); delay
-is ``delay``, ``rtt`` or ``latency``, or follows from ``received`` or ``receive_time``. Without a
-header they are the first (in seconds) and the second. A delay or time of receipt that is empty or
-``lost`` is a lost packet. Other columns and lines that start with ``#`` are not read.
+With a header time is ``pub_time``, ``time``, ``t``, ``sent`` or ``send_time``, in the unit the
+name carries (``time_ms``, ``pub_time(ms)``; seconds without); delay is ``delay``, ``rtt`` or
+``latency``, or follows from ``received`` or ``receive_time``. Without they are the first (in
+seconds) and the second. An empty delay or ``lost`` is a lost packet; ``#`` begins a remark.
 """
 
 import bisect
 import functools
-import itertools
 import json
 import re
-import statistics
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import LinkParams
@@ -35,45 +32,19 @@ LOST_TEXTS = ("", "lost", "-", "none", "null")
 Row = tuple[float, float | None]  # time [s], delay in the unit of the file, None: lost
 
 
-@dataclass(frozen=True)
-class DelayTrace:
+class DelayTrace(NamedTuple):
     """Delays over time; between two rows the earlier one holds, after the last it starts again."""
 
     time_ns: tuple[int, ...]  # of each row, from 0
     delay_ns: tuple[int, ...]  # LOST where a packet was lost
     length_ns: int  # time after which it starts again
-
-    @functools.cached_property
-    def delays_s(self) -> tuple[float, ...]:
-        """Return the delays [s] in their order of size, without the losses."""
-        return tuple(sorted(delay * 1e-9 for delay in self.delay_ns if delay != LOST))
-
-    @property
-    def longest_s(self) -> float:
-        """Return the longest delay [s]."""
-        return self.delays_s[-1]
-
-    @functools.cached_property
-    def mean_s(self) -> float:
-        """Return the mean of the delay over time [s], where nothing was lost."""
-        held = [(length, delay) for length, delay in self._held if delay != LOST]
-        return sum(n * delay for n, delay in held) / sum(n for n, _ in held) * 1e-9
-
-    @functools.cached_property
-    def lost_ratio(self) -> float:
-        """Return the part of the time during which packets were lost."""
-        return sum(length for length, delay in self._held if delay == LOST) / self.length_ns
-
-    @functools.cached_property
-    def _held(self) -> list[tuple[int, int]]:
-        """Duration and delay of every row [ns]."""
-        edges = itertools.pairwise((*self.time_ns, self.length_ns))
-        return [(b - a, delay) for (a, b), delay in zip(edges, self.delay_ns, strict=True)]
+    delays_s: tuple[float, ...]  # in their order of size, without the losses
+    mean_s: float  # over time, where nothing was lost
+    lost_ratio: float  # part of the time
 
     def at(self, elapsed_ns: int) -> int:
         """Return the delay [ns] at a time since the beginning [ns]; LOST where a packet was."""
-        row = bisect.bisect_right(self.time_ns, elapsed_ns % self.length_ns) - 1
-        return self.delay_ns[row]
+        return self.delay_ns[bisect.bisect_right(self.time_ns, elapsed_ns % self.length_ns) - 1]
 
 
 def recording_of(params: LinkParams) -> DelayTrace:
@@ -83,15 +54,11 @@ def recording_of(params: LinkParams) -> DelayTrace:
 
 @functools.lru_cache(maxsize=32)
 def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
-    """Read a delay recording once.
+    """Read a delay recording once; else RecordingError with the reason and the columns found.
 
-    Pauses (intervals above 0.2 s, unless they are usual) are taken out: the segments are joined at
-    the median interval, and so are the end and the beginning. RecordingError where the file cannot
-    be used, with the reason and the columns found.
-
-    ``scale`` is in seconds per unit of the delay column, or half of it where the delay is a round
-    trip and each direction gets half; of IRTT, whose units are known, a factor. ``column`` is the
-    name of the column of delays; empty: the usual ones.
+    Pauses (above 0.2 s, unless usual) are taken out: segments are joined at the median interval,
+    as are end and beginning. ``scale`` is in seconds per unit of the delay ``column`` (half of it
+    for round trips; of IRTT a factor); empty: the usual names.
     """
     if not path:
         raise RecordingError("no file is named; jitter = trace needs one with times and delays")
@@ -106,36 +73,36 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
         ) from None
     is_irtt = text.lstrip().startswith("{")
     rows = _irtt(path, text, column or "rtt") if is_irtt else _columns(path, text, column)
-    times_s = [time_s for time_s, _ in rows]
-    delays_s = [None if delay is None else delay * scale for _, delay in rows]
-    steps = [after - before for before, after in itertools.pairwise(times_s)]
-    if not steps:
+    times_s = np.array([time_s for time_s, _ in rows])
+    lost = np.array([delay is None for _, delay in rows])
+    delays_s = scale * np.array([0.0 if delay is None else delay for _, delay in rows])
+    steps = np.diff(times_s)
+    if not len(steps):
         raise RecordingError(f"{path}: needs at least two rows")
-    for n, step in enumerate(steps, start=2):
-        if not step >= 0.0:
-            raise RecordingError(
-                f"{path}: times must not go back: {times_s[n - 1]:.9g} s in data row {n} after "
-                f"{times_s[n - 2]:.9g} s"
-            )
-    for n, delay in enumerate(delays_s, start=1):
-        if delay is not None and not 0.0 <= delay <= 60.0:
-            raise RecordingError(
-                f"{path}: delay of {delay:.9g} s in data row {n}: delays must not be negative nor "
-                "above 60 s (trace_scale is the factor to seconds)"
-            )
-    if all(delay is None for delay in delays_s):
+    for n in np.flatnonzero(~(steps >= 0.0)):
+        raise RecordingError(
+            f"{path}: times must not go back: {times_s[n + 1]:.9g} s in data row {n + 2} after "
+            f"{times_s[n]:.9g} s"
+        )
+    for n in np.flatnonzero(~((delays_s >= 0.0) & (delays_s <= 60.0))):
+        raise RecordingError(
+            f"{path}: delay of {delays_s[n]:.9g} s in data row {n + 1}: delays must not be "
+            "negative nor above 60 s (trace_scale is the factor to seconds)"
+        )
+    if lost.all():
         raise RecordingError(f"{path}: every packet is lost; there is no delay in it")
-    if not any(steps):
+    if not steps.any():
         raise RecordingError(f"{path}: all rows have the same time")
-    usual = statistics.median(step for step in steps if step > 0)
-    times = [0]
-    for step in steps:
-        times.append(times[-1] + round((usual if step > LONGEST_GAP_S else step) * 1e9))
-    return DelayTrace(
-        tuple(times),
-        tuple(LOST if delay is None else round(delay * 1e9) for delay in delays_s),
-        times[-1] + round(usual * 1e9),
-    )
+    usual = np.median(steps[steps > 0.0])
+    lasts = np.rint(np.append(np.where(steps > LONGEST_GAP_S, usual, steps), usual) * 1e9)
+    times = [0, *np.cumsum(lasts).astype(int).tolist()]
+    length = times.pop()
+    delays = np.where(lost, LOST, np.rint(delays_s * 1e9)).astype(int)
+    known, held = delays[~lost], lasts[~lost]
+    mean_s, lost_ratio = float(known @ held / held.sum()) * 1e-9, float(lasts[lost].sum() / length)
+    delays_s = np.sort(known) * 1e-9
+    columns = tuple(times), tuple(delays.tolist()), length, tuple(delays_s.tolist())
+    return DelayTrace(*columns, mean_s, lost_ratio)
 
 
 def _irtt(path: str, text: str, column: str) -> list[Row]:
@@ -191,9 +158,7 @@ def _columns(path: str, text: str, column: str) -> list[Row]:
 
 
 def _named(path: str, first: list[str], column: str) -> tuple[int, int, float, bool]:
-    """Return by their names the columns of time and delay, the unit of time [s], and whether the
-    second one is a time as well.
-    """
+    """Return the columns of time and delay, the time's unit [s], and if delay is a time."""
     named: dict[str, tuple[int, float]] = {}
     for at, cell in enumerate(first):
         if match := re.fullmatch(r"(.*?)(?:[\s_(\[]+(ns|us|ms|s)[)\]]?)?", cell.lower()):

@@ -95,13 +95,10 @@ def _shape(p: LinkParams) -> float:
     return p.jitter_shape or USUAL_SHAPES.get(p.jitter, 0.0)
 
 
-def _pareto(u: float, tail: float) -> float:
-    """Return the quantile of the Pareto distribution with mean 0 and standard deviation 1."""
-    return float(_pareto_beyond(1.0 - u, tail))
-
-
-def _pareto_beyond(above: Any, tail: float) -> Any:
-    """Return the same, of the probability (one or many) to be above it."""
+def _pareto(above: Any, tail: float) -> Any:
+    """Return the quantile of the Pareto distribution with mean 0 and standard deviation 1, of the
+    probability (one or many) to be above it.
+    """
     mean = tail / (tail - 1.0)
     deviation = math.sqrt(tail / (tail - 2.0)) / (tail - 1.0)
     return (above ** (-1.0 / tail) - mean) / deviation
@@ -113,7 +110,7 @@ def _mixed(tail: float) -> float:
     z = np.linspace(-12.0, 12.0, 4001)
     above = np.array([0.5 * math.erfc(each / math.sqrt(2.0)) for each in z])
     density = np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
-    together = np.trapezoid(z * _pareto_beyond(above, tail) * density, z)
+    together = np.trapezoid(z * _pareto(above, tail) * density, z)
     return math.sqrt(10.0 + 6.0 * float(together))
 
 
@@ -155,9 +152,11 @@ DISTRIBUTIONS = {
     "normal": Distribution(
         lambda p, u: p.jitter_s * normal(u), lambda p: (0.0, p.jitter_s), linux=True
     ),
-    "pareto": _tailed(lambda p, u: p.jitter_s * _pareto(u, _shape(p))),
+    "pareto": _tailed(lambda p, u: p.jitter_s * _pareto(1.0 - u, _shape(p))),
     "paretonormal": _tailed(  # a quarter normal and three quarters Pareto, mean 0, deviation 1
-        lambda p, u: p.jitter_s * ((normal(u) + 3.0 * _pareto(u, _shape(p))) / _mixed(_shape(p)))
+        lambda p, u: (
+            p.jitter_s * ((normal(u) + 3.0 * _pareto(1.0 - u, _shape(p))) / _mixed(_shape(p)))
+        )
     ),
     "gamma": Distribution(_gamma, lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p)))),
     "lognormal": Distribution(

@@ -1,17 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The random numbers of a link, chains that correlate them, and losses that remember. Equations:
-docs/links.md.
-
-Every packet draws the same four numbers (lost?, copied?, jitter, jitter of the copy) whatever the
-settings: the n-th packet meets the same luck under any of them. Number i of packet n of any other
-effect is element (n - 1) % 1024 of the generator of numpy with the seed ``(*seed, crc32(name), 256
-+ i, (n - 1) // 1024)``; of an extra copy c, and of every packet of a plug-in, element i of that
-with the seed ``(*seed, crc32(name), n, c)``. So an effect changes the numbers of no other one.
+"""The random numbers of a link, chains that correlate them, and losses that remember. How numbers
+and equations are: docs/links.md. The n-th packet meets the same luck under any settings.
 
 Correlated numbers keep their marginal distribution, by a Gaussian copula: a chain z of standard
-normal numbers, z' = rho z + sqrt(1 - rho^2) e, keeps its distribution; its probability Phi(z) is
-evenly spread over [0, 1) whatever rho.
+normal numbers, z' = rho z + sqrt(1 - rho^2) e, keeps its distribution; Phi(z) is evenly spread.
 """
 
 import math
@@ -67,9 +60,7 @@ class Draws:
         return float(rng.random(index + 1)[index])
 
     def correlated(self, name: str, fate: Fate, u: float, rho: float) -> float:
-        """Return an evenly spread number that depends on that of the packet before with a
-        correlation rho of [0, 1); u is the random number of this packet or copy alone.
-        """
+        """Return u, evenly spread, correlated by rho of [0, 1) with that of the packet before."""
         if rho == 0.0:
             self._chains.pop(name, None)
             return u
@@ -86,10 +77,8 @@ def _key(name: str) -> int:
 
 
 class Losses:
-    """The models of loss of one link: by two states of Gilbert-Elliott, by four states, and around
-    hand-overs, as between satellites, at which the delay steps as well. One that is switched on
-    again goes on where it was. What happens at the k-th hand-over is drawn by k, whatever the
-    packets do.
+    """The models of loss of one link: Gilbert-Elliott, four states, and around hand-overs, at
+    which the delay steps as well. What happens at the k-th hand-over is drawn by k.
     """
 
     def __init__(self, draws: Draws) -> None:
@@ -98,9 +87,7 @@ class Losses:
         self._state = RECEIVED
 
     def by_two_states(self, p: LinkParams, fate: Fate) -> bool:
-        """Lose packets with one probability in the good state and with another in the bad one. The
-        state changes after the packet; the link begins in the good one.
-        """
+        """Lose with the probability of the good (first) or bad state; it changes afterwards."""
         changes, loses = (self._draws.of("gilbert_elliott", fate, index) for index in (0, 1))
         lost = loses < (p.ge_bad if self._bad else p.ge_good)
         if changes < (p.ge_r if self._bad else p.ge_p):
@@ -110,20 +97,18 @@ class Losses:
     def by_four_states(self, p: LinkParams, fate: Fate) -> bool:
         """Lose packets in bursts, within which some arrive, and singly."""
         u = self._draws.of("four_states", fate)
-        if self._state == RECEIVED:
-            if u < p.markov_p14:
-                self._state = ISOLATED
-            elif u < p.markov_p14 + p.markov_p13:
-                self._state = IN_BURST
-        elif self._state == WITHIN_BURST:
-            self._state = IN_BURST if u < p.markov_p23 else WITHIN_BURST
-        elif self._state == IN_BURST:
-            if u < p.markov_p32:
-                self._state = WITHIN_BURST
-            elif u < p.markov_p32 + p.markov_p31:
-                self._state = RECEIVED
-        else:
-            self._state = RECEIVED
+        ways = {  # how probable each next state is
+            RECEIVED: ((p.markov_p14, ISOLATED), (p.markov_p13, IN_BURST)),
+            WITHIN_BURST: ((p.markov_p23, IN_BURST),),
+            IN_BURST: ((p.markov_p32, WITHIN_BURST), (p.markov_p31, RECEIVED)),
+            ISOLATED: ((1.0, RECEIVED),),
+        }
+        until = 0.0
+        for probability, state in ways[self._state]:
+            until += probability
+            if u < until:
+                self._state = state
+                break
         return self._state in (IN_BURST, ISOLATED)
 
     def by_hand_over(self, p: LinkParams, fate: Fate, elapsed_ns: int) -> Cause | bool:

@@ -128,16 +128,12 @@ class InFlight:
 
 
 class RecordedFate(NamedTuple):
-    """The recorded fate of a packet or of its copy.
+    """The recorded fate of a packet or of its copy."""
 
-    ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
-    ``at_ns`` is the instant at which it came out, where that is to be kept.
-    """
-
-    delay_ns: int | None
+    delay_ns: int | None  # from its sending to its coming out; None: never
     kind: FateKind = FateKind.DELIVERED
     cause: Cause = Cause.NONE
-    at_ns: int | None = None
+    at_ns: int | None = None  # when it came out, where that is to be kept
 
 
 LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
@@ -146,12 +142,9 @@ LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
 class RecordedLink(InFlight):
     """A link that does to its packets what was recorded of another: for replays.
 
-    Packet number n is lost, delayed or copied as number n of the recording was. Where a replay
-    sends more or fewer packets in the same time (another rate drop), its packet number n meets the
-    fate of the one that was recorded at that time. What the recording does not reach is lost.
-
     ``record`` holds for every packet number (1, 2, 3...) its fate, followed by those of its
-    copies; ``per_packet`` are recorded packets per packet sent here, 1 unless the rate is another.
+    copies; ``per_packet`` are recorded packets per packet sent here: at another rate a packet
+    meets the fate that was recorded at that time. What the recording does not reach is lost.
     """
 
     def __init__(
@@ -188,10 +181,7 @@ COLUMNS = {  # of a record, by the names of the PacketFate message
 
 
 class FateLog:
-    """Collect the fates of one link, each once it is final, for publishing in blocks.
-
-    A packet that never comes out is final when the link decides so; any other when it has left.
-    """
+    """Collect the fates of one link for publishing in blocks, each once it is final."""
 
     def __init__(self) -> None:
         self._records: list[tuple[int, ...]] = []
@@ -204,17 +194,13 @@ class FateLog:
     def add(
         self, fate: Fate, *, time_out_ns: int = 0, epoch: int = 0, seq: int | None = None
     ) -> None:
-        """Note a final fate, with the time at which the packet really left (0: never), and epoch
-        and seq of the sender; where these are not known 0 and the link's own count.
-        """
+        """Note a final fate, its time of leaving (0: never), and its sender's numbers."""
         number, times_ns = fate.number if seq is None else seq, (fate.time_in_ns, fate.time_due_ns)
         row = (epoch, number, fate.size, *times_ns, time_out_ns, fate.kind, fate.cause)
         self._records.append(row)
 
     def take(self, most: int | None = None) -> dict[str, Any]:
-        """Return the oldest records, at most ``most``, as columns by name, and forget them;
-        ``first`` is the number of the first one: 1, 2, 3...
-        """
+        """Return the oldest records as columns, and the number of the ``first``."""
         records = self._records[:most]
         self._records = self._records[len(records) :]
         first = self._taken + 1

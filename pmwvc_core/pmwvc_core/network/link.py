@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A link: one direction of a network, with the effects that its settings switch on.
-
-A packet is lost on entry, or copied; it and its copies leave, wait for their delay and come out.
-Payloads are never looked into. Time is an argument; all times are integer nanoseconds of one
-clock. What plug-ins do comes after the library in each step, but before the order of packets.
+"""A link: one direction of a network, with the effects that its settings switch on. A packet is
+lost on entry, or copied; it and its copies leave, wait for their delay and come out. Payloads are
+never looked into. Time is an argument [ns]. Plug-ins come after the library in each step, but
+before the order of packets.
 """
 
 from collections.abc import Sequence
@@ -28,17 +27,10 @@ from pmwvc_core.plugins import refused
 COPIED = (FateKind.DUPLICATE, Cause.DUPLICATION)
 
 
-def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
-    """Return the seed of one direction (0 up, 1 down) of one user's link: independent streams."""
-    return seed, user, direction
-
-
 class Link(InFlight):
-    """One direction of a network link.
-
-    The seed is that of :func:`stream_of`; the direction, for networks by name on a timeline, is 0
-    from user to server and 1 back. Whatever a part remembers of packets stays when it is switched
-    off and on again.
+    """One direction of a network link: ``direction`` 0 up, 1 down. Its random numbers are those of
+    the seed (of the session, number of the user, direction). What a part remembers stays when it
+    is switched off.
     """
 
     def __init__(
@@ -56,9 +48,7 @@ class Link(InFlight):
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
-        """Change the settings from now on; packets in flight keep their times. PmwvcError where
-        they cannot be used, as a delay trace whose file cannot be read; then the settings stay.
-        """
+        """Change the settings from now on; PmwvcError if unusable: the old ones stay."""
         check(params)
         timeline = timeline_of(params.schedule)
         steps = [entry.applied(params, self._direction) for entry in timeline.entries]

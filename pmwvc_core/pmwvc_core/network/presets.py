@@ -1,11 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Networks by name: link settings for both directions, as data, each with its source.
-
-A preset is plausible, not universal: one-way delay, the distribution of its jitter, bursts of loss
-(Gilbert-Elliott, everything is lost in the bad state), and what else is known of the network.
-Where the source is a measurement it is named; "estimate" marks what is not. Jitter differs from
-packet to packet independently: packets overtake each other where it exceeds their interval.
+"""Networks by name: link settings for both directions, as data, each with its source; "estimate"
+marks what is not measured. Bursts of loss are Gilbert-Elliott, everything lost in the bad state.
 """
 
 from dataclasses import dataclass
@@ -46,6 +42,15 @@ def _same(link: LinkParams, basis: str) -> Preset:
 WIFI_GOOD = "0:0.0003 0.1:0.0008 0.25:0.0013 0.5:0.002 0.75:0.0032 0.9:0.0049 0.99:0.01 1:0.02"
 WIFI_CAMPUS = "0:0.0003 0.25:0.0008 0.5:0.0015 0.75:0.004 0.9:0.01 0.95:0.03 0.99:0.125 1:0.3"
 WIFI_BAD = "0:0.004 0.25:0.01 0.5:0.02 0.75:0.045 0.9:0.1 0.99:0.25 1:0.4"
+_STARLINK = _link(
+    25e-3, "normal", 5e-3, **_bursts(1e-2, 3.0), handover_s=15.0, handover_step_s=10e-3,
+    handover_outage=0.3, handover_outage_min_s=0.05, handover_outage_max_s=0.3, handover_loss=0.3,
+    handover_loss_s=0.5,
+)  # fmt: skip
+_TORTURE = _link(
+    0.02, "pareto", 10e-3, jitter_shape=3.0, **_bursts(0.3, 10.0), duplicate=0.05, corrupt=1e-3,
+    schedule="0 delay_s=0.02..0.38; 0.4 delay_s=0.38..0.02; 0.8 repeat",
+)  # fmt: skip
 PRESETS = {
     "ideal": _same(LinkParams(), "no network"),
     "lan": _same(
@@ -111,19 +116,7 @@ PRESETS = {
         "estimate",
     ),
     "leo": _same(
-        _link(
-            25e-3,
-            "normal",
-            5e-3,
-            **_bursts(1e-2, 3.0),
-            handover_s=15.0,
-            handover_step_s=10e-3,
-            handover_outage=0.3,
-            handover_outage_min_s=0.05,
-            handover_outage_max_s=0.3,
-            handover_loss=0.3,
-            handover_loss_s=0.5,
-        ),
+        _STARLINK,
         "Starlink: round trip 50 ms in the median, reconfiguration every 15 s, up to 50 % loss "
         "around it (Michel et al. 2022, Mohan et al. 2023); probabilities and lengths estimate",
     ),
@@ -140,16 +133,7 @@ PRESETS = {
         "light to the Moon, one way; jitter and loss estimate",
     ),
     "torture": _same(
-        _link(
-            0.02,
-            "pareto",
-            10e-3,
-            jitter_shape=3.0,
-            duplicate=0.05,
-            corrupt=1e-3,
-            schedule="0 delay_s=0.02..0.38; 0.4 delay_s=0.38..0.02; 0.8 repeat",
-            **_bursts(0.3, 10.0),
-        ),
+        _TORTURE,
         "no network: everything at once; the delay grows and shrinks by 0.9 s a second",
     ),
 }

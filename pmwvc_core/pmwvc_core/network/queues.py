@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Queues of a link: a serial line of limited rate, slots as on a shared radio channel, and the
-order of packets. Times are integer nanoseconds; settings are an argument, as they may change.
-
-The instants of the slots are a renewal process of the link, whatever the packets do: its intervals
-are evenly spread from ``slot_min_s`` to ``slot_max_s``. A packet comes out at the first instant at
-which it is due and there is room in the slot.
+order of packets. Times are integer nanoseconds. The instants of the slots are a renewal process of
+the link: intervals evenly spread from ``slot_min_s`` to ``slot_max_s``.
 """
 
 import bisect
@@ -20,10 +17,8 @@ KEPT_NS = 200_000_000_000  # how long an instant is remembered; longer than any 
 
 
 class Drain:
-    """The queue that other settings leave behind.
-
-    Behind packets that earlier settings keep long, those of faster ones do not come out all at
-    once with the last of them but twice as fast as they went in, until none waits.
+    """The queue that other settings leave behind: packets of faster ones come out behind it twice
+    as fast as they went in, until none waits.
     """
 
     def __init__(self) -> None:
@@ -95,9 +90,7 @@ class Slots:
         self._held: dict[int, list[int]] = {}  # packets and bytes by instant
 
     def arrives_ns(self, p: LinkParams, fate: Fate, due_ns: int, begin_ns: int) -> int:
-        """Return the first instant with room, at ``due_ns`` or later; the first interval begins
-        with the link.
-        """
+        """Return the first instant with room, at ``due_ns`` or later."""
         self._reach(p, due_ns, begin_ns)
         index = bisect.bisect_left(self._ends_ns, due_ns)
         while True:

@@ -1,11 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The timeline of a link: settings that change at given times from the first packet.
-
-``5 outage; 5.5 lte; 20 delay_s=0.02..0.2 loss=0.1; 30 base; 40 repeat``: each entry holds until
-the next one. It names what differs from the settings of the link: a network by name, single
-settings, a ramp of the delay; ``base``: nothing differs; ``outage``: every packet is lost;
-``repeat``, the last entry: the timeline begins anew.
+"""The timeline of a link, from the first packet on: ``5 outage; 5.5 lte; 20 delay_s=0.02..0.2
+loss=0.1; 30 base; 40 repeat``. Each entry holds until the next one. It names what differs from the
+settings of the link: a network by name, single settings, a ramp of the delay; ``base``: nothing;
+``outage``: every packet is lost; ``repeat``, the last entry: it begins anew.
 """
 
 import bisect
@@ -50,17 +48,14 @@ class Timeline:
     entries: tuple[Entry, ...]
     length_s: float = math.inf
 
-    @functools.cached_property
-    def _starts(self) -> list[float]:
-        return [entry.start_s for entry in self.entries]
-
     def at(self, elapsed_ns: int) -> tuple[int, float]:
         """Return which entry holds, and which part of its time has passed (0 without an end)."""
         time_s = elapsed_ns * 1e-9
         if self.length_s < math.inf:
             time_s %= self.length_s
-        number = bisect.bisect_right(self._starts, time_s) - 1
-        start_s, end_s = (*self._starts, self.length_s)[number : number + 2]
+        starts = [entry.start_s for entry in self.entries]
+        number = bisect.bisect_right(starts, time_s) - 1
+        start_s, end_s = (*starts, self.length_s)[number : number + 2]
         return number, (time_s - start_s) / (end_s - start_s) if end_s < math.inf else 0.0
 
 
@@ -125,12 +120,7 @@ def _setting(where: str, name: str, text: str) -> Any:
     if name not in known or name in NOT_HERE:
         raise ParameterError(f"{where}: {name!r}: there is no such setting{hint(name, known)}")
     spec = known[name]
-    value: Any = text
-    if spec.kind is bool and text in ("true", "false"):
-        value = text == "true"
-    elif spec.kind in (int, float):
-        value = _number(where, name, text)
-        value = int(value) if spec.kind is int and value.is_integer() else value
+    value = spec.converted(text)
     if problem := spec.problem(value):
         raise ParameterError(f"{where}: {name} = {problem}")
     return value

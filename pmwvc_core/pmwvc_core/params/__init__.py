@@ -6,14 +6,14 @@ from pmwvc_core.params.baselines import BaselineParams as BaselineParams
 from pmwvc_core.params.fields import Spec as Spec
 from pmwvc_core.params.fields import Validated as Validated
 from pmwvc_core.params.fields import specs as specs
-from pmwvc_core.params.master import FilterParams as FilterParams
-from pmwvc_core.params.master import MasterParams as MasterParams
 from pmwvc_core.params.network import LinkParams as LinkParams
 from pmwvc_core.params.port_filters import BankParams as BankParams
 from pmwvc_core.params.port_filters import LocalModelParams as LocalModelParams
 from pmwvc_core.params.port_filters import PositionParams as PositionParams
 from pmwvc_core.params.port_filters import VelocityFilterParams as VelocityFilterParams
 from pmwvc_core.params.ports import DeadbandParams as DeadbandParams
+from pmwvc_core.params.ports import FilterParams as FilterParams
+from pmwvc_core.params.ports import MasterParams as MasterParams
 from pmwvc_core.params.server import ContactParams as ContactParams
 from pmwvc_core.params.server import ServerParams as ServerParams
 from pmwvc_core.params.user import DeviceParams as DeviceParams

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the controllers to compare with; both ends of a user's link share them.
 
-The defaults are what the rules of :mod:`pmwvc_core.baselines.tuning` give, with a margin, for the
-default device, hand and contact at 24 ms of delay each way.
+The defaults are what the rules of :mod:`pmwvc_core.controllers.record` give, with a margin, for
+the default device, hand and contact at 24 ms of delay each way.
 """
 
 from dataclasses import dataclass

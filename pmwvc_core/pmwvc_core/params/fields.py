@@ -27,18 +27,16 @@ _BOUNDS = {
     "<=": ("high", operator.le),
     "<": ("below", operator.lt),
 }
+_WORDS = {"null": None, "true": True, "false": False}
 _KINDS = {float: "a number", int: "a whole number", str: "a string"}
 
 
 @dataclass(frozen=True)
 class Spec:
-    """The declaration of one parameter.
-
-    ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional``
-    allows ``None``. ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones.
-    ``choices`` lists allowed names, ``plugins`` returns those that other packages add.
-    ``read_only`` parameters are fixed when a node starts. Above ``usual`` a value in seconds is
-    allowed, but meant in milliseconds more often.
+    """The declaration of one parameter: ``kind`` of a value (``float``, ``int``, ``bool``,
+    ``str``), ``optional``: or ``None``; exclusive bounds ``above``/``below``, inclusive
+    ``low``/``high``; names allowed, by ``choices`` and ``plugins``; ``read_only``: fixed when a
+    node starts. Above ``usual`` a value in seconds is meant in milliseconds more often.
     """
 
     kind: type
@@ -67,6 +65,19 @@ class Spec:
             text = f"{self.low:g}..{self.high:g}"
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         return (text or _KINDS[self.kind]) + unit + (" or null" if self.optional else "")
+
+    def converted(self, value: Any) -> Any:
+        """Return a value in the declared type where that loses nothing; else as it is."""
+        if self.kind is str:  # nothing behind a name is an empty text, the number of a column one
+            return "" if value is None else str(value) if type(value) is int else value
+        if isinstance(value, str):
+            try:  # YAML 1.1 reads 1e-3 (no dot) as a text
+                value = _WORDS[value] if value in _WORDS else float(value)
+            except ValueError:
+                return value
+        if self.kind is float and type(value) is int:
+            return float(value)
+        return int(value) if self.kind is int and _is_whole(value) else value
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value, or None."""
@@ -105,6 +116,10 @@ class Spec:
         return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
 
 
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, float) and value.is_integer()
+
+
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
 _BOUND = re.compile(
     rf"(?:(?P<low>{_NUMBER})\.\.(?P<high>{_NUMBER})|(?P<side>[<>]=?) (?P<limit>{_NUMBER}))"
@@ -113,34 +128,21 @@ _BOUND = re.compile(
 
 
 def parameter(
-    default: float | int | bool | str | None,
-    allowed: str | tuple[str, ...],
-    description: str,
-    *,
-    kind: type | None = None,
-    group: str = "",
-    read_only: bool = False,
-    usual: float | None = None,
-) -> Any:
+    default: float | int | bool | str | None, allowed: str | tuple[str, ...], description: str, *,
+    kind: type | None = None, group: str = "", read_only: bool = False, usual: float | None = None,
+) -> Any:  # fmt: skip
     """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
-
-    ``allowed`` is range and unit, as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
-    ``-`` without either), or the names allowed; plug-ins of a ``group`` of entry points are
-    allowed besides. ``kind`` is needed only where the default is ``NO_DEFAULT``.
+    ``allowed`` is range and unit as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
+    ``-``), or the names allowed, besides plug-ins of a ``group``; ``kind`` goes with
+    ``NO_DEFAULT``.
     """
     kind = kind or (float if default is None else type(default))
+    named = {"unit": "-", "choices": allowed}
     spec = Spec(
-        kind,
-        optional=default is None,
-        read_only=read_only,
-        description=description,
-        plugins=partial(installed, group) if group else tuple,
-        usual=usual,
-        default=default,
-        **(
-            _read(allowed, kind) if isinstance(allowed, str) else {"unit": "-", "choices": allowed}
-        ),
-    )
+        kind, optional=default is None, read_only=read_only, description=description, usual=usual,
+        plugins=partial(installed, group) if group else tuple, default=default,
+        **(_read(allowed, kind) if isinstance(allowed, str) else named),
+    )  # fmt: skip
     return dataclasses.field(default=default, metadata={"spec": spec})
 
 
@@ -208,9 +210,7 @@ class IsNot(Is):
 
 
 class Validated:
-    """Base of every parameter dataclass: checks all fields once, when built, then what holds
-    between them; ParameterError naming the field, its value and the allowed range.
-    """
+    """Base of parameters: checked when built, each, then together; else ParameterError."""
 
     def __post_init__(self) -> None:
         problems = [

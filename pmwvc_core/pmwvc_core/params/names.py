@@ -8,7 +8,8 @@ empty prefix adds nothing. A group's own parameters come before those of its nes
 
 import dataclasses
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping
 from operator import attrgetter
 from typing import Any, TypeVar
 
@@ -37,37 +38,31 @@ def flattened(prefix: str, owner: Any) -> dict[str, Any]:
 
 
 def replaced(owner: P, path: str, value: Any) -> P:
-    """Return a dataclass with the parameter at a dotted path changed; 4.0 is a whole number too.
-    ParameterError where its group may not have that value.
-    """
+    """Return a dataclass with the parameter at a dotted path changed; else ParameterError."""
     head, _, rest = path.partition(".")
     if rest:
         value = replaced(getattr(owner, head), rest, value)
-    elif specs(type(owner))[head].kind is int and isinstance(value, float) and value.is_integer():
-        value = int(value)
+    else:
+        value = specs(type(owner))[head].converted(value)
     return dataclasses.replace(owner, **{head: value})  # type: ignore[type-var]
 
 
-def assembled(
-    prefix: str,
-    kind: type[P],
-    given: Mapping[str, Any],
-    *,
-    named: Callable[[str, str, type], str] = lambda text, prefix, _: joined(prefix, text),
-) -> P:
-    """Build a dataclass from values by dotted name; what is not given takes its default. Where a
-    group refuses its values, ParameterError with what ``named`` makes of the text of the refusal,
-    and of prefix and class of the group.
+def assembled(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
+    """Build a dataclass from values by dotted name, or defaults; where a group refuses them,
+    ParameterError with the full name of every parameter that begins a conflict.
     """
     fields = {
         name: given[joined(prefix, name)] for name in specs(kind) if joined(prefix, name) in given
     }
     for name, nested_kind in groups(kind).items():
-        fields[name] = assembled(joined(prefix, name), nested_kind, given, named=named)
+        fields[name] = assembled(joined(prefix, name), nested_kind, given)
     try:
         return kind(**fields)
     except ParameterError as error:
-        raise ParameterError(named(str(error), prefix, kind)) from None
+        names = "|".join(specs(kind))
+        named = re.sub(rf"(^|; )(?=({names}) = )", rf"\1{joined(prefix, '')}", str(error))
+        start = "" if named.startswith(f"{prefix}.") or not prefix else f"{prefix}: "
+        raise ParameterError(f"{start}{named}") from None
 
 
 def nested(flat_values: Mapping[str, Any]) -> dict[str, Any]:
@@ -92,9 +87,7 @@ def flat_mapping(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]
 
 
 def hint(name: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
-    """Return ``; did you mean ...?`` with the nearest known name, capital letters aside, or the
-    first whose last part is the one given; empty where none is near.
-    """
+    """Return ``; did you mean ...?`` with the nearest known name, or last part; "" without."""
     plain = name.lower()
 
     def likeness(one: str) -> tuple[bool, float]:

@@ -20,9 +20,7 @@ OPERATOR_KINDS = (
 
 @dataclass(frozen=True)
 class DeviceParams(Validated):
-    """The force-feedback device, simulated: m x'' + b_hd x' = f_h - F_m, with what a real one
-    adds.
-    """
+    """The simulated device: m x'' + b_hd x' = f_h - F_m, with what a real one adds."""
 
     plugin: str = fixed("simulated", "-", "device plug-in by entry-point name")
     mass: float = parameter(0.25, "> 0 kg", "apparent mass at the handle")
@@ -42,9 +40,7 @@ class DeviceParams(Validated):
 
 @dataclass(frozen=True)
 class SafetyParams(Validated):
-    """Limits between controller and device; part of every control path, they cannot be switched
-    off.
-    """
+    """Limits between controller and device, in every control path; they are never off."""
 
     max_force: float = parameter(
         8.0, "> 0 and <= 20 N", "peak force (Touch class 3.3, larger desktop devices 8)"
@@ -113,9 +109,7 @@ class RemoteHandParams(Validated):
 
 @dataclass(frozen=True)
 class OperatorParams(Validated):
-    """The simulated person: what pushes the device. Times count from the moment the user is
-    coupled.
-    """
+    """What pushes the device. Times count from the moment the user is coupled."""
 
     kind: str = parameter("hand", OPERATOR_KINDS, "what drives the device")
     force: float = parameter(1.0, "N", "constant, sinusoid, chirp: amplitude along +x, signed")

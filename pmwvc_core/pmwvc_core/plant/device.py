@@ -2,28 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
 
-* Mass and damper are advanced exactly over a tick with both forces held.
-* Coulomb friction acts against the direction of motion at the start of a tick. Along one axis it
-  is exact: the device stops within the tick and stays unless the other forces win.
-* The stops at the ends of the workspace are perfectly inelastic.
-* The encoder rounds to its nearest step; the velocity signal is the true one, or the difference of
-  the last two readings over a tick.
+Mass and damper are advanced exactly over a tick with both forces held. Coulomb friction acts
+against the motion at the start of a tick; along one axis it is exact. The stops of the workspace
+are perfectly inelastic. The encoder rounds to its nearest step; the velocity signal is the true
+one, or the difference of the last two readings over a tick.
 """
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+
+from pmwvc_core.account import Account
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.motion import Motion, advanced, motion, time_to_rest
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, scaled, within, zero
+from pmwvc_core.numeric import Array, Value, root, squared
+from pmwvc_core.numeric import dot as inner
 from pmwvc_core.params import DeviceParams
 
 
 class Device(NamedTuple):
-    """True motion, what is read of it, and the work of both forces.
-
-    Work is a force held over each tick times the true distance moved in it.
-    """
+    """True motion, what is read of it, and work: force held in a tick times true distance."""
 
     x: Vector  # [m]
     xd: Vector  # [m/s]
@@ -68,9 +68,7 @@ def resting_device(x: Vector, p: SimulatedParams) -> Device:
 def device_step(
     s: Device, f_h: Vector, f_m: Vector, p: SimulatedParams
 ) -> tuple[Device, Vector, Vector]:
-    """Advance one tick, with the force ``f_h`` of the hand on the device and that of the
-    controller against it, ``f_m``, held [N]; also return what is read at its end.
-    """
+    """Advance one tick, both forces held [N]; return also what is read at its end."""
     force = minus(f_h, f_m)
     if p.friction > 0.0:
         x, xd = _rubbed(s.x, s.xd, force, p)
@@ -102,11 +100,9 @@ def _rounded(x: float, step_m: float) -> float:
 
 
 def _rubbed(x: Vector, xd: Vector, force: Vector, p: SimulatedParams) -> tuple[Vector, Vector]:
-    """Advance one tick with Coulomb friction against the direction of motion.
-
-    That direction is kept over the tick, or until the motion along it has come to rest: along
-    it the velocity is monotone and passes zero at most once. From there the other forces
-    either hold still or win for good, in their own direction.
+    """Advance one tick with Coulomb friction against the direction of motion, kept until the
+    motion along it comes to rest (once at most); from there the other forces hold still or win for
+    good.
     """
     speed, course, wins = length(xd), _direction(xd), length(force) - p.friction
     push = scaled(_direction(force), max(wins, 0.0))  # what wins from rest
@@ -129,3 +125,53 @@ def _direction(a: Vector) -> Vector:
 
 def _over(a: float, size: float) -> float:
     return a / size
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1..1; as good as exact for small b t/m
+
+
+def damper_heat(mass: float, damping: float, time_s: Value, xd: Array, force: Array) -> Array:
+    """Return b times the integral of |xd|^2 over times that begin with ``xd`` [m/s] and have a
+    constant force [N], ``(ticks, dof)`` [J]: from the velocity, not from the balance of the other
+    energies.
+    """
+    square = np.zeros(())
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        part_s = 0.5 * (1.0 + node) * time_s
+        z = damping * part_s / mass
+        grows = -np.expm1(-z) / damping if damping > 0.0 else part_s / mass
+        square = square + 0.5 * weight * squared(np.exp(-z) * xd + grows * force)
+    return np.asarray(damping * time_s * square)
+
+
+def device_account(
+    params: DeviceParams, tick_s: float, before: tuple[Array, Array], after: tuple[Array, Array],
+    f_h: Array | None, f_m: Array,
+) -> Account:  # fmt: skip
+    """Return the energy of a device over ticks of which its true motion is known [J].
+
+    ::
+
+        taken       f_h . (x+ - x), a force held over a tick works on what it moves
+        given       f_m . (x+ - x), to the force of the controller
+        stored      m (|xd+|^2 - |xd|^2)/2
+        dissipated  b_hd times the integral of |xd|^2, and friction |x+ - x|; at a stop the rest
+
+    ``before`` and ``after`` are position [m] and velocity [m/s] of each tick, forces [N], all
+    ``(ticks, dof)``. A hand of unknown force (None) has given what the device shows.
+    """
+    (x, xd), (x_after, xd_after) = before, after
+    moved = x_after - x
+    push = -f_m if f_h is None else f_h - f_m
+    stored = 0.5 * params.mass * (squared(xd_after) - squared(xd))
+    if f_h is not None and params.friction == 0.0:
+        heat = damper_heat(params.mass, params.damping, tick_s, xd, push)
+    else:  # within a tick the velocity is as good as a straight line
+        square = squared(xd) + inner(xd, xd_after) + squared(xd_after)
+        heat = np.asarray(params.damping * tick_s / 3.0 * square)
+    heat = heat + params.friction * root(squared(moved))
+    stopped = (np.abs(x_after) >= params.workspace_m).any(axis=-1, keepdims=True)
+    heat = np.where(stopped, inner(push, moved) - stored, heat)
+    given = inner(f_m, moved)
+    taken = given + stored + heat if f_h is None else inner(f_h, moved)
+    return Account(taken, given, stored, heat)

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What pushes the device, chosen by the type of its state; here given forces, whatever the device
-does.
-
-A given force is an ideal source: nothing limits the energy it can deliver, so it suits experiments
-(App. B Fig. 5 uses 1 N from each side) rather than the picture of a person; for that see ``hand``.
+"""What pushes the device, by the type of its state; here given forces, whatever the device does:
+ideal sources, for experiments (App. B Fig. 5 uses 1 N from each side). For a person see ``hand``.
 """
 
 import math
@@ -16,8 +13,7 @@ from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, each, scaled, zero
 from pmwvc_core.numeric import Array
 
-# (s, x, xd, acts, p) -> (s, f_h [N]) over the tick that starts now. While there is nothing to do
-# yet (``acts`` is false) time does not pass, but where a hand says so.
+# (s, x, xd, acts, p) -> (s, f_h [N]) over this tick; no time passes before a hand ``acts``.
 hand_force = Family("hand_force")
 
 
@@ -57,9 +53,7 @@ def _given(
 
 
 class RecordedForce(NamedTuple):
-    """A recorded force, one row per tick. It does not react: where the replayed device meets
-    another force than the recorded one did, nothing brings it back.
-    """
+    """A recorded force, one row per tick, whatever the device does."""
 
     ticks: int
 

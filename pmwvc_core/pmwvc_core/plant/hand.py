@@ -91,9 +91,7 @@ class Arm(NamedTuple):
 def arm_step(
     y: float, yd: float, before: float, target: float, force: float, p: Arm
 ) -> tuple[float, float, float]:
-    """Return the way of the arm in a tick [m], its velocity afterwards [m/s], and the pull of the
-    target that moved meanwhile [N], by the implicit midpoint rule.
-    """
+    """Return way [m] and end velocity [m/s] of the arm in a tick, and the target's pull [N]."""
     step = target - before
     lead = before + 0.5 * step - y
     drive = p.stiffness * lead + p.rate * step + force
@@ -115,13 +113,7 @@ class Hand(NamedTuple):
 
 
 class HandParams(NamedTuple):
-    """Arm, grip and task of a hand.
-
-    Its target is the task's plus its own side of the object; it starts where the device is and
-    closes the gap as the task demands. While it closes, a force grows that presses the arm
-    inwards: a handle fixed at the target is then held with ``squeeze`` (if the grip is at least as
-    stiff as the arm).
-    """
+    """Arm, grip and task of a hand that starts at the device and closes the gap."""
 
     task: Task
     grip: Grip
@@ -177,10 +169,7 @@ def _held(s: Hand, x: Vector, xd: Vector, acts: bool, p: HandParams) -> tuple[Ha
 
 
 class RecordedHand(NamedTuple):
-    """An arm that moves as recorded; grip spring and damper pull the handle along.
-
-    The arm itself yields to nothing, so any energy it gives is the work of the recorded motion.
-    """
+    """An arm that moves as recorded and yields to nothing; its grip pulls the handle."""
 
     ticks: int
 

@@ -1,40 +1,39 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Hands by name, at the beginning of their time: state and parameters of the laws."""
+"""Hands by name, at the beginning of their time (state and parameters of the laws), and the files
+of those that are recorded: CSV or other text, or NumPy ``.npy``.
 
+How a column is named (several are separated by commas): by its name in the header line of a text,
+or by its number, counted from 0. Columns of text are separated by comma, semicolon, tab or blanks;
+lines that begin with ``#`` are skipped. Without a name a single column of data is taken.
+
+From the times it was recorded at to the ticks it is played at: 1. Uneven sampling is made even
+(median interval) by monotone cubic interpolation. 2. A recording faster than the ticks is
+low-passed forwards and backwards (no lag): Butterworth, order 8, -6 dB at 0.4 of the tick rate. 3.
+Monotone cubic interpolation (PCHIP: no overshoot, continuous slope) at the ticks.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
-from pmwvc_core.plant.forces import (
-    ForceParams,
-    GivenForce,
-    RecordedForce,
-    recorded_params,
-    rows_of,
-)
+from pmwvc_core.plant import forces, remote_hand
 from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion, task_hand
-from pmwvc_core.plant.playback import load_recording, read_columns
-from pmwvc_core.plant.remote_hand import (
-    POINTER_S,
-    PointerParams,
-    TableHand,
-    TableParams,
-    TaskHand,
-    remote_params,
-    resting_remote,
-)
 from pmwvc_core.plant.task import task_of
 
+EVEN = 1e-3  # of an interval: time stamps this regular count as even
+EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way
+ORDER = 8
 Made = tuple[Any, Any]  # state and parameters
 
 
 def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return state and parameters of the hand ``params.kind`` names; ParameterError where it would
-    not be stable at this tick, RecordingError where a recording cannot be used.
-    """
+    """Return the hand that ``params.kind`` names; else ParameterError or RecordingError."""
     if params.is_hand:
         return task_hand(params, task, at)
     if params.is_remote:
@@ -43,27 +42,28 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
         recording = load_recording(params, tick_s=at.tick_s, dof=at.axes)
         if params.answers:
             return RecordedHand(0), recorded_motion(params, recording, at.start, at.tick_s)
-        return RecordedForce(0), recorded_params(recording, at.axes, params.repeat, False)
+        force = forces.recorded_params(recording, at.axes, params.repeat, False)
+        return forces.RecordedForce(0), force
     amplitude = 0.0 if params.kind == "none" else params.force
     last_hz = params.frequency_end_hz if params.is_chirp else params.frequency_hz
     swings = params.is_sinusoid or params.is_chirp
-    return GivenForce(0), ForceParams(
+    return forces.GivenForce(0), forces.ForceParams(
         at.along(amplitude), swings, at.tick_s, params.frequency_hz, last_hz, params.sweep_s
     )
 
 
 def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return a hand that does the task, or has the targets of the file ``params.file``: a row per
-    target, the time [s] from the moment the user is coupled, and the position [m] on one axis or
-    on each. A row with ``nan`` lets go.
+    """Return a hand that does the task, or has the targets of a file: a row has the time [s] from
+    coupling on, and the position [m] on one axis or on each; ``nan`` lets go.
     """
-    hand, p = resting_remote(at.start), remote_params(params, at.tick_s)
+    hand, p = remote_hand.resting_remote(at.start), remote_hand.remote_params(params, at.tick_s)
     if not params.file:
         inside = params.squeeze / params.remote.stiffness
         pressed = at.along(at.side * (at.half_width_m - inside))
-        every = max(1, round(POINTER_S / at.tick_s))
+        every = max(1, round(remote_hand.POINTER_S / at.tick_s))
         the_task = task_of(task, at.axes)
-        return TaskHand(hand, 0), PointerParams(p, the_task, at.start, pressed, every)
+        pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
+        return remote_hand.TaskHand(hand, 0), pointer
     if not params.time_column:
         raise RecordingError(
             f"{params.file}: operator.time_column is empty; a remote hand needs the times of its "
@@ -75,5 +75,144 @@ def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
             f"{params.file}: {params.time_column} must be finite and must not go back"
         )
     ticks = np.ceil(times / at.tick_s - 1e-6).astype(int)
-    rows = rows_of(params.scale * values + params.offset, at.axes)
-    return TableHand(hand, 0, 0), TableParams(p, ticks, rows, tuple(range(at.axes)), False)
+    rows = forces.rows_of(params.scale * values + params.offset, at.axes)
+    table = remote_hand.TableParams(p, ticks, rows, tuple(range(at.axes)), False)
+    return remote_hand.TableHand(hand, 0, 0), table
+
+
+def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
+    """Return a recording at the ticks, ``(ticks, 1 or dof)`` [N or m]; else RecordingError."""
+    file = params.file
+    values, times = read_columns(params, dof=dof)
+    if len(values) < 2:
+        raise RecordingError(f"{file}: {len(values)} rows; a recording needs at least 2")
+    broken = ~(np.isfinite(values).all(axis=1) & np.isfinite(times))
+    if broken.any():
+        raise RecordingError(
+            f"{file}: {int(broken.sum())} rows hold a value that is not a finite number, the "
+            f"first is row {int(broken.argmax())} (from 0); repair or cut the file"
+        )
+    if (np.diff(times) <= 0.0).any():
+        row = int((np.diff(times) <= 0.0).argmax()) + 1
+        raise RecordingError(f"{file}: {params.time_column} does not rise at row {row} (from 0)")
+    signal = params.scale * resample(values, times, tick_s=tick_s) + params.offset
+    return fade(signal, fade_s=params.fade_s, tick_s=tick_s)
+
+
+def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
+    """Return columns ``(rows, 1 or dof)`` and times [s] of a file; else RecordingError."""
+    file = Path(params.file).expanduser()
+    if not params.file:
+        raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
+    if not file.is_file():
+        raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
+    names, rows = _table_of(file)
+    wanted = [name.strip() for name in params.columns.split(",") if name.strip()]
+    if not wanted:
+        wanted = [name for name in names if name != params.time_column]
+        if len(wanted) != 1:
+            raise RecordingError(
+                f"{file}: operator.columns is empty, and there is more than one column: "
+                f"choose from {', '.join(names)}"
+            )
+    values = np.stack([_column(file, names, rows, name) for name in wanted], axis=-1)
+    if len(wanted) not in (1, dof):
+        raise RecordingError(
+            f"{params.file}: operator.columns = {params.columns!r} are {len(wanted)} columns for "
+            f"{dof} axes; give one column (it acts along the first axis) or one per axis"
+        )
+    if params.time_column:
+        return values, _column(file, names, rows, params.time_column)
+    return values, np.arange(len(values)) / params.rate_hz
+
+
+def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
+    """Return the names of the columns of a file, and its rows, of numbers or of texts."""
+    suffix = file.suffix.lower()
+    if suffix == ".npy":
+        try:
+            array = np.load(file, allow_pickle=False)
+        except (ValueError, EOFError) as error:
+            raise RecordingError(f"{file}: not a NumPy array of numbers ({error})") from error
+        if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
+            raise RecordingError(
+                f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
+                "(rows, columns)"
+            )
+        array = array.reshape(len(array), -1)
+        return [str(number) for number in range(array.shape[1])], array
+    if suffix not in (".csv", ".txt", ".tsv", ".dat"):
+        raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{file}: not text ({error}); save it as UTF-8") from error
+    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise RecordingError(f"{file}: empty")
+    separator = next((mark for mark in (";", "\t", ",") if mark in lines[0]), None)
+    rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
+    if any(_is_number(cell) for cell in rows[0]):
+        return [str(number) for number in range(len(rows[0]))], rows
+    return [cell.strip('"') for cell in rows[0]], rows[1:]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _column(file: Path, names: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> Array:
+    """Return one column ``(rows,)``, by its name or its number."""
+    if name not in names and not (name.isdecimal() and int(name) < len(names)):
+        raise RecordingError(
+            f"{file}: no column {name!r}; there are {', '.join(names)}, "
+            f"or by number 0 to {len(names) - 1}"
+        )
+    index = names.index(name) if name in names else int(name)
+    values = np.empty(len(rows))
+    for number, row in enumerate(rows):
+        try:
+            values[number] = row[index]
+        except (IndexError, ValueError) as error:
+            text = row[index] if index < len(row) else "nothing"
+            raise RecordingError(
+                f"{file}: row {number} (from 0) of column {name} holds {text!r}, not a "
+                "number; choose another column or repair the file"
+            ) from error
+    return values
+
+
+def resample(values: Array, times: Array, *, tick_s: float) -> Array:
+    """Return a signal ``(samples, columns)`` of rising times [s] at ``(ticks, columns)``."""
+    # Importing it takes over a second, which nodes without a recording need not wait for.
+    from scipy import interpolate, signal
+
+    times = times - times[0]
+    interval = float(np.median(np.diff(times)))
+    even = interval * np.arange(round(times[-1] / interval) + 1)
+    if len(even) != len(times) or np.abs(even - times).max() > EVEN * interval:
+        values, times = interpolate.PchipInterpolator(times, values)(even), even
+    if interval < tick_s * (1.0 - 1e-9) and len(values) > 1:
+        edge = 2.0 * EDGE * interval / tick_s  # as a ratio of half the recording's rate
+        if edge < 1.0:
+            sos = signal.butter(ORDER, edge, output="sos")
+            padding = min(len(values) - 1, round(10.0 * tick_s / interval * ORDER))
+            values = signal.sosfiltfilt(sos, values, axis=0, padlen=padding)
+    ticks = tick_s * np.arange(int(times[-1] / tick_s * (1.0 + 1e-12)) + 1)
+    return np.asarray(interpolate.PchipInterpolator(times, values)(np.minimum(ticks, times[-1])))
+
+
+def fade(values: Array, *, fade_s: float, tick_s: float) -> Array:
+    """Return a signal led in from zero and out to zero by half cosines, at most its halves."""
+    count = min(round(fade_s / tick_s), (len(values) - 1) // 2)
+    if count < 1:
+        return values
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
+    weight = np.ones(len(values))
+    weight[:count] = rise
+    weight[-count:] = rise[::-1]
+    return values * weight[:, np.newaxis]

@@ -9,14 +9,11 @@ target with at most ``speed_m_s``, at most ``reach_n / stiffness`` from the arm:
     m ydd = a k (x_t - y) - d yd - g [K (y - x) + B (yd - xd)]
 
 A target that is not finite, or none for ``SILENT_S``, lets go: g and a fall to zero within
-``FADE_S`` while x_t rests. The next target takes hold: the arm begins at the handle and g rises
+``FADE_S`` while x_t rests. The next one takes hold: the arm begins at the handle and g rises
 within ``TAKE_S``, with K g (y - x)^2/2 constant. The sum S of :mod:`.hand` has the terms - g (B +
 K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here; their change with g is part of ``effort_j``.
-
-In simulation targets come from a table, between the rows of which nothing comes (a gap of more
-than ``SILENT_S`` lets go), or from somebody who does the task with a pointer, one every
-``POINTER_S``: on the user's face of the object, and ``squeeze / stiffness`` inside it once the
-hands have closed.
+Simulated targets come from a table, or from who does the task with a pointer, one every
+``POINTER_S``.
 """
 
 import math
@@ -106,9 +103,7 @@ def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
 def remote_force(
     s: RemoteHand, x: Vector, xd: Vector, acts: bool, p: RemoteParams
 ) -> tuple[RemoteHand, Vector]:
-    """Move the arm; return the force on the handle [N]. While the user is not coupled targets grow
-    old, and there is none.
-    """
+    """Move the arm; return the force on the handle [N], none while not coupled."""
     age = s.age + 1
     s = s._replace(usable=s.usable and age <= p.silent_ticks, age=age)
     if not acts:
@@ -168,10 +163,7 @@ class TableHand(NamedTuple):
 
 
 class TableParams(NamedTuple):
-    """A table of targets in the order of time.
-
-    Ticks count from the moment of coupling; where it is early, from the start of the force loop.
-    """
+    """Targets in the order of time, from coupling on; if early, from the loop's start."""
 
     hand: RemoteParams
     ticks: Integers  # at which the rows come

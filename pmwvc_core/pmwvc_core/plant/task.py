@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The task of the hands as functions of time (App. B Fig. 6 shows such a target).
-
-``carry``: the target rests at the origin until ``move_s``, moves to ``distance_m`` along the first
-axis (and ``sideways_m`` along the second) and back again with a pause after each move, for ever.
-Every move is the minimum-jerk one s(r) = 10 r^3 - 15 r^4 + 6 r^5, the same that closes the hands.
-``hold`` has the closing only, ``free`` nothing. Time is in s from the moment of coupling.
+"""The task of the hands as functions of time [s] from coupling on (App. B Fig. 6 shows such a
+target). ``carry``: from ``move_s`` on the target moves ``distance_m`` along the first axis
+(``sideways_m`` along the second) and back, with pauses, for ever. Every move is the minimum-jerk
+one s(r) = 10 r^3 - 15 r^4 + 6 r^5, which closes the hands, too. ``hold`` has the closing only,
+``free`` nothing.
 """
 
 from typing import NamedTuple

@@ -41,9 +41,7 @@ class Interrupts:
 
 @contextlib.contextmanager
 def held_back() -> Iterator[None]:
-    """Let a Ctrl-C wait until the end of the block; children started inside never see one, unless
-    they unblock it.
-    """
+    """Let a Ctrl-C wait until the end of the block; children started inside see none."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Building messages: one conversion for live nodes and for recordings written without ROS.
-
-Every builder takes the message classes as its first argument: :func:`live_types` for rclpy,
-:func:`types_from` for a typestore of rosbags. Both are built by keywords and differ only in what a
-sequence and a byte are. Fields, units and meaning are those of the ``.msg`` files; fields given by
-keyword have their names. Nothing here judges what a message holds; a receiver does.
+"""Building messages: one conversion for live nodes and for recordings written without ROS. Every
+builder takes the message classes first: :func:`live_types` for rclpy, :func:`types_from` for a
+typestore of rosbags. Fields given by keyword have the names of the ``.msg`` files.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,6 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from pmwvc_core.ends.forms import scalar, vector
 from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import LinkParams
@@ -39,8 +37,7 @@ _PACKAGES = {
 }
 
 
-# The message classes by name, and what their sequences are made of: ``sequence(values, kind)``
-# makes one of numbers (typecodes or numpy types), ``flags`` one of booleans, ``octet`` a byte.
+# Message classes by name; ``sequence(values, kind)`` by typecode or numpy type; ``octet``: a byte.
 MessageTypes: TypeAlias = SimpleNamespace
 
 
@@ -49,7 +46,6 @@ def live_types() -> MessageTypes:
     return MessageTypes(
         **{n: getattr(import_module(f"{package}.msg"), n) for n, package in _PACKAGES.items()},
         sequence=lambda values, _: values,
-        flags=lambda values: [bool(value) for value in values],
         octet=lambda value: bytes((value,)),
     )
 
@@ -59,15 +55,12 @@ def types_from(classes: Mapping[str, Any]) -> MessageTypes:
     return MessageTypes(
         **{n: classes[f"{package}/msg/{n}"] for n, package in _PACKAGES.items()},
         sequence=lambda values, kind: np.array(values, dtype=kind),
-        flags=lambda values: np.array(values, dtype=bool),
         octet=int,
     )
 
 
 def record_of(topic: str) -> str:
-    """Return the topic on which waves are published once more, for the recorder: packets go to the
-    other end with best effort, once; sent again they would fill its queue.
-    """
+    """Return the topic of waves for the recorder, reliable and apart from the loops'."""
     return f"{topic}/sent"
 
 
@@ -82,25 +75,11 @@ def nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
-def axes(value: Value, dof: int) -> Any:
-    """Return a signal's elements; a float stands for the same value on every axis."""
-    if isinstance(value, np.ndarray) and value.ndim:
-        return value.ravel()
-    return (float(value),) * dof
-
-
-def scalar(value: Value) -> float:
-    """Return a quantity of the whole (an energy) that a law may keep as an array of one."""
-    return float(value.ravel()[0]) if isinstance(value, np.ndarray) else float(value)
-
-
 def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> Any:
-    """Return a packet as a Wave message, as recordings hold it; loops send bytes
-    (:mod:`pmwvc_core.runtime.wire`). A float stands for that value on each of ``dof`` axes.
-    """
+    """Return a packet as a Wave message of ``dof`` axes, as recordings hold it."""
     plain = ("sent_ns", "epoch", "seq", "period", "session")
     echo = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
-    signals = {n: axes(getattr(packet, n), dof) for n in ("wave", "integral", "position")}
+    signals = {n: vector(getattr(packet, n), dof) for n in ("wave", "integral", "position")}
     sequences = {**signals, "extra": packet.extra}
     return types.Wave(
         stamp=time_message(types, stamp_ns),
@@ -125,9 +104,7 @@ def link_state(
     types: MessageTypes, *, stamp_ns: int, counts: Mapping[str, int], delays: Mapping[str, float],
     params: LinkParams, **fields: Any,
 ) -> Any:  # fmt: skip
-    """Return counts (LinkCounters), delays since the last message (``delay_mean, delay_min,
-    delay_max, delay_error_max`` [s]) and settings of a link as a LinkState message.
-    """
+    """Return counts, delays since the last message [s] and settings of a link."""
     settings = {name: getattr(params, name) for name in _SETTINGS}
     stamp = time_message(types, stamp_ns)
     return types.LinkState(stamp=stamp, **counts, **delays, **settings, **fields)
@@ -148,12 +125,9 @@ def master_trace(
     types: MessageTypes, series: Mapping[str, Any], *, taken: Sequence[tuple[int, int, int]],
     stamp_ns: int, energy: Mapping[str, Value], accounts: Mapping[str, Value], **fields: Any,
 ) -> Any:  # fmt: skip
-    """Return one block of ticks as a MasterTrace message.
-
-    ``series`` are the fields of each tick by name, row-major; ``taken`` has tick, number and
-    sender's epoch of each packet taken in; ``energy`` holds ENERGIES at the end of the block [J],
-    ``accounts`` the energies that only this controller keeps [J]. ``fields`` are all others, as in
-    ``MasterTrace.msg``.
+    """Return one block of ticks as a MasterTrace message: ``series`` by name, row-major; ``taken``
+    has tick, number and sender's epoch of each packet taken in; ``energy`` ENERGIES at its end
+    [J], ``accounts`` those of the controller [J]. ``fields`` are all others.
     """
     return types.MasterTrace(
         stamp=time_message(types, stamp_ns),
@@ -170,14 +144,13 @@ def server_trace(
     types: MessageTypes, *, stamp_ns: int, dof: int, state: Sequence[int], contact: Sequence[bool],
     taken: Sequence[tuple[int, int, int]], accounts: Mapping[str, Value], **fields: Any,
 ) -> Any:  # fmt: skip
-    """Return one step of the server as a ServerTrace; one entry a user in every sequence.
-
+    """Return one step of the server as a ServerTrace, one entry a user in every sequence;
     ``taken`` has user, number and sender's epoch of each packet taken in; ``fields`` are all
-    others, as in ``ServerTrace.msg``; without lateness and compute [s] they are zero.
+    others.
     """
 
     def each(values: Sequence[Value]) -> Any:
-        return types.sequence([entry for value in values for entry in axes(value, dof)], "d")
+        return types.sequence([entry for value in values for entry in vector(value, dof)], "d")
 
     made = {name: each([fields.pop(name)]) for name in OF_OBJECT}
     made |= {name: each(fields.pop(name)) for name in OF_AVATARS}
@@ -187,7 +160,7 @@ def server_trace(
         stamp=time_message(types, stamp_ns),
         dof=dof,
         state=types.sequence([int(entry) for entry in state], "B"),
-        contact=types.flags(contact),
+        contact=types.sequence([bool(touches) for touches in contact], "?"),
         **made,
         **_accounts(types, accounts),
         **_taken(types, "user", taken),

@@ -6,8 +6,7 @@ ROS checks types, not lengths: any program on the domain can publish a ``ServerT
 do not match. Readers of other programs' messages check them here first.
 """
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 from pmwvc_core.network.in_flight import COLUMNS
@@ -30,94 +29,84 @@ _LARGEST = 1 << 62  # numbers and times [ns] that overflow when they are added u
 
 
 def misfit(kind: str, message: Any) -> str | None:
-    """Return what does not fit in a message that rclpy or rosbags decoded, or None; of the types
-    by name (``kind``) only those of ``pmwvc_msgs`` are looked into.
-    """
-    check = _CHECKS.get(kind)
-    return check(message) if check else None
+    """Return what does not fit in a decoded message of the type ``kind``, or None."""
+    return next(_CHECKS[kind](message), None) if kind in _CHECKS else None
 
 
-def _lengths(message: object, wanted: Mapping[str, int]) -> str | None:
+# Each check yields the first misfit, then others that may follow from it.
+def _lengths(message: object, wanted: Mapping[str, int]) -> Iterator[str]:
     for name, length in wanted.items():
         if (found := len(getattr(message, name))) != length:
-            return f"{name} has {found} values instead of {length}"
-    return None
+            yield f"{name} has {found} values instead of {length}"
 
 
-def _frame(message: Trace) -> str | None:
-    """Check what both traces have: axes, period, clock, accounts."""
+def _trace(message: Trace, wanted: Mapping[str, int], place: str, count: int) -> Iterator[str]:
+    """Check what both traces have, lengths, and ``count`` ticks or users (``place``)."""
     if not 1 <= message.dof <= MOST_DOF:
-        return f"dof = {message.dof}"
-    if not (math.isfinite(message.period) and 0.0 < message.period <= 1.0):
-        return f"period = {message.period:g} s"
+        yield f"dof = {message.dof}"
+    if not 0.0 < message.period <= 1.0:
+        yield f"period = {message.period:g} s"
     if abs(message.start_ns) >= _LARGEST:
-        return f"start_ns = {message.start_ns}"
-    if len(set(message.account_names)) != len(message.account_names):
-        return "an account has the name of another"
-    return _lengths(message, {"accounts": len(message.account_names)})
+        yield f"start_ns = {message.start_ns}"
+    names = message.account_names
+    if len(set(names)) != len(names):
+        yield "an account has the name of another"
+    yield from _lengths(message, {"accounts": len(names), **wanted})
+    if hasattr(message, "taken_seq"):  # a recording from before has none
+        places = getattr(message, f"taken_{place}")
+        if max(places, default=0) >= count:
+            yield f"taken_{place} = {max(places)}"
+        looked = {"looked": count} if place == "tick" else {}
+        taken = dict.fromkeys(("taken_seq", "taken_epoch"), len(places))
+        yield from _lengths(message, taken | looked)
 
 
-def _master_trace(message: MasterTrace) -> str | None:
+def _master_trace(message: MasterTrace) -> Iterator[str]:
     ticks = len(message.lateness)
     if not ticks or message.first_tick >= _LARGEST:
-        return f"{ticks} ticks from {message.first_tick} on"
+        yield f"{ticks} ticks from {message.first_tick} on"
     if message.state >= MOST_STATES:
-        return f"state = {message.state}"
+        yield f"state = {message.state}"
     wanted = dict.fromkeys(PER_AXIS, ticks * message.dof) | {"compute": ticks}
     if not len(message.f_h):  # a hand that is not known may be left out
         del wanted["f_h"]
-    return _frame(message) or _lengths(message, wanted) or _taken(message, "tick", ticks)
+    yield from _trace(message, wanted, "tick", ticks)
 
 
-def _server_trace(message: ServerTrace) -> str | None:
+def _server_trace(message: ServerTrace) -> Iterator[str]:
     users = len(message.users)
     if message.step >= _LARGEST:
-        return f"step = {message.step}"
+        yield f"step = {message.step}"
     if not users or len(set(message.users)) != users:
-        return f"{users} users"
-    if max(message.state, default=0) >= MOST_STATES:
-        return f"state = {max(message.state)}"
+        yield f"{users} users"
+    if (state := max(message.state, default=0)) >= MOST_STATES:
+        yield f"state = {state}"
     wanted = dict.fromkeys(OF_OBJECT, message.dof)
     wanted |= dict.fromkeys(OF_AVATARS, users * message.dof)
     wanted |= dict.fromkeys(("state", "contact", "energy_u_s", "energy_v_s"), users)
-    return _frame(message) or _lengths(message, wanted) or _taken(message, "user", users)
+    yield from _trace(message, wanted, "user", users)
 
 
-def _taken(message: Trace, place: str, count: int) -> str | None:
-    """Check the packets taken in; a recording from before has none."""
-    if not hasattr(message, "taken_seq"):
-        return None
-    places = getattr(message, f"taken_{place}")
-    if max(places, default=0) >= count:
-        return f"taken_{place} = {max(places)}"
-    wanted = dict.fromkeys(("taken_seq", "taken_epoch"), len(places))
-    return _lengths(message, wanted | ({"looked": count} if place == "tick" else {}))
-
-
-def _wave(message: Wave) -> str | None:
+def _wave(message: Wave) -> Iterator[str]:
     axes = len(message.wave)
     if not 1 <= axes <= MOST_DOF:
-        return f"wave has {axes} values"
-    return _lengths(message, {"integral": axes})
+        yield f"wave has {axes} values"
+    yield from _lengths(message, {"integral": axes})
 
 
-def _link(message: LinkState | Reception) -> str | None:
-    return None if "/" in message.link else f"link = {message.link!r}"
-
-
-def _packet_fate(message: PacketFate) -> str | None:
+def _link(message: LinkState | Reception | PacketFate) -> Iterator[str]:
     if "/" not in message.link:
-        return f"link = {message.link!r}"
+        yield f"link = {message.link!r}"
+
+
+def _packet_fate(message: PacketFate) -> Iterator[str]:
+    yield from _link(message)
     if not 1 <= message.first < _LARGEST:
-        return f"first = {message.first}"
-    return _lengths(message, dict.fromkeys(COLUMNS, len(message.epoch)))
+        yield f"first = {message.first}"
+    yield from _lengths(message, dict.fromkeys(COLUMNS, len(message.epoch)))
 
 
-_CHECKS: Mapping[str, Callable[[Any], str | None]] = {
-    "MasterTrace": _master_trace,
-    "ServerTrace": _server_trace,
-    "Wave": _wave,
-    "LinkState": _link,
-    "PacketFate": _packet_fate,
-    "Reception": _link,
+_CHECKS: Mapping[str, Callable[[Any], Iterator[str]]] = {
+    **{"MasterTrace": _master_trace, "ServerTrace": _server_trace, "Wave": _wave},
+    **{"LinkState": _link, "PacketFate": _packet_fate, "Reception": _link},
 }

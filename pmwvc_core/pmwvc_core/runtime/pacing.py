@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The clock of a loop: absolute deadlines, and counts of how they were met.
-
-A deadline is a point ``k * period + phase`` of the monotonic clock and never ``now + period``:
-lateness does not add up, and loops of several processes on one machine keep their phases.
-Nothing here knows what a tick computes; no control law belongs in this file.
+"""The clock of a loop: absolute deadlines ``k * period + phase`` of the monotonic clock, so that
+lateness does not add up and loops of a machine keep their phases; and counts of how they were met.
 """
 
 import ctypes
@@ -14,8 +11,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-
-from pmwvc_core.errors import ParameterError
 
 _NS_PER_S = 1_000_000_000
 _TIMER_ABSTIME = 1
@@ -27,10 +22,7 @@ class _Timespec(ctypes.Structure):
 
 
 def sleep_until(deadline_ns: int) -> None:
-    """Sleep until the monotonic clock shows ``deadline_ns``; return at once when it already does.
-
-    A signal does not end the sleep: its Python handler runs, then the rest is slept.
-    """
+    """Sleep until the monotonic clock shows a time, whatever signals come meanwhile."""
     until = _Timespec(*divmod(max(deadline_ns, 0), _NS_PER_S))
     clock = time.CLOCK_MONOTONIC
     while code := _libc.clock_nanosleep(clock, _TIMER_ABSTIME, ctypes.byref(until), None):
@@ -40,11 +32,9 @@ def sleep_until(deadline_ns: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One wake-up of a loop.
-
-    ``index`` counts executed ticks from 0, ``grid`` deadlines since the clock's origin: they part
-    where deadlines were skipped. ``lateness_ns`` is counted from ``due_ns``, the deadline this
-    tick stands for, and so does not hold the ``skipped`` whole periods just before it.
+    """One wake-up of a loop. ``index`` counts executed ticks from 0, ``grid`` deadlines since the
+    clock's origin. ``lateness_ns`` counts from ``due_ns``, without the ``skipped`` periods before
+    it.
     """
 
     index: int
@@ -64,23 +54,16 @@ class Pacer:
         due[n] = due[n - 1] + period_ns                                  (nothing skipped)
         wake[n] >= max(due[n], wake[n - 1] + period_ns / 2)
 
-    A late loop runs every tick; wake-ups stay half a period apart or more until it is back on its
-    grid: no burst, no gap. When it wakes later than ``recover_ns``, the deadlines that passed
-    meanwhile are skipped and counted, and the tick stands for the newest one. It does not look
-    whether the work itself fits the period: a loop that never does skips for ever, and reports it.
-
-    The phase is taken modulo the period. ``clock`` is monotonic [ns], and ``sleep`` sleeps until
-    it shows a value.
+    A late loop runs every tick, half a period apart or more, until it is back on its grid. When it
+    wakes later than ``recover_ns``, the deadlines that passed are skipped and counted, and the
+    tick stands for the newest one. ``clock`` is monotonic [ns]; ``sleep`` sleeps until it shows a
+    value.
     """
 
     def __init__(
         self, period_ns: int, *, phase_ns: int = 0, recover_ns: int = 25_000_000,
         clock: Callable[[], int] = time.monotonic_ns, sleep: Callable[[int], None] = sleep_until,
     ) -> None:  # fmt: skip
-        if period_ns <= 0:
-            raise ParameterError(f"period_ns = {period_ns}: must be > 0 ns")
-        if recover_ns < 0:
-            raise ParameterError(f"recover_ns = {recover_ns}: must be >= 0 ns")
         self.period_ns = period_ns
         self._phase_ns = phase_ns
         self.phase_ns = phase_ns % period_ns
@@ -130,26 +113,20 @@ class Pacer:
             yield tick
 
 
+@dataclass(slots=True)
 class Health:
-    """Ticks, lateness and computing time since the reader last looked.
+    """Ticks, lateness, computing time; a reader swaps in a fresh one, the loop never waits."""
 
-    The reader puts a fresh object into the loop and keeps the old one, so the loop never waits and
-    no lock is needed. Nothing here is allocated per tick.
-    """
-
-    __slots__ = ("compute_max_ns", "compute_sum_ns", "late_max_ns", "late_sum_ns", "ticks")
-
-    def __init__(self) -> None:
-        self.ticks = 0
-        self.late_sum_ns = self.late_max_ns = 0
-        self.compute_sum_ns = self.compute_max_ns = 0
+    ticks: int = 0
+    late_sum_ns: int = 0
+    late_max_ns: int = 0
+    compute_sum_ns: int = 0
+    compute_max_ns: int = 0
 
     def add(self, late_ns: int, compute_ns: int) -> None:
         """Count one tick."""
         self.ticks += 1
         self.late_sum_ns += late_ns
         self.compute_sum_ns += compute_ns
-        if late_ns > self.late_max_ns:
-            self.late_max_ns = late_ns
-        if compute_ns > self.compute_max_ns:
-            self.compute_max_ns = compute_ns
+        self.late_max_ns = max(self.late_max_ns, late_ns)
+        self.compute_max_ns = max(self.compute_max_ns, compute_ns)

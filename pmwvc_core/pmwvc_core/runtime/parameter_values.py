@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Parameter dataclasses as flat values by dotted name, the way ROS holds them, and back; and which
-node is given which of a scenario's. Needs no ROS.
-
-Names are those of :mod:`pmwvc_core.params.names`. ROS has no "not given" for a number: an optional
-one is a double whose 0.0 stands for ``None`` (its range never holds zero). Whole numbers are
-accepted for doubles.
+node is given which of a scenario's. ROS has no "not given" for a number: an optional one is a
+double whose 0.0 stands for ``None`` (its range never holds zero). Needs no ROS.
 """
 
 import dataclasses
@@ -21,9 +18,7 @@ P = TypeVar("P")
 
 
 class Share(NamedTuple):
-    """What a node is given of a group of a scenario: ``only`` some of its own parameters, the rest
-    at their defaults, or all of them.
-    """
+    """What a node is given of a group of a scenario: all, or ``only`` some of its own."""
 
     prefix: str
     attribute: str  # of a user or of the scenario
@@ -55,9 +50,7 @@ TOP_AT_ENDS = ("controller", "channel", "dof")  # of the scenario, at master and
 
 
 def given(shares: Sequence[Share], owner: Any, start: str = "") -> dict[str, Any]:
-    """Return what a node is given of a user or scenario: dataclasses by prefix and single values
-    by dotted name, below ``start``.
-    """
+    """Return what a node is given below ``start``: dataclasses, and single values by name."""
     found: dict[str, Any] = {}
     for prefix, attribute, _, only in shares:
         value, where = getattr(owner, attribute), joined(start, prefix)
@@ -68,9 +61,7 @@ def given(shares: Sequence[Share], owner: Any, start: str = "") -> dict[str, Any
 def taken_back(
     shares: Sequence[Share], values: Mapping[str, Any], start: str = ""
 ) -> dict[str, Any]:
-    """Return the values of a scenario's parameters by name from those that a node, which was given
-    all of their groups below ``start``, holds.
-    """
+    """Return a scenario's values by name from those that a node was given and holds."""
     return {
         name: from_ros(spec, values[joined(start, name)])
         for share in shares
@@ -87,9 +78,7 @@ def values_of(prefix: str, owner: Any) -> dict[str, Any]:
 
 
 def built(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
-    """Build a parameter dataclass from ROS values, the others at their defaults; ParameterError
-    with every wrong dotted name.
-    """
+    """Build a parameter dataclass from ROS values; ParameterError with every wrong name."""
     known = {name: spec for name, spec in leaves(prefix, kind).items() if name in given}
     wanted = {name: from_ros(spec, given[name]) for name, spec in known.items()}
     problems = [
@@ -103,9 +92,8 @@ def built(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
 
 
 def to_ros_yaml(parameters: Mapping[str, Any], *, node: str = "/**") -> dict[str, Any]:
-    """Return the content of a ROS parameter file for a node, by its full name, from parameter
-    dataclasses (written as all their parameters) and plain values by dotted name. ``None`` and
-    empty lists, which such a file cannot hold, are left out.
+    """Return the content of a ROS parameter file for a node, from parameter dataclasses and plain
+    values by dotted name, without ``None`` and empty lists, which such a file cannot hold.
     """
     found: dict[str, Any] = {}
     for name, value in parameters.items():
@@ -123,8 +111,5 @@ def to_ros(spec: Spec, value: Any) -> Any:
 
 def from_ros(spec: Spec, value: Any) -> Any:
     """Return a value as the dataclass wants it; a wrong type stays as it is, to be refused."""
-    if spec.kind is float and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    if spec.kind is str and type(value) is int:  # -p operator.columns:=1
-        value = str(value)
+    value = spec.converted(value)
     return None if spec.optional and value == 0.0 else value

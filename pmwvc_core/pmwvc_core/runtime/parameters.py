@@ -37,8 +37,8 @@ def declare(
     node: Node, prefix: str, kind: type[P], *, defaults: P | None = None, only: Sequence[str] = (),
     fixed: bool = True,
 ) -> P:  # fmt: skip
-    """Declare a parameter dataclass, or ``only`` some of its own parameters, fixed at the start of
-    the node by default; ParameterError naming every wrong value that the node was given.
+    """Declare a parameter dataclass, or ``only`` some of its own parameters, fixed at the start by
+    default; ParameterError naming every wrong value that the node was given.
     """
     specs = leaves(prefix, kind)
     names = [joined(prefix, name) for name in only] or specs
@@ -67,9 +67,7 @@ def declare_top(node: Node) -> dict[str, Any]:
 
 
 def declare_names(node: Node, name: str, default: Sequence[str], description: str) -> list[str]:
-    """Declare a list of names that become part of topics, fixed at the start of the node;
-    ParameterError where it is none.
-    """
+    """Declare a list of names for topics, fixed at the start; ParameterError if it is none."""
     value = _given(node, name, list(default))
     if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
         raise ParameterError(f"{name} = {value!r}: must be a list of strings, like ['a','b']")
@@ -112,13 +110,10 @@ class _Group(NamedTuple):
 
 
 class ParameterBinding:
-    """Parameters of one node that may change while it runs.
-
-    A change is checked by building the complete new dataclass from the old values and the new
-    ones, and refused as a whole with the dataclass's own message. An accepted one reaches the
-    group's listener as a complete new object, in the thread that serves parameters: the listener
-    only hands it over, the owner applies it at a frame boundary. ``settled`` is called behind the
-    listeners of a set of parameters: what they hand over belongs together. One per node.
+    """Parameters of one node that may change while it runs. A change is checked by building the
+    complete new dataclass, and refused as a whole. An accepted one reaches the group's listener as
+    a new object, in the thread that serves parameters; then ``settled`` is called, once for what
+    was set together. One per node.
     """
 
     def __init__(self, node: Node, *, settled: Callable[[], None] = lambda: None) -> None:
@@ -133,10 +128,9 @@ class ParameterBinding:
         defaults: P | None = None, check: Callable[[P], None] = lambda _: None,
         check_change: Callable[[P, P], None] = lambda _, __: None,
     ) -> P:  # fmt: skip
-        """Declare a parameter dataclass and return its values at the start; ParameterError where a
-        value given to the node is wrong. ``check`` raises ParameterError for what the dataclass
-        cannot know, at the start and at each change; ``check_change``, which gets the present
-        object and the new one, for a step that is not allowed while running.
+        """Declare a parameter dataclass; return its values at the start. ``check`` raises
+        ParameterError for what it cannot know, then and at each change; ``check_change``, given
+        the present object and the new one, for a step that is not allowed while running.
         """
         value = declare(self._node, prefix, kind, defaults=defaults, fixed=False)
         check(value)
@@ -148,8 +142,8 @@ class ParameterBinding:
         self, shares: Sequence[Share], start: str = "", *,
         defaults: Mapping[str, Any] | None = None, **changing: Mapping[str, Any],
     ) -> dict[str, Any]:  # fmt: skip
-        """Declare the node's shares of a user or scenario below ``start``; return their values by
-        attribute. ``changing`` are the arguments of :meth:`declare` of those that may change.
+        """Declare the node's shares of a user or scenario below ``start``; return values by
+        attribute. ``changing`` are arguments of :meth:`declare` of those that may change.
         """
         found = {}
         for prefix, attribute, kind, only in shares:
@@ -203,9 +197,7 @@ def _given(node: Node, name: str, default: Any) -> Any:
 
 
 def _describe(node: Node, name: str, spec: Spec, value: Any, *, fixed: bool) -> None:
-    """Give a parameter its type, range and description; a whole number becomes a double. Ranges
-    of a descriptor are closed, ``additional_constraints`` is exact.
-    """
+    """Give a parameter type, closed range and description; ``additional_constraints`` is exact."""
     parameter = Parameter(name, _TYPES[spec.kind], to_ros(spec, value))
     unit = f" [{spec.unit}]" if spec.unit and spec.unit != "-" else ""
     absent = " (0: not given)" if spec.optional else ""

@@ -1,12 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's process, from its first line to its exit code.
-
-The main thread owns the loop; a second one serves parameters, services and diagnostics; a third
-waits for signals. SIGINT and SIGTERM set an event and nothing else: ROS stays usable until the
-loop has sent its last packet. A second signal while the node is still ending writes into its log
-where every thread stands. Exit code 0: asked to stop; 2: a setting, file or device cannot be used,
-in one line; 1: a mistake of ours, with its traceback.
+"""A node's process, from its first line to its exit code. The main thread owns the loop; a second
+one serves parameters, services and diagnostics; a third waits for signals, which only set an
+event: ROS stays usable until the loop has sent its last packet. Exit code 0: asked to stop; 2: a
+setting, file or device cannot be used, in one line; 1: a mistake of ours, with its traceback.
 """
 
 import contextlib
@@ -36,8 +33,7 @@ from pmwvc_core.runtime.services import StartGate
 
 OK, WARN, ERROR = 0, 1, 2
 _SWITCH_S = 1e-4  # a loop that wakes gets the interpreter after this, not after 5 ms
-# Below the loops, above other programs: a thread that holds the interpreter must not be put aside
-# by another program while the loop waits for it.
+# Below the loops, above other programs: a loop waits for the thread that holds the interpreter.
 _PRIORITY = 10
 _LAST_S = 10.0  # for what a recorder has not got yet; longer than that nothing is kept
 _TEARDOWN_S = 5.0  # ROS needs some tens of milliseconds to remove a node
@@ -53,13 +49,10 @@ _REFUSALS = (
 
 
 def run_node(name: str, build: Callable[[Node], Any], *, args: Sequence[str] | None = None) -> int:
-    """Run a node until it is asked to stop; return the exit code.
-
-    ``build`` declares the parameters and makes the node's work: ``run(stop)`` works in the calling
-    thread until the event ``stop`` is set, ``close()`` lets go of everything, once, also when
-    ``run`` never was called. A parameter that was given and is not declared is refused. With
-    ``start.paused`` the work waits for a call of ``~/start``. ROS arguments may give another name;
-    ``args`` are those of the process by default.
+    """Run a node until it is asked to stop; return the exit code. ``build`` declares the
+    parameters and makes the node's work: ``run(stop)`` works until the event is set, ``close()``
+    lets go of everything, once, also when ``run`` never was called. ``args`` are those of the
+    process by default.
     """
     stop = threading.Event()
     sys.setswitchinterval(_SWITCH_S)
@@ -89,9 +82,9 @@ def run_node(name: str, build: Callable[[Node], Any], *, args: Sequence[str] | N
 def publish_health(
     node: Node, collect: Callable[[], tuple[int, str, Mapping[str, object]]]
 ) -> None:
-    """Publish a node's health on ``/diagnostics`` once a second. ``collect``, called by the thread
-    of the node's executor, returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and
-    values by name.
+    """Publish a node's health on ``/diagnostics`` once a second: ``collect``, called by the
+    executor's thread, returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and values
+    by name.
     """
     types = live_types()
     publisher = node.create_publisher(types.DiagnosticArray, "/diagnostics", 10)
@@ -107,8 +100,7 @@ def publish_health(
 
 
 def _created(name: str, args: Sequence[str] | None) -> Node:
-    # Fast DDS looks at the shared memory of every program that joins or is gone, a third of a
-    # second at a time, and a loop that publishes waits for it.
+    # Fast DDS looks into shared memory for a third of a second, and a loop that publishes waits.
     os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     rejected = remove_ros_args(args)[1 if args is None else 0 :]
@@ -124,9 +116,7 @@ def _created(name: str, args: Sequence[str] | None) -> Node:
 
 
 def _remove(node: Node, code: int) -> None:
-    """Take the node out of the graph; end the process with ``code`` if ROS never returns. The work
-    is closed by now: the device is released and the file is complete.
-    """
+    """Take a node whose work is closed out of the graph; exit if ROS never returns."""
     name = node.get_name()
 
     def give_up() -> None:
@@ -146,10 +136,7 @@ def _remove(node: Node, code: int) -> None:
 
 
 def refuse_undeclared(node: Node) -> None:
-    """Refuse, once all is declared, parameters that were given to a node made with
-    ``automatically_declare_parameters_from_overrides`` and that it does not declare:
-    ParameterError naming each with the nearest right name.
-    """
+    """Refuse parameters given to the node and not declared: ParameterError with each."""
     given = [n for n in node.get_parameters_by_prefix("") if not n.startswith(_OWN_OF_ROS)]
     known = [name for name in given if node.describe_parameter(name).description]
     unknown = [f"{n}: there is no such parameter{hint(n, known)}" for n in given if n not in known]
@@ -159,10 +146,9 @@ def refuse_undeclared(node: Node) -> None:
 
 @contextlib.contextmanager
 def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
-    """Serve the node's parameters, services and timers in a thread of its own.
-
-    An exception there ends the node: a loop that answers no calls must not go on. The executor is
-    shut down once its thread has ended: rclpy takes its guards away under a thread that spins.
+    """Serve parameters, services and timers in a thread of its own. An exception there ends the
+    node; the executor is shut down once its thread has ended: rclpy takes guards away under one
+    that spins.
     """
     failures: list[Exception] = []
     ended = threading.Event()
@@ -199,10 +185,8 @@ def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
 
 @contextlib.contextmanager
 def _signals_set(stop: threading.Event) -> Iterator[None]:
-    """Have SIGINT and SIGTERM set an event.
-
-    A signal only writes to a pipe, and a thread reads that: a handler that set the event itself
-    would run inside the main thread, where setting what it is just about to wait for can block.
+    """Have SIGINT and SIGTERM set an event: a signal writes to a pipe, and a thread reads that; a
+    handler would run inside the main thread, where setting what it waits for can block.
     """
     reader, writer = os.pipe()
     os.set_blocking(writer, False)

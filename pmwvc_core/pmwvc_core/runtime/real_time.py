@@ -36,9 +36,9 @@ class RealTimeReport:
 
 
 def hold_memory() -> RealTimeReport:
-    """Ask for memory that stays where it is: locked, the garbage collector's survivors frozen, in
-    the whole process: after set-up. It takes up to seconds on a busy machine: before a node can be
-    started, so that nodes that are started together begin together.
+    """Ask for memory that stays where it is, after set-up: locked, the garbage collector's
+    survivors frozen. It takes up to seconds: before a node can be started, so that nodes begin
+    together.
     """
 
     def freeze() -> None:
@@ -49,11 +49,8 @@ def hold_memory() -> RealTimeReport:
 
 
 def request_real_time(priority: int) -> RealTimeReport:
-    """Ask for what makes the calling thread wake in time; a refusal is reported, never raised.
-
-    Call this from the loop's own thread, to which timer slack and SCHED_FIFO (priority 1 to 99)
-    belong; what it starts later does not inherit the class. The threads of the middleware, without
-    which no packet comes in, go one step below.
+    """Ask, from the loop's own thread, for what makes it wake in time: timer slack, SCHED_FIFO
+    (priority 1 to 99), and the middleware's threads one step below. A refusal is reported.
     """
     return _asked(
         ("timer slack 1 ns", lambda: _checked(_libc.prctl(_PR_SET_TIMERSLACK, *_ONE_NS))),
@@ -63,27 +60,22 @@ def request_real_time(priority: int) -> RealTimeReport:
 
 
 def request_reception(priority: int) -> RealTimeReport:
-    """Ask for a middleware that takes packets in whatever else the machine does, for programs
-    without a loop of their own: they may be late, but nothing overflows meanwhile.
-    """
+    """Ask for reception whatever else the machine does; a loop of its own may be late."""
     return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
 
 
 def request_priority(priority: int) -> RealTimeReport:
-    """Ask for SCHED_FIFO for the calling thread only: it sleeps most of the time, and is not to be
-    put aside by ordinary programs when it wakes.
-    """
+    """Ask for SCHED_FIFO for the calling thread, which sleeps most of the time."""
     return _asked((f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)))
 
 
 def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
-    granted = []
-    refused = {}
+    granted, refused = [], {}
     for name, ask in requests:
         try:
             ask()
         except OSError as error:
-            hint = _WAY_OUT.get(error.errno or 0, {}).get(name.split()[0])
+            hint = _WAY_OUT.get((error.errno or 0, name.split()[0]))
             reason = error.strerror or str(error)
             refused[name] = f"{reason}; {hint}" if hint else reason
         else:
@@ -91,13 +83,11 @@ def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
     return RealTimeReport(tuple(granted), refused)
 
 
+_MEMLOCK = "raise the user's memlock limit"
 _WAY_OUT = {
-    errno.EPERM: {
-        "SCHED_FIFO": "raise the user's rtprio limit",
-        "memory": "raise the user's memlock limit",
-    },
-    errno.ENOMEM: {"memory": "raise the user's memlock limit"},
-    errno.EINVAL: {"SCHED_FIFO": "the priority must be 1 to 99"},
+    (errno.EPERM, "SCHED_FIFO"): "raise the user's rtprio limit",
+    (errno.EINVAL, "SCHED_FIFO"): "the priority must be 1 to 99",
+    **{(errno.EPERM, "memory"): _MEMLOCK, (errno.ENOMEM, "memory"): _MEMLOCK},
 }
 
 
@@ -115,9 +105,7 @@ def _set_middleware_fifo(priority: int) -> None:
 
 
 def _lock_memory() -> None:
-    """Lock what is in use now, and what comes into use later only where no limit could make that
-    fail. What is mapped and never touched (stacks, libraries) takes no memory.
-    """
+    """Lock what is in use, and what comes later only where no limit could make that fail."""
     limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
     limitless = limit == resource.RLIM_INFINITY or os.geteuid() == 0
     which = _MCL_CURRENT | _MCL_FUTURE if limitless else _MCL_CURRENT

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The services of every node: ``~/start`` lets its work begin, ``~/matched`` tells what it knows.
-
-Discovery is not symmetric in time: the graph may show both ends of a topic while one of them does
-not know the other yet, and what is sent then is lost without a trace. Only each end itself knows
-how many remote ends its own publishers and subscriptions have matched; ``~/matched`` asks it.
+"""The services of every node: ``~/start`` lets its work begin, ``~/matched`` tells how many remote
+ends its own publishers and subscriptions have matched, which only the node itself knows.
 """
 
 import json
@@ -25,11 +22,8 @@ LONGEST_S = 10.0
 
 
 class StartGate:
-    """Holds a node's work back until a person or the session runner starts it, or until its topics
-    have found their other ends; offers both services.
-
-    A node that joins a running session begins by itself: its first packets and the first rows of
-    its trace must not be lost. After ``LONGEST_S`` it begins all the same.
+    """Holds a node's work back until it is started, or until its topics have found their other
+    ends (where it joins a running session; for ``LONGEST_S`` at most); offers both services.
     """
 
     def __init__(self, node: Node) -> None:

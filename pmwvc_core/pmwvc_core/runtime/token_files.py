@@ -26,6 +26,7 @@ def write_token(path: Path, token: Token) -> None:
     who = f"user {token.user}".rstrip()
     text = f"{_HEAD}\nsession {token.session:016x}\n{who}\nkey {token.key.hex()}\n"
     try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with os.fdopen(descriptor, "w", encoding="ascii") as file:
             file.write(text)
@@ -34,9 +35,7 @@ def write_token(path: Path, token: Token) -> None:
 
 
 def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
-    """Write the key of a new session and a token for each user into a folder; return the files.
-    ParameterError where a user has no name of its own, or a file is there or cannot be made.
-    """
+    """Write a session's key and a token per user; return the files; else ParameterError."""
     wrong = [name for name in users if not name.isidentifier() or name == SERVER]
     if wrong or len(set(users)) != len(users):
         raise ParameterError(
@@ -47,10 +46,6 @@ def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
     tokens = {folder / SERVER: key, **{folder / user: key.of(user) for user in users}}
     if there := [str(path) for path in tokens if path.exists()]:
         raise ParameterError(f"{', '.join(there)}: there already; a session has a key of its own")
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except OSError as error:
-        raise ParameterError(f"{folder}: {error.strerror or error}") from None
     for path, token in tokens.items():
         write_token(path, token)
     return list(tokens)
@@ -77,10 +72,7 @@ def read_token(path: str | Path) -> Token:
 
 
 def token_of_node(path: str, *, user: str) -> Token | None:
-    """Return the token in the file that a node was given, None for an open session. It has to be
-    that of ``user``; of "" the key of the whole session. ParameterError where the file holds no
-    token, or another one's.
-    """
+    """Return a node's token, None without a file; ParameterError if it is another's."""
     if not path:
         return None
     try:

@@ -1,25 +1,78 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of a loop: subscriptions that it empties itself, and the packets of one user, one way in
-and one way out.
+"""Topics of a loop, and packets as the bytes of a serialized Wave message (CDR, little endian).
 
-Taking a message so costs a few microseconds, an executor's turn 150. An executor that serves the
-same node passes over these subscriptions, so it never takes a message away from the loop.
+A checksum over the bytes shows every corrupted bit, wrong lengths raise nothing. A loop empties
+its subscriptions itself (some microseconds; an executor's turn 150, and it passes over them).
 """
 
+import struct
 import time
+from functools import cache
 from importlib import import_module
 from typing import Any
 
+import numpy as np
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from pmwvc_core.runtime.messages import KEPT, MessageTypes, record_of
-from pmwvc_core.runtime.wire import packet_of, wave_bytes
+from pmwvc_core.ends.forms import scalar, vector
+from pmwvc_core.numeric import Value
+from pmwvc_core.runtime.messages import KEPT, NS_PER_S, MessageTypes, record_of
 from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import FLAG_SHORT, Verdict, WavePacket, refused, size_bytes
+
+ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
+CDR = ENCAPSULATION[:2]
+MOST_AXES, MOST_EXTRA = 6, 12
+_LENGTH, _DOF_AT = struct.Struct("<I"), 44
+_FIXED = size_bytes(0)
+_PER_AXIS = size_bytes(1) - _FIXED
+
+
+@cache
+def _layout(dof: int, extra: int) -> struct.Struct:
+    """Return the layout: the encapsulation and the fields of ``Wave.msg``."""
+    value = f"I4x{dof}d"
+    return struct.Struct(f"<4siIqQIId{value}{value}d{value}I4x{extra}dqqH2xIQQ")
+
+
+def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
+    """Return a packet as a message without checksum and tag; a float stands for each axis."""
+    sec, nanosec = divmod(stamp_ns, NS_PER_S)
+    return _layout(dof, len(packet.extra)).pack(
+        ENCAPSULATION, sec, nanosec, packet.sent_ns, packet.epoch, packet.seq, packet.echo_seq,
+        packet.period, dof, *vector(packet.wave, dof), dof, *vector(packet.integral, dof),
+        scalar(packet.energy), dof, *vector(packet.position, dof), len(packet.extra),
+        *packet.extra, packet.echo_sent_ns, packet.echo_hold_ns, packet.message_flags, 0,
+        packet.session, 0,
+    )  # fmt: skip
+
+
+def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
+    """Return a message as a packet, refused where it is none, with its reception time."""
+    (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= _FIXED else (0,)
+    extra, rest = divmod(len(data) - _FIXED - dof * _PER_AXIS, 8)
+    if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
+        return refused(Verdict.MALFORMED)
+    _, _, _, sent_ns, epoch, seq, echo_seq, period, *body = _layout(dof, extra).unpack(data)
+    second, third, last = dof + 1, 2 * dof + 3, 3 * dof + 4  # where lengths stand
+    if [body[0], body[second], body[third], body[last]] != [dof, dof, dof, extra]:
+        return refused(Verdict.MALFORMED)
+    wave, integral, position = (_value(body[at + 1 : at + 1 + dof]) for at in (0, second, third))
+    echo_sent_ns, echo_hold_ns, flags, _, session, _ = body[-6:]
+    return WavePacket(
+        epoch, seq, sent_ns, period, wave, integral, body[third - 1], position,
+        echo_seq, echo_sent_ns, echo_hold_ns, flags & ~FLAG_SHORT,
+        tuple(body[last + 1 : last + 1 + extra]), session, bool(flags & FLAG_SHORT), came_ns,
+    )  # fmt: skip
+
+
+def _value(values: list[float]) -> Value:
+    return values[0] if len(values) == 1 else np.array(values)
+
 
 WAVE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 RECORDED_QOS = QoSProfile(depth=KEPT, reliability=ReliabilityPolicy.RELIABLE)
@@ -39,11 +92,7 @@ def message_class(type_name: str) -> Any:
 
 
 def offered(qos: QoSProfile, period_s: float) -> QoSProfile:
-    """Return a publisher's profile with a deadline of three periods.
-
-    A subscriber that asks for none is matched all the same; one that asks for as much or more is
-    notified by the middleware when the topic falls silent. It costs 10 us a message.
-    """
+    """Return a publisher's profile with a deadline of three periods (10 us a message)."""
     deadline = Duration(nanoseconds=round(DEADLINE_PERIODS * period_s * 1e9))
     return QoSProfile(depth=qos.depth, reliability=qos.reliability, deadline=deadline)
 
@@ -67,8 +116,7 @@ class Polled:
     def __init__(
         self, node: Node, kind: Any, topic: str, qos: QoSProfile = TAKEN_QOS, *, raw: bool = False
     ) -> None:
-        self.kind = kind
-        self.raw = raw
+        self.kind, self.raw = kind, raw
         self.subscription = node.create_subscription(
             kind, topic, lambda _: None, qos, callback_group=_Unserved()
         )
@@ -81,21 +129,17 @@ class Polled:
 
 
 class WaveTopics:
-    """One end of a user's link, with packets of ``dof`` axes, one sent every ``period_s`` [s];
-    ``admission`` seals what is sent and judges what comes in.
-
-    A server sends nothing to a user whose packets it refuses. So that the user learns of a wrong
-    token, a quiet end answers with an empty packet, which every receiver refuses.
+    """One end of a user's link, with packets of ``dof`` axes every ``period_s`` [s]; ``admission``
+    seals and judges. A quiet end answers packets of a wrong token with an empty one, which every
+    receiver refuses: so the user learns of it.
     """
 
     def __init__(
         self, node: Node, types: MessageTypes, *, incoming: str, outgoing: str,
         admission: Admission, dof: int, extra: int, period_s: float,
     ) -> None:  # fmt: skip
-        self._admission = admission
-        self._dof = dof
+        self._admission, self._dof, self._sent_ns = admission, dof, 0
         self._whole = size_bytes(dof, extra)
-        self._sent_ns = 0
         inlet = Polled(node, types.Wave, incoming, raw=True)
         self._kind, self._inlet = inlet.kind, inlet.subscription.handle
         self._out = node.create_publisher(types.Wave, outgoing, offered(WAVE_QOS, period_s))

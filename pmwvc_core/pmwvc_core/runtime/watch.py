@@ -36,11 +36,9 @@ OF_TOKENS = {
 
 
 class Peers:
-    """Watches the wave topics of one node, by their full names: those of its receivers
-    (``inboxes``), and its ``own``, which no other node should publish.
-
-    ``publishers`` returns the full names of the nodes that publish a topic, ``clock`` monotonic
-    time [s].
+    """Watches wave topics by their full names: those of receivers (``inboxes``), and ``own`` ones,
+    which no other node should publish. ``publishers`` returns the nodes of a topic, ``clock`` time
+    [s].
     """
 
     def __init__(
@@ -126,9 +124,7 @@ def publishers_of(node: Node) -> Callable[[str], Sequence[str]]:
 
 class Watch:
     """Looks at a loop that counts its ``health`` and deadlines ``missed``, and publishes on topic
-    ``reception`` what it has received.
-
-    ``links`` are topic in, topic out and receiver of each link by name; ``epoch`` is the node's.
+    ``reception`` what came by its ``links``: topic in, topic out and receiver by name.
     """
 
     def __init__(
@@ -156,24 +152,16 @@ class Watch:
         """Publish what has been received until now."""
         for sentence in self._wrong_tokens.look():
             self._node.get_logger().warning(sentence)
+        types, others = self._types, self._loop.protocol.other_controller
         for link, inbox in self._inboxes.items():
             self._seq += 1
-            self._out.publish(
-                self._types.Reception(
-                    stamp=time_message(self._types, time.time_ns()),
-                    epoch=self._epoch,
-                    seq=self._seq,
-                    link=link,
-                    sender=inbox.epoch,
-                    **counts(inbox, other_controller=self._loop.protocol.other_controller),
-                    **passage(inbox.path.estimate()),
-                )
-            )
+            stamp = time_message(types, time.time_ns())
+            head = {"stamp": stamp, "epoch": self._epoch, "seq": self._seq, "sender": inbox.epoch}
+            received = counts(inbox, other_controller=others) | passage(inbox.path.estimate())
+            self._out.publish(types.Reception(link=link, **head, **received))
 
     def look(self) -> tuple[dict[str, object], int]:
-        """Return values for people by name, and how many deadlines were missed since the last
-        look.
-        """
+        """Return values for people by name, and the deadlines missed since the last look."""
         loop, now_s = self._loop, time.monotonic()
         health, loop.health = loop.health, Health()
         elapsed_s, self._looked_s = now_s - self._looked_s, now_s

@@ -8,12 +8,8 @@
 
 A time [s] from the start of the session, then what is set together. A server takes a change over
 with its next step, a master with its next frame, a link with its next packet. What may change is
-what may change in a running node (a safety limit may be widened, too: nobody is on the device).
-
-Rates: on the strict channel a packet carries the time that it stands for. On the plain channel it
-stands for a fixed time, which filter, hold and the receiver's energy rest on. A coupling that
-moves avatars by the velocity of the step before would lose or make displacement where that step
-had another length than this one.
+what may change in a running node. Rates change on the strict channel only, whose packets carry the
+time that they stand for, and not where avatars move by the velocity of the step before.
 """
 
 import re
@@ -62,7 +58,7 @@ def read_changes(text: str) -> list[Change]:
             time_s = -1.0
         if not settings or None in settings or not 0.0 <= time_s < float("inf"):
             raise ScenarioError("changes", [f"{each.strip()!r}: {_FORM}"])
-        values = {match[1]: _value(match[1], match[2]) for match in settings if match}
+        values = {m[1]: spec_of(m[1]).converted(m[2]) for m in settings if m}
         found.append(Change(time_s, values))
     return sorted(found, key=lambda change: change.time_s)
 
@@ -73,9 +69,7 @@ def changes_text(changes: list[Change]) -> str:
 
 
 def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
-    """Return the changes of a scenario, each with the scenario that holds from then on;
-    ScenarioError where a parameter may not change, or not to that value.
-    """
+    """Return each change with the scenario from then on; ScenarioError where not allowed."""
     found, present = [], replace(scenario, changes="")
     for change in read_changes(scenario.changes):
         present = changed(present, change)
@@ -84,9 +78,7 @@ def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
 
 
 def changed(scenario: Scenario, change: Change) -> Scenario:
-    """Return a scenario with what a change sets; what it does not set is the same object.
-    ScenarioError where a parameter may not change, or not to that value.
-    """
+    """Return a scenario with a change, the rest the same objects; else ScenarioError."""
     result = scenario
     strict, server, coupling = scenario.strict, scenario.server, scenario.coupling
     for name, value in change.values.items():
@@ -107,9 +99,7 @@ def changed(scenario: Scenario, change: Change) -> Scenario:
 
 
 def _pinned(old: User, new: User) -> User:
-    """Return a user whose port at the server keeps its impedance when only the master's changes:
-    the server learns of it once, at the start.
-    """
+    """Return a user whose server port keeps its impedance when only the master's changes."""
     own = new.contact
     unchanged = new.master.impedance == old.master.impedance
     if unchanged or own.impedance is not None or own.impedance_matrix.strip():
@@ -120,9 +110,7 @@ def _pinned(old: User, new: User) -> User:
 
 
 def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupling) -> str:
-    """Return why a rate (``RATE_DROP`` or ``PERIOD``) cannot change while a session runs on this
-    channel, with this server and its coupling; "" where it can, as any other parameter.
-    """
+    """Return why a rate cannot change with this channel, server, coupling; "" if it can."""
     if name in (RATE_DROP, PERIOD) and not strict:
         return NEEDS_STRICT
     if name == PERIOD and (coupling.moves is None or coupling.moves(server)[0] != 0.0):
@@ -131,16 +119,3 @@ def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupli
             f"{server.integrator}: avatars move by the velocity of the step before"
         )
     return ""
-
-
-def _value(name: str, text: str) -> Any:
-    """Return the value of a setting in the type of its parameter; its range is checked later."""
-    kind = spec_of(name).kind
-    if text == "null":
-        return None
-    if kind is bool and text in ("true", "false"):
-        return text == "true"
-    try:
-        return text if kind is str else kind(text)
-    except ValueError:
-        return text  # refused with its text

@@ -1,17 +1,62 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Conflicts between parameter groups of a scenario that are each valid."""
+"""Conflicts between parameter groups of a scenario that are each valid, and the disturbances of a
+live session: ``6 kill server; 7 start server``, a time [s] from its start, an action and the node:
+server, netem, recorder, or a user for its master.
+"""
 
 import math
-from typing import TYPE_CHECKING
+import re
+from typing import TYPE_CHECKING, NamedTuple
 
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
-from pmwvc_core.params.ports import matrix_conflicts
-from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.params.ports import port_conflicts
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
+
+ACTIONS = ("kill", "start", "stop", "continue")
+SHARED = ("server", "netem", "recorder")
+USER = re.compile("user[1-9][0-9]*")
+
+
+class Disturbance(NamedTuple):
+    """One of them."""
+
+    time_s: float
+    action: str
+    node: str
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        return f"{self.action} {self.node} at {self.time_s:g} s"
+
+
+def disturbances_of(text: str) -> tuple[Disturbance, ...]:
+    """Read the disturbances of a scenario; ParameterError names entry, value and range."""
+    found: list[Disturbance] = []
+    for number, part in enumerate(filter(str.strip, text.split(";")), start=1):
+        where = f"disturbances: entry {number} {part.strip()!r}"
+        words = part.split()
+        if len(words) != 3 or words[1] not in ACTIONS:
+            raise ParameterError(f"{where}: must be TIME ACTION NODE, {' or '.join(ACTIONS)}")
+        if words[2] not in SHARED and not USER.fullmatch(words[2]):
+            raise ParameterError(
+                f"{where}: {words[2]!r}: must be {', '.join(SHARED)} or a user, user1"
+            )
+        try:
+            time_s = float(words[0])
+        except ValueError:
+            time_s = math.nan
+        least_s = found[-1].time_s if found else 0.0
+        if not least_s <= time_s <= 86400.0:
+            raise ParameterError(
+                f"{where}: time = {words[0]}: must be {least_s:g}..86400 s; entries come in the "
+                "order of their times"
+            )
+        found.append(Disturbance(time_s, words[1], words[2]))
+    return tuple(found)
+
 
 if TYPE_CHECKING:
     from pmwvc_core.scenario.scenario import Scenario
@@ -61,11 +106,9 @@ def conflicts(scenario: "Scenario") -> list[str]:
                 f"{user.name}.master.position.feedback = printed: generates energy; must be "
                 "budgeted or integral with channel = strict, the default; channel = plain has it"
             )
-        timeouts_s = {"master": silence_s, "server": user.safety.timeout_s}  # of the receivers
-        for group, port in (("master", user.master), ("server", user.contact)):
-            text = port.deadband.problem(strict=strict, timeout_s=timeouts_s[group])
-            found += [f"{user.name}.{group}.deadband.{text}"] if text else []
-            wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
+        ports = ("master", user.master, silence_s), ("server", user.contact, user.safety.timeout_s)
+        for group, port, waits_s in ports:  # the receiver of each
+            wrong = port_conflicts(port, dof=scenario.dof, strict=strict, timeout_s=waits_s)
             found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
         if user.operator.is_recorded and not user.operator.file:
             found.append(

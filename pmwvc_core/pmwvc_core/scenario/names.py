@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The dotted names of a scenario's parameters: declared, resolved, read and changed in one place.
-
-``server.contact_stiffness`` means every user; ``user2.device.mass`` means that user only;
-``link.delay_s`` and ``link.*.delay_s`` mean both directions. Names within one dataclass:
-:mod:`pmwvc_core.params.names`.
+"""The dotted names of a scenario's parameters: ``server.contact_stiffness`` means every user,
+``user2.device.mass`` that one, ``link.delay_s`` and ``link.*.delay_s`` both directions. Names
+within one dataclass: :mod:`pmwvc_core.params.names`.
 """
 
 import dataclasses
@@ -35,17 +33,12 @@ def complete(name: str) -> list[str]:
 
 
 def unknown(name: str) -> str:
-    """Return the refusal of a name that there is not, with the nearest one, or the one whose
-    description has that symbol.
-    """
+    """Return the refusal of an unknown name, with the nearest, or one of that symbol."""
     number, rest = split_user(name)
     of_user = [path for path, each in PARAMETERS.items() if each.of_user]
     known = of_user if number else sorted(PARAMETERS, key=lambda path: path not in of_user)
-    symbols = [
-        path
-        for path in known
-        if len(rest) <= SYMBOL and rest in PARAMETERS[path].spec.description.split()
-    ]
+    short = len(rest) <= SYMBOL
+    symbols = [p for p in known if short and rest in PARAMETERS[p].spec.description.split()]
     if symbols:
         near = f"; did you mean {min(symbols, key=lambda path: path.count('.'))}?"
     else:
@@ -56,9 +49,7 @@ def unknown(name: str) -> str:
 
 
 def resolved(name: str) -> tuple[int, list[str]]:
-    """Return the user (0: all) and the complete names that a name means; ScenarioError, with the
-    nearest name, where there is no such parameter.
-    """
+    """Return the user (0: all) and the complete names that a name means; else ScenarioError."""
     number, rest = split_user(name)
     found = complete(rest)
     if not found or (number and not PARAMETERS[found[0]].of_user):
@@ -72,10 +63,7 @@ def spec_of(name: str) -> Spec:
 
 
 def value_of(scenario: Scenario, name: str) -> float | None:
-    """Return a number of a scenario, that of the first user where several are meant; None where
-    the parameter is no number or not given. ScenarioError where there is no such parameter or
-    user.
-    """
+    """Return a number, that of the first user, or None; ScenarioError for unknown names."""
     number, (leaf, *_) = resolved(name)
     index = max(number - 1, 0)
     if index >= len(scenario.users):
@@ -100,10 +88,7 @@ def doubts(scenario: Scenario) -> list[str]:
 
 
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:
-    """Return the scenario with a parameter changed to a plain value, or, of a stackable name, to a
-    column ``(runs, 1)``; ScenarioError where there is no such parameter, or it may not have that
-    value.
-    """
+    """Return the scenario with a value, or a column ``(runs, 1)``; else ScenarioError."""
     number, leaves = resolved(name)
     for leaf in leaves:
         _, path, of_user = PARAMETERS[leaf]

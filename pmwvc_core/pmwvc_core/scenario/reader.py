@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """From a mapping to a :class:`Scenario`: every mistake found at once, each with path, value, range
-and nearest name.
-
-``link.delay_s`` (directly below ``link``) means both directions; ``user2.`` in front of a name
-means that user only. Later sources win: the file, then its ``userN`` blocks, then the overrides.
-``link.preset`` stands for all settings of a link; settings of the same source beside it win.
+and nearest name. Later sources win: the file, its ``userN`` blocks, the overrides. ``link.preset``
+stands for all settings of a link; settings of the same source beside it win.
 """
 
 import re
@@ -31,18 +28,13 @@ GONE = re.compile(r"link\.(up\.|down\.)?mode")
 
 
 def parse_scenario(
-    mapping: Mapping[str, Any],
-    *,
-    source: str = "scenario",
-    overrides: Mapping[str, Any] | None = None,
-    users: int | None = None,
+    mapping: Mapping[str, Any], *, source: str = "scenario",
+    overrides: Mapping[str, Any] | None = None, users: int | None = None,
     duration_s: float | None = None,
-) -> Scenario:
-    """Build a scenario from nested (or dotted) names; ScenarioError, with its ``source``, listing
-    every mistake of the file and the overrides.
-
-    Over the file win ``overrides`` (``--set``, values by dotted name), and over these the number
-    of ``users`` and ``duration_s`` [s].
+) -> Scenario:  # fmt: skip
+    """Build a scenario from nested (or dotted) names, ``overrides`` by dotted name, and over these
+    the number of ``users`` and ``duration_s`` [s]; ScenarioError listing every mistake of the
+    ``source``.
     """
     if not isinstance(mapping, Mapping):
         raise ScenarioError(
@@ -59,26 +51,6 @@ def parse_scenario(
     return scenario
 
 
-def _converted(spec: Spec, value: object) -> object:
-    """Return the value in the declared type where that loses nothing; else as it is, to be refused
-    with its text.
-    """
-    if spec.kind is float and isinstance(value, str):  # YAML 1.1 reads 1e-3 (no dot) as a text
-        try:
-            return float(value)
-        except ValueError:
-            return value
-    if spec.kind is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if spec.kind is int and isinstance(value, float) and value.is_integer():
-        return int(value)
-    if spec.kind is str and value is None:  # a name with nothing behind it: an empty text
-        return ""
-    if spec.kind is str and type(value) is int:  # the number of a column is a text to us
-        return str(value)
-    return value
-
-
 class _Reader:
     """Collects values by name, then builds; keeps the list of what is wrong."""
 
@@ -88,9 +60,7 @@ class _Reader:
         self.users: dict[int, dict[str, Any]] = {0: {}}  # by number, 0: for every user
 
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
-        """Sort values into those shared, of every and of single users; a common override replaces
-        what single users had.
-        """
+        """Sort values into shared and users'; a common override replaces single users'."""
         for name, value in self._without_presets(values).items():
             number, rest = split_user(name)
             leaves = complete(rest)
@@ -127,11 +97,9 @@ class _Reader:
         return found | others
 
     def _store(self, place: dict[str, Any], path: str, value: object, given: str) -> None:
-        """Keep a right value; note a wrong one, under the name that was given, once, and go on
-        with the default to find what else is wrong.
-        """
+        """Keep a right value; note a wrong one once, and go on with the default."""
         spec = PARAMETERS[path].spec
-        value = _converted(spec, value)
+        value = spec.converted(value)
         if problem := spec.problem(value):
             text = f"{given} = {problem}"
             self.problems += [text] if text not in self.problems else []
@@ -182,16 +150,9 @@ class _Reader:
         found: dict[str, Any] = {}
         for prefix, (attribute, kind) in prefixed(owner).items():
             try:
-                found[attribute] = assembled(prefix, kind, values, named=_named_in_full)
+                found[attribute] = assembled(prefix, kind, values)
             except ParameterError as error:  # single values are right: this is between two of them
                 found[attribute], text = None, str(error)
                 if not any(problem.endswith(text) for problem in self.problems):
                     self.problems.append(text if who in ("", "user1.") else who + text)
         return found
-
-
-def _named_in_full(text: str, prefix: str, kind: type) -> str:
-    """Return conflicts of a group with the full name of every parameter that begins one."""
-    names = "|".join(specs(kind))
-    named = re.sub(rf"(^|; )(?=({names}) = )", rf"\1{prefix}.", text)
-    return named if named.startswith(f"{prefix}.") else f"{prefix}: {named}"

@@ -1,11 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scenario: everything that defines a session, as nested frozen dataclasses.
-
-Reading one from a mapping (a YAML file, ``--set`` options): :mod:`pmwvc_core.scenario.reader`.
-Its parameters by dotted name: :mod:`pmwvc_core.scenario.names`.
-
-Equations: docs/theory.md 1.8.
+"""A scenario: everything that defines a session, as nested frozen dataclasses. Equations:
+docs/theory.md 1.8.
 """
 
 import contextlib
@@ -15,28 +11,10 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from pmwvc_core.controllers.library import (
-    CHANNELS,
-    RECORDS,
-    STRICT,
-    is_strict,
-    is_zeroing,
-    record_of,
-)
+from pmwvc_core import params
+from pmwvc_core.controllers import library
 from pmwvc_core.errors import PmwvcError, ScenarioError
-from pmwvc_core.params import (
-    BaselineParams,
-    ContactParams,
-    DeviceParams,
-    LinkParams,
-    MasterParams,
-    OperatorParams,
-    SafetyParams,
-    ServerParams,
-    Spec,
-    TaskParams,
-    specs,
-)
+from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
 from pmwvc_core.params.names import joined, leaves, nested
 from pmwvc_core.params.user import ServerTimes, server_times
@@ -48,11 +26,9 @@ from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
 
 def _gathered(name: str, plugins: Iterable[str], load: Callable[[str], Any]) -> type:
-    """Return the parameters that installed plug-ins declare: one group each, by its name.
-
-    A controller names a dataclass as ``params`` of its record: every user has its own values,
-    ``lab.gain`` and ``user2.lab.gain``. An environment's factory names one as its attribute
-    ``params``: the values are the session's.
+    """Return the parameters that installed plug-ins declare: one group each, by its name. A
+    controller's record names a dataclass ``params`` (values per user: ``user2.lab.gain``); so does
+    an environment's factory, whose values are the session's.
     """
     fields = []
     for one in plugins:
@@ -64,7 +40,7 @@ def _gathered(name: str, plugins: Iterable[str], load: Callable[[str], Any]) -> 
     return dataclasses.make_dataclass(name, fields, frozen=True, namespace=here)
 
 
-ControllerOwn = _gathered("ControllerOwn", RECORDS.installed(), RECORDS.of)
+ControllerOwn = _gathered("ControllerOwn", library.RECORDS.installed(), library.RECORDS.of)
 EnvironmentOwn = _gathered("EnvironmentOwn", installed(PLUGINS.group), PLUGINS.load)
 
 
@@ -74,14 +50,14 @@ class User:
 
     name: str
     side: int = parameter(-1, "-1..1", "side of the object the user is on: -1 pushes towards +x")
-    master: MasterParams = group(MasterParams)
-    baseline: BaselineParams = group(BaselineParams)
-    device: DeviceParams = group(DeviceParams)
-    operator: OperatorParams = group(OperatorParams)
-    safety: SafetyParams = group(SafetyParams)
-    contact: ContactParams = group(ContactParams)
-    link_up: LinkParams = group(LinkParams)
-    link_down: LinkParams = group(LinkParams)
+    master: params.MasterParams = group(params.MasterParams)
+    baseline: params.BaselineParams = group(params.BaselineParams)
+    device: params.DeviceParams = group(params.DeviceParams)
+    operator: params.OperatorParams = group(params.OperatorParams)
+    safety: params.SafetyParams = group(params.SafetyParams)
+    contact: params.ContactParams = group(params.ContactParams)
+    link_up: params.LinkParams = group(params.LinkParams)
+    link_down: params.LinkParams = group(params.LinkParams)
     own: Any = group(ControllerOwn)  # of controllers from other packages, by their names
 
     @property
@@ -97,9 +73,7 @@ class User:
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """A complete session: users, server, task, controller, duration and seed; ScenarioError where
-    groups that are each right contradict one another.
-    """
+    """A complete session; ScenarioError where groups contradict one another."""
 
     name: str = parameter(
         NO_DEFAULT, "-", "name of the scenario; also part of the session folder's name", kind=str
@@ -111,14 +85,14 @@ class Scenario:
     seed: int = parameter(1, "0..2147483647", "seed of all random numbers")
     controller: str = parameter(
         NO_DEFAULT,
-        tuple(RECORDS.library),
+        tuple(library.RECORDS.library),
         "controller between the users and the server",
         kind=str,
-        group=RECORDS.plugins.group,
+        group=library.RECORDS.plugins.group,
     )
     channel: str = parameter(
-        STRICT,
-        CHANNELS,
+        library.STRICT,
+        library.CHANNELS,
         "way of the waves between the ends; strict: integral and energy in every packet, never "
         "more energy out than in; plain: samples of the wave, as in the dissertation, each held "
         "until the next comes; zeroing: each for one step, then zero",
@@ -137,8 +111,8 @@ class Scenario:
         "'TIME NAME=VALUE ...; TIME NAME=VALUE ...'",
     )
     users: tuple[User, ...] = parameter(NO_DEFAULT, "1..8", "number of users", kind=int)
-    server: ServerParams = group(ServerParams)
-    task: TaskParams = group(TaskParams)
+    server: params.ServerParams = group(params.ServerParams)
+    task: params.TaskParams = group(params.TaskParams)
     own: Any = group(EnvironmentOwn)  # of environments from other packages, by their names
 
     def __post_init__(self) -> None:
@@ -150,12 +124,12 @@ class Scenario:
     @property
     def strict(self) -> bool:
         """Whether the waves of this session run on the strict channel."""
-        return is_strict(self.controller, self.channel)
+        return library.is_strict(self.controller, self.channel)
 
     @property
     def zeroing(self) -> bool:
         """Whether a wave of this session counts for one step, with zero where none has come."""
-        return is_zeroing(self.controller, self.channel)
+        return library.is_zeroing(self.controller, self.channel)
 
     @property
     def times(self) -> ServerTimes:
@@ -165,7 +139,7 @@ class Scenario:
     @property
     def coupling(self) -> Coupling:
         """The method by which the server closes its algebraic loop."""
-        return record_of(self.controller).coupling or COUPLINGS.of(self.server.coupling)
+        return library.record_of(self.controller).coupling or COUPLINGS.of(self.server.coupling)
 
     @property
     def environment(self) -> Environment:
@@ -183,10 +157,8 @@ class Scenario:
         return round(self.server.period_s / self.tick_s)
 
     def flat(self) -> dict[str, Any]:
-        """Return every parameter by its dotted name.
-
-        A per-user parameter that is the same for all stands once, without the user's name;
-        otherwise, and always the side, one entry a user.
+        """Return every parameter by its dotted name: once where it is the same for all users, else
+        (and always the side) one entry a user.
         """
         values: dict[str, Any] = {}
         for name in sorted(PARAMETERS, key=lambda name: name == "side"):  # which comes last

@@ -1,15 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Environments as black boxes (App. C), position and velocity in, force out: what one is made for,
-its calls, and one behind the port of :mod:`pmwvc_core.law.black_box`, contained.
+its calls, and one behind the port of :mod:`pmwvc_core.law.black_box`, contained: where it fails,
+every port is a matched damper for that step.
 
-Signals are arrays ``(users, dof)``. Forces act from the avatars on the environment. A user who is
-not there stands still; its force is ignored.
-
-Whatever the environment does wrong, every port is a matched damper for that step, and goes on. It
-runs interpreted, and keeps its own state. Waiting is not decided here: a ``Call`` runs the
-exchange, directly in a simulation, in a thread of its own in a live server, and raises
-``Unanswered`` where it will not wait any longer.
+Waiting is not decided here: a ``Call`` runs the exchange, directly in a simulation, in a thread of
+its own in a live server, and raises ``Unanswered`` where it will not wait any longer.
 """
 
 from collections import deque
@@ -26,7 +22,7 @@ from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.contained import LARGEST_N, BadAnswer, Faults
+from pmwvc_core.server.contained import LARGEST_N, BadAnswer, Faults, signal
 
 R = TypeVar("R")
 Call: TypeAlias = Callable[[Callable[[], Any]], Any]
@@ -50,17 +46,18 @@ class EnvironmentSetup:
 
 
 class BlackBox(Protocol):
-    """An environment as a black box: all that it must have, and here what it may have besides.
+    """All that an environment must have, with forces that act from the avatars on it.
+
+    Besides it may have:
 
     ``join(user, position)``, ``leave(user)``
         Called before the next step when user 0, 1, ... joins with its avatar at ``(dof,)`` [m],
-        or leaves.
+        or leaves. A user who is not there stands still; its force is ignored.
     ``local(position, dt) -> (F0, G)``
-        A slope of the force, with which the loop is solved without a model: F0 [N] and G [N s/m],
-        each ``(users, dof)``; the next force is about F0 + G xd. ``position`` is where the
-        avatars would be with xd = 0; xd moves them by ``dt`` xd (``dt`` is the period for
-        backward Euler, half of it for the trapezoid, 0 for forward Euler). Nothing may move here:
-        ``step`` follows. A negative slope counts as zero.
+        A slope of the force, with which the loop is solved: F0 [N] and G [N s/m], each
+        ``(users, dof)``; the next force is about F0 + G xd. ``position`` is where the avatars
+        would be with xd = 0; xd moves them by ``dt`` xd. Nothing may move here: ``step`` follows.
+        A negative slope counts as zero.
     ``energy``
         How much energy it holds [J], one number. The ledger keeps no more than that.
     ``position``, ``velocity``
@@ -69,8 +66,8 @@ class BlackBox(Protocol):
 
     def step(self, position: Array, velocity: Array, dt: float) -> Array:
         """Go one step on of ``dt``, always ``server.period_s`` [s]; return the forces of the
-        avatars on the environment ``(users, dof)`` [N]. ``position`` and ``velocity`` are those of
-        the avatars at the end of the step, of the same shape [m], [m/s]; not to be written to.
+        avatars on it ``(users, dof)`` [N]. ``position`` and ``velocity`` are those of the avatars
+        at the end of the step, of the same shape [m], [m/s]; not to be written to.
         """
         ...
 
@@ -109,22 +106,22 @@ def _answer(
 ) -> tuple[Reply, Iterable[bool]]:
     """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
     return the checked answer, and for which users the force cannot be used. ``start`` is where the
-    avatars are without their new velocity ``(users, dof)`` [m], ``velocity`` that without
-    knowledge of a slope [m/s].
+    avatars are without their new velocity [m], ``velocity`` that without a slope [m/s], each
+    ``(users, dof)``.
     """
     while s.pending:
         s.pending.popleft()()
     environment = s.environment
     if hasattr(environment, "local"):
         line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
-        force, slope = (_signal(each, start, "local") for each in line)
+        force, slope = (signal(each, start.shape, "local") for each in line)
         if not np.isfinite(force + slope).all():
             raise BadAnswer("returned a slope from local that is not finite")
         rows = zip(avatars, _rows(force), _rows(np.maximum(slope, 0.0)), strict=True)
         velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
     position = start + p.new_s * velocity
     position.flags.writeable = velocity.flags.writeable = False
-    force = _signal(environment.step(position, velocity, p.body.period_s), start)
+    force = signal(environment.step(position, velocity, p.body.period_s), start.shape)
     good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
     forces = _rows(np.where(good, force, np.nan))
     stored_j, (x, xd) = _stored_j(environment), _shown(environment, start.shape[1:])
@@ -137,30 +134,15 @@ def _exchange(
     p: BlackBoxParams,
 ) -> tuple[Outside, Reply]:  # fmt: skip
     ask = partial(_answer, s, avatars, np.array(starts), np.array(velocities), p)
-    found = s.faults.guarded(partial(s.call, ask))
-    if found is None:
-        rest = zero(starts[0])
-        return s, Reply(False, velocities, starts, -1.0, rest, rest)
-    reply, bad = found
+    rest = zero(starts[0])
+    damper = Reply(False, velocities, starts, -1.0, rest, rest)
+    reply, bad = s.faults.guarded(partial(s.call, ask), (damper, ()))
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply
 
 
 def _rows(values: Array) -> Vectors:
     return tuple(map(tuple, values.tolist()))
-
-
-def _signal(value: Any, like: Array, name: str = "step") -> Array:
-    try:
-        array = np.asarray(value)
-        if np.iscomplexobj(array):
-            raise BadAnswer(f"returned complex numbers from {name}")
-        array = np.asarray(array, dtype=float)
-    except (TypeError, ValueError):
-        raise BadAnswer(f"returned {type(value).__name__} from {name}") from None
-    if array.shape != like.shape:
-        raise BadAnswer(f"returned shape {array.shape} from {name}, not {like.shape}")
-    return array
 
 
 def _stored_j(environment: BlackBox) -> float:
@@ -175,9 +157,7 @@ def _stored_j(environment: BlackBox) -> float:
 
 def _shown(environment: BlackBox, shape: tuple[int, ...]) -> tuple[Vector, Vector]:
     """Return position [m] and velocity [m/s] of the object, zero where it shows none."""
-    if not (hasattr(environment, "position") and hasattr(environment, "velocity")):
-        return (0.0,) * shape[0], (0.0,) * shape[0]
-    found = environment.position, environment.velocity
+    found = (getattr(environment, name, 0.0) for name in ("position", "velocity"))
     try:
         position, velocity = (np.array(np.broadcast_to(each, shape), float) for each in found)
     except (TypeError, ValueError):

@@ -1,29 +1,29 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Code from outside, contained: the count of the faulty steps of an environment or coupling, and a
-coupling whose failed steps are a matched damper at every port.
-
-Then f_s = sqrt(b/2) u_s, so that no wave returns; avatars and object move by these forces as the
-record of the coupling says that they move. Heat is what went in and is not stored. Not here: a
-step that takes too long.
+"""Code from outside, contained: its answers are checked, its faulty steps counted, and the failed
+steps of a coupling are a matched damper at every port. Not here: a step that takes too long.
 """
 
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS, reason
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, kinetic_j, mobility, pushed_body
 from pmwvc_core.law.server.contacts import Avatar, contact_energy, couple, slid
 from pmwvc_core.law.vectors import dot, minus, plus, scaled, within, zero
 from pmwvc_core.law.wave.wave import free_velocity, wave_force, wave_velocity
+from pmwvc_core.numeric import Array
 
 LARGEST_N = 1e6  # more is no force
 R = TypeVar("R")
+F = TypeVar("F")
 Step = tuple[tuple[Avatar, ...], Body, float, bool]
 
 
 class BadAnswer(Exception):
-    """The environment or coupling answered with something that is no answer."""
+    """Code from outside answered with something that is no answer."""
 
 
 class Unanswered(BadAnswer):
@@ -31,9 +31,7 @@ class Unanswered(BadAnswer):
 
 
 class Faults:
-    """Count of faulty steps of what was asked (``parameter``: ``server.environment``, or
-    ``server.coupling``), and the text of the last fault.
-    """
+    """Count of the faulty steps of what a parameter names, and the text of the last fault."""
 
     def __init__(self, parameter: str, value: str) -> None:
         self._name = f"{parameter} = {value!r}"
@@ -42,13 +40,13 @@ class Faults:
         self.what = parameter.removeprefix("server.")
         self.replaced = self.what == "environment"  # by a damper, in those steps
 
-    def guarded(self, ask: Callable[[], R]) -> R | None:
-        """Return what code from outside answers; None, and count a step, where it raises."""
+    def guarded(self, ask: Callable[[], R], fallback: F) -> R | F:
+        """Return what code from outside answers; where it fails the fallback, and count a step."""
         try:
             return ask()
         except PLUGIN_ERRORS as error:  # whatever it raises
             self.note(error)
-            return None
+            return fallback
 
     def note_users(self, bad: Iterable[bool], what: str) -> None:
         """Count a step where the answer is bad for any user."""
@@ -67,6 +65,20 @@ class Faults:
         self.text = f"{self._name} {what}"
 
 
+def signal(value: Any, shape: tuple[int, ...], name: str = "step") -> Array:
+    """Return an answer of a call as an array of that shape; BadAnswer where it is none."""
+    try:
+        array = np.asarray(value)
+        if np.iscomplexobj(array):
+            raise BadAnswer(f"returned complex numbers from {name}")
+        array = np.asarray(array, dtype=float)
+    except (TypeError, ValueError):
+        raise BadAnswer(f"returned {type(value).__name__} from {name}") from None
+    if array.shape != shape:
+        raise BadAnswer(f"returned shape {array.shape} from {name}, not {shape}")
+    return array
+
+
 class Contained(NamedTuple):
     """A coupling's own law, what went wrong, and how the damper in its place moves."""
 
@@ -80,7 +92,10 @@ class Contained(NamedTuple):
 
 @couple.member(Contained)
 def contained(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
-    """Step the coupling; a damper for the steps that it fails."""
+    """Step the coupling; for a step that it fails, f_s = sqrt(b/2) u_s, so that no wave returns.
+    Avatars and object move by these forces as the record of the coupling says that they move; heat
+    is what went in and is not stored.
+    """
 
     def usable() -> Step:
         found: Step = couple(p.law, avatars, body, law)
@@ -88,7 +103,7 @@ def contained(p: Contained, avatars: tuple[Avatar, ...], body: Body, law: BodyLa
             return found
         raise BadAnswer("returned no usable force or velocity (not finite, or beyond 1e6)")
 
-    if (found := p.faults.guarded(usable)) is not None:
+    if (found := p.faults.guarded(usable, None)) is not None:
         return found
     p.faults.replaced = True
     before_j, into_j = _stored_j(avatars, body, law), 0.0

@@ -66,22 +66,12 @@ def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
 CUBE = Environment(
     name="cube", made=_cube, linear="cube", known=True, noun="the cube", movable=True
 )
+_OF_WALL: dict[str, Any] = {"made": _wall, "noun": "the wall", "spring": True}
 WALL = Environment(
-    name="wall",
-    made=_wall,
-    linear="wall",
-    known=True,
-    noun="the wall",
-    with_slope="wall_with_slope",
-    spring=True,
+    name="wall", linear="wall", known=True, with_slope="wall_with_slope", **_OF_WALL
 )
 WALL_WITH_SLOPE = Environment(
-    name="wall_with_slope",
-    made=_wall,
-    linear="wall_with_slope",
-    noun="the wall",
-    sloped=True,
-    spring=True,
+    name="wall_with_slope", linear="wall_with_slope", sloped=True, **_OF_WALL
 )
 HUNT_CROSSLEY = Environment(  # a soft body that stands still, F = K d^n (1 + c d')
     name="hunt_crossley", made=_soft, linear="wall", sloped=True, contact_law=False
@@ -92,12 +82,8 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
     linear="wall",
     noun="the wall",
     contact_law=False,
-    drive_hz=lambda params: (
-        params.active_wall.frequency_hz if params.active_wall.amplitude_m > 0.0 else 0.0
-    ),
-    own_energy=lambda params: (
-        "its environment is driven" if params.active_wall.amplitude_m > 0.0 else ""
-    ),
+    drive_hz=lambda p: p.active_wall.frequency_hz if p.active_wall.amplitude_m > 0.0 else 0.0,
+    own_energy=lambda p: "its environment is driven" if p.active_wall.amplitude_m > 0.0 else "",
 )
 
 
@@ -115,15 +101,9 @@ PLUGINS = PluginGroup(
 
 def environment_of(name: str) -> Environment:
     """Return an environment by name; one of another package has only what holds for any."""
-    if name in LIBRARY:
-        return LIBRARY[name]
-    return Environment(
-        name=name,
-        linear="wall",
-        own_energy=lambda params: (
-            f"whether environment {name!r} has energy of its own is not known"
-        ),
-    )
+    why = f"whether environment {name!r} has energy of its own is not known"
+    unknown = Environment(name=name, linear="wall", own_energy=lambda params: why)
+    return LIBRARY.get(name, unknown)
 
 
 def require(name: str) -> None:

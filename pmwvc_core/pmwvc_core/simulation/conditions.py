@@ -13,7 +13,6 @@ import numpy as np
 
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.in_flight import RecordedLink
-from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import Made
@@ -52,9 +51,7 @@ class Ticks:
             self.next += 1
 
     def take(self, before_ns: int, ends: int) -> tuple[range, bool]:
-        """Take the ticks before an instant [ns] of a frame that ends with tick ``ends``; return
-        them, and whether they are the last of it.
-        """
+        """Take a frame's ticks before an instant [ns]; return also whether they are its last."""
         begin, ends = self.next, min(ends, len(self.at_ns))
         after = bisect_left(self.at_ns, before_ns, begin, ends)
         if self._missed:
@@ -67,9 +64,7 @@ class Ticks:
 
 
 class Steps(NamedTuple):
-    """The server's steps: tick of the session of each, when it ran, and how long it lasted [s]
-    ``(steps,)``.
-    """
+    """The server's steps ``(steps,)``: tick, when it ran [ns], and length [s] of each."""
 
     tick: Integers
     ran_ns: Integers
@@ -82,15 +77,13 @@ class Steps(NamedTuple):
 
 @dataclass(frozen=True)
 class Conditions:
-    """Everything but ``schedule`` and ``steps`` is by name of user or link; whatever is not named
-    stays simulated.
+    """Conditions by name of user or link; whatever is not named stays simulated.
 
-    ``schedule`` has the phases of a frame: with an answer later than the frame start a master
-    takes packets in at every tick, and its hand begins the tick after an answer, as live. A user's
-    loop counts 0 at the tick ``first`` of the session: its frames begin at the multiples of the
-    rate drop from there. ``ran_ns`` is when each of its ticks ran, negative where it did not
-    ``(ticks,)``. ``steps`` is when the server stepped. ``links`` makes the link of one direction,
-    ``user1/up``. ``hands`` are state and parameters of the law of a user's hand.
+    ``schedule`` has the phases of a frame: with an answer later than its start masters take
+    packets in at every tick, as live. A user's loop counts 0 at the tick ``first`` of the session;
+    ``ran_ns`` is when each of its ticks ran, negative where it did not ``(ticks,)``. ``links``
+    makes the link of one direction, ``user1/up``; ``hands`` are state and parameters of the law of
+    a user's hand.
     """
 
     schedule: FrameSchedule = AT_ONCE
@@ -108,7 +101,7 @@ class Conditions:
         recorded = self.links.get(f"{user.name}/{('up', 'down')[direction]}")
         return SimulatedLink(
             recorded() if recorded else (user.link_up, user.link_down)[direction],
-            seed=stream_of(scenario.seed, index, direction),
+            seed=(scenario.seed, index, direction),
             inbox=inbox,
             dof=scenario.dof,
             direction=direction,

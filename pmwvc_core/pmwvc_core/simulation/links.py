@@ -6,7 +6,6 @@ traces of packets on both sides, of their fates and receptions.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -21,21 +20,14 @@ from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 
 class SimulatedLink:
-    """Everything between a sender and its receiver ``inbox``, with the record of what passed.
-
-    ``link`` are settings, for a link with the random stream ``seed``, or the link itself, as
-    recorded; ``direction`` is 0 from user to server, 1 back.
+    """Everything between a sender and its receiver ``inbox``, with the record of what passed;
+    ``link`` are settings, with the random ``seed``, or the link itself, as recorded; 0 up, 1 down.
     """
 
     def __init__(
-        self,
-        link: LinkParams | RecordedLink,
-        *,
-        seed: Sequence[int],
-        inbox: Receiver,
-        dof: int,
+        self, link: LinkParams | RecordedLink, *, seed: Sequence[int], inbox: Receiver, dof: int,
         direction: int,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.link = (
             link if isinstance(link, RecordedLink) else Link(link, seed=seed, direction=direction)
         )
@@ -78,12 +70,7 @@ class SimulatedLink:
     def traces(
         self, looks_ns: Sequence[int], other_controller: int = 0
     ) -> tuple[FateTraces, ReceptionTraces, TakenTraces, list[PacketTraces]]:
-        """Return what the link did, what its receiver counted and was given, and the packets on
-        both sides; none has a name.
-
-        In virtual time a packet leaves when it is due; its receiver looks at its own instants
-        [ns], and ignores packets of another kind of controller.
-        """
+        """Return fates, counts, packets taken in at looks [ns], and packets on both sides."""
         fates, arrived, nameless = self.fates, self.arrived[: self.taken], ""
         number, size_bytes, time_in_ns, due_ns, kind, cause = _columns(
             [(f.number, f.size, f.time_in_ns, f.time_due_ns, f.kind, f.cause) for f in fates], 6
@@ -103,14 +90,9 @@ class SimulatedLink:
 
 
 def add_link(
-    traces: SessionTraces,
-    user: str,
-    way: str,
-    fates: FateTraces,
-    reception: ReceptionTraces,
-    taken: TakenTraces,
-    packets: Sequence[PacketTraces],
-) -> None:
+    traces: SessionTraces, user: str, way: str, fates: FateTraces, reception: ReceptionTraces,
+    taken: TakenTraces, packets: Sequence[PacketTraces],
+) -> None:  # fmt: skip
     """Add the traces of a user's link, up or down, to those of a session, by their names."""
     name, sides = f"{user}/{way}", (f"/{user}", f"/server/{user}")
     traces.fates[name] = replace(fates, link=name)
@@ -129,25 +111,18 @@ def _columns(rows: Sequence[Sequence[int]], width: int) -> Integers:
 def _packets(seen: Sequence[tuple[WavePacket, int]], dof: int) -> PacketTraces:
     """Return packets, with the times at which they were seen [ns]."""
     packets = [packet for packet, _ in seen]
-
-    def of(name: str, kind: Any = float) -> Any:
-        return np.array([getattr(packet, name) for packet in packets], dtype=kind)
-
-    def vectors(name: str, axes: int = dof) -> Array:
-        return columns((getattr(packet, name) for packet in packets), axes)
-
-    return PacketTraces(
-        topic="",
-        time_s=np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9,
-        epoch=of("epoch", np.uint64),
-        seq=of("seq", np.int64),
-        sent_ns=of("sent_ns", np.int64),
-        period_s=of("period"),
-        wave=vectors("wave"),
-        integral=vectors("integral"),
-        energy=vectors("energy", 1)[:, 0],
-        position=vectors("position"),
+    times_s = np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9
+    epoch, seq, sent_ns = _columns([(each.epoch, each.seq, each.sent_ns) for each in packets], 3)
+    period_s, energy = (
+        columns((getattr(each, name) for each in packets), 1)[:, 0]
+        for name in ("period", "energy")
     )
+    wave, integral, position = (
+        columns((getattr(each, name) for each in packets), dof)
+        for name in ("wave", "integral", "position")
+    )
+    sums = wave, integral, energy, position
+    return PacketTraces("", times_s, epoch.astype(np.uint64), seq, sent_ns, period_s, *sums)
 
 
 def columns(values: Iterable[Value], axes: int) -> Array:

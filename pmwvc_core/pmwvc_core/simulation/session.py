@@ -1,11 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Sessions in virtual time: the frame protocol of the live nodes, as fast as the machine can.
-
-With the schedule of a scenario (:data:`pmwvc_core.frame.schedule.AT_ONCE`) frame start, server
-step and answer are one instant: without delay a packet arrives when it was sent.
-:mod:`pmwvc_core.simulation.conditions` can give other phases.
-
 Deterministic: the same scenario gives the same bits; compiled, for many sessions
 (:mod:`.bulk.run`), the same numbers to rounding.
 """
@@ -41,12 +36,9 @@ class SteppedSession:
         self._scenario, self.tick_s = scenario, scenario.tick_s
         self.ticks = round(scenario.duration_s / self.tick_s)
         self._prescribed = bool(conditions.steps or conditions.schedule.server_s)
+        observers: dict[str, Any] = {"on_frame": self._note, "on_step": self._note_step}
         self.time = time = VirtualTime(
-            scenario,
-            ticks=self.ticks,
-            conditions=conditions,
-            on_frame=self._note,
-            on_step=self._note_step,
+            scenario, ticks=self.ticks, conditions=conditions, **observers
         )
         self.tick_ns, self.server, self.users = time.tick_ns, time.server, time.users
         self._task = task_of(scenario.task, scenario.dof)
@@ -56,8 +48,7 @@ class SteppedSession:
     def run(self, progress: Callable[[float], None]) -> None:
         """Step to the end; ``progress`` is called with the ratio done, 0..1."""
         end_ns, changes = self.ticks * self.tick_ns, deque(over_time(self._scenario))
-        # What a session keeps (packets, fates, numbers) holds no reference cycles; scanning its
-        # growing number would take a twentieth of the time.
+        # What a session keeps holds no cycles; scanning it would take a twentieth of the time.
         collects = gc.isenabled()
         gc.disable()
         try:
@@ -132,11 +123,9 @@ class SteppedSession:
 
 
 def simulate_one(
-    scenario: Scenario,
-    conditions: Conditions = FROM_SCENARIO,
-    *,
+    scenario: Scenario, conditions: Conditions = FROM_SCENARIO, *,
     progress: Callable[[float], None] = lambda ratio: None,
-) -> SessionTraces:
+) -> SessionTraces:  # fmt: skip
     """Simulate one scenario; ``progress`` is called with the ratio done, 0..1."""
     session = SteppedSession(scenario, conditions)
     session.run(progress)
@@ -144,17 +133,12 @@ def simulate_one(
 
 
 def simulate(
-    scenarios: Sequence[Scenario],
-    *,
-    keep: Callable[[SessionTraces, Scenario], R] | None = None,
-    progress: Callable[[float], None] | None = None,
-    conditions: Conditions = FROM_SCENARIO,
-) -> list[R] | list[SessionTraces]:
-    """Simulate scenarios, many of a kind compiled; results come in the same order.
-
-    ``keep`` reduces the traces of each run, with its scenario (to its verdict, for example); all
-    traces are returned by default. ``progress`` is called with the ratio done, 0..1. The
-    ``conditions`` are the same for all.
+    scenarios: Sequence[Scenario], *, keep: Callable[[SessionTraces, Scenario], R] | None = None,
+    progress: Callable[[float], None] | None = None, conditions: Conditions = FROM_SCENARIO,
+) -> list[R] | list[SessionTraces]:  # fmt: skip
+    """Simulate scenarios under the same conditions, many of a kind compiled; results come in
+    order. ``keep`` reduces the traces of each run, with its scenario; ``progress`` gets the ratio
+    done, 0..1.
     """
     results: list[Any] = []
     alone = len(scenarios) == 1 or conditions is not FROM_SCENARIO

@@ -6,7 +6,7 @@ one that ran in bulk (:mod:`.bulk.book`).
 
 import itertools
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -33,8 +33,8 @@ from pmwvc_core.traces import (
 
 
 class Step(NamedTuple):
-    """A step of the server: its tick, when it ran [ns], how long it lasted [s], how many steps
-    have taken changes over, and the server after it (:func:`.bulk.run.empty_steps`).
+    """A step of the server: tick, when it ran [ns], length [s], how many steps have taken changes
+    over, and the server after it (:func:`.bulk.run.empty_steps`).
     """
 
     tick: int
@@ -50,8 +50,7 @@ class UserNotes:
     def __init__(self, dof: int) -> None:
         self.ticks: list[int] = []  # that ran, and when [ns]
         self.times_ns: list[int] = []
-        # That ended: before which tick, report, work at the device [J], and how many frames have
-        # taken changes over.
+        # That ended: before which tick, report, work at the device [J], frames with changes.
         self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
         self._dof, self._signals = dof, array("d")
 
@@ -67,9 +66,7 @@ class UserNotes:
     def traces(
         self, name: str, *, ticks: int, first: int, tick_s: float, events: int
     ) -> UserTraces:
-        """Return the traces of the ticks that ran, numbered from the first, in a session of so
-        many.
-        """
+        """Return the traces of the ticks that ran, numbered from the first."""
         ran = np.array(self.ticks, dtype=np.int64)
         late_ns = np.array(self.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
         signals = np.array(self._signals).reshape(-1, len(SIGNALS), self._dof)
@@ -78,30 +75,19 @@ class UserNotes:
         energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
         ends, changes = [each[0] for each in self.frames], [each[3] for each in self.frames]
         named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
+        kept = [report.accounts for report in reports]
+        own = dict.fromkeys(name for row in kept for name in row)
+        block_time_s = np.minimum(np.array(ends, dtype=np.float64), ticks) * tick_s
         return UserTraces(
-            name=name,
-            tick_s=tick_s,
-            time_s=ran.astype(np.float64) * tick_s,
-            tick=ran - first,
-            lateness_s=late_ns.astype(np.float64) * 1e-9,
-            compute_s=np.zeros(len(ran)),
-            block_time_s=np.minimum(np.array(ends, dtype=np.float64), ticks) * tick_s,
+            name=name, tick_s=tick_s, time_s=ran.astype(np.float64) * tick_s, tick=ran - first,
+            lateness_s=late_ns.astype(np.float64) * 1e-9, compute_s=np.zeros(len(ran)),
+            block_time_s=block_time_s, energy=dict(zip(ENERGIES, energies, strict=True)),
             state=np.array([report.state for report in reports], dtype=np.int64),
             reason=[report.reason for report in reports],
-            energy=dict(zip(ENERGIES, energies, strict=True)),
-            accounts=accounts_of([report.accounts for report in reports]),
-            changes=np.array(changes, dtype=np.int64),
-            looked_ns=late_ns,
-            missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
-            safety_events=events,
-            **named,
-        )
-
-
-def accounts_of(rows: Sequence[Mapping[str, Value]]) -> dict[str, Array]:
-    """Return energies by name, ``(rows,)`` [J]; zero in a row without that name."""
-    names = dict.fromkeys(name for row in rows for name in row)
-    return {name: np.array([float(row.get(name, 0.0)) for row in rows]) for name in names}
+            accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
+            changes=np.array(changes, dtype=np.int64), looked_ns=late_ns, safety_events=events,
+            missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
+        )  # fmt: skip
 
 
 def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> ServerTraces:
@@ -111,13 +97,10 @@ def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> 
     tick_ns = round(scenario.tick_s * 1e9)
     late_ns = [step.ran_ns - step.tick * tick_ns for step in steps]
     return server_traces(
-        scenario,
-        *arrays,
-        time_s=time_s,
+        scenario, *arrays, time_s=time_s, looked_ns=np.array(late_ns, dtype=np.int64),
         periods_s=np.array([step.period_s for step in steps], dtype=float),
         changes=np.array([step.changes for step in steps], dtype=np.int64),
-        looked_ns=np.array(late_ns, dtype=np.int64),
-    )
+    )  # fmt: skip
 
 
 def server_traces(
@@ -130,23 +113,14 @@ def server_traces(
     u_j, v_j, touches, _ = energies[:, 3 : 3 + 4 * users].T.reshape(users, 4, -1).swapaxes(0, 1)
     kinetic, potential, dissipated = energies[:, :3].T.copy()
     own = accounts_of_server(scenario.controller, scenario.channel, scenario.server)
+    accounts = {each.name: energies[:, k].copy() for k, each in enumerate(own, 3 + 4 * users)}
     return ServerTraces(
-        users=[user.name for user in scenario.users],
-        step=np.arange(1, len(energies) + 1, dtype=np.int64),
-        x_o=steps[0],
-        xd_o=steps[1],
-        target=steps[-1],
-        contact=list(touches != 0.0),
-        state=list(presence.T.copy()),
-        energy_u_s=list(u_j.copy()),
-        energy_v_s=list(v_j.copy()),
-        kinetic=kinetic,
-        potential=potential,
-        dissipated=dissipated,
-        accounts={each.name: energies[:, k].copy() for k, each in enumerate(own, 3 + 4 * users)},
-        **avatars,
-        **rest,
-    )
+        users=[user.name for user in scenario.users], x_o=steps[0], xd_o=steps[1],
+        step=np.arange(1, len(energies) + 1, dtype=np.int64), target=steps[-1],
+        contact=list(touches != 0.0), state=list(presence.T.copy()),
+        energy_u_s=list(u_j.copy()), energy_v_s=list(v_j.copy()), kinetic=kinetic,
+        potential=potential, dissipated=dissipated, accounts=accounts, **avatars, **rest,
+    )  # fmt: skip
 
 
 def learned_events(scenario: Scenario, energies: Array) -> Iterator[dict[str, Any]]:
@@ -162,21 +136,13 @@ def traces_of(run: Run) -> SessionTraces:
     scenario, book = run.scenario, run.book
     names, count = [user.name for user in scenario.users], len(book.energies)
     period_s = scenario.server.period_s
-    traces = SessionTraces(
-        source="simulated",
-        duration_s=book.signals.shape[2] * scenario.tick_s,
-        users=[_user(run, user) for user in range(len(names))],
-        server=server_traces(
-            scenario,
-            book.steps,
-            book.energies,
-            book.presence,
-            time_s=np.arange(count, dtype=np.float64) * period_s,
-            periods_s=np.full(count, period_s),
-            changes=np.zeros(count, dtype=np.int64),
-            looked_ns=np.zeros(count, dtype=np.int64),
-        ),
-    )
+    server = server_traces(
+        scenario, book.steps, book.energies, book.presence, periods_s=np.full(count, period_s),
+        time_s=np.arange(count, dtype=np.float64) * period_s,
+        changes=np.zeros(count, dtype=np.int64), looked_ns=np.zeros(count, dtype=np.int64),
+    )  # fmt: skip
+    users, duration_s = range(len(names)), book.signals.shape[2] * scenario.tick_s
+    traces = SessionTraces("simulated", duration_s, [_user(run, each) for each in users], server)
     ways = itertools.product(names, ("up", "down"))
     for (name, way), link, rows in zip(ways, _links(run.plan), book.packets, strict=True):
         fates, reception, taken, planned = link
@@ -197,29 +163,20 @@ def _user(run: Run, number: int) -> UserTraces:
     texts = [str(text_of(cause, user.safety)) for cause in causes.tolist()]
     own = accounts_of_user(run.scenario.controller, run.scenario.channel, user.master)
     return UserTraces(
-        name=user.name,
-        tick_s=tick_s,
-        time_s=every.astype(np.float64) * tick_s,
-        tick=every,
-        lateness_s=np.zeros(ticks),
-        compute_s=np.zeros(ticks),
-        block_time_s=ends * tick_s,
+        name=user.name, tick_s=tick_s, time_s=every.astype(np.float64) * tick_s, tick=every,
+        lateness_s=np.zeros(ticks), compute_s=np.zeros(ticks), block_time_s=ends * tick_s,
         state=np.array([state_of(cause) for cause in causes.tolist()], dtype=np.int64)[which],
         reason=[texts[i] for i in which.tolist()],
         energy=dict(zip(ENERGIES, blocks[:, [4, 5, 6, 7, 2, 3]].T.copy(), strict=True)),
         accounts={each.name: blocks[:, 8 + k].copy() for k, each in enumerate(own)},
-        changes=np.zeros(len(ends), dtype=np.int64),
-        looked_ns=np.zeros(ticks, dtype=np.int64),
-        safety_events=int(blocks[-1, 1]),
-        **dict(zip(SIGNALS, signals, strict=True)),
-    )
+        changes=np.zeros(len(ends), dtype=np.int64), looked_ns=np.zeros(ticks, dtype=np.int64),
+        safety_events=int(blocks[-1, 1]), **dict(zip(SIGNALS, signals, strict=True)),
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=8)
 def _links(plan: Plan) -> list[Any]:
-    """Return what a plan alone says of the links, up and down of each user; arrays are shared by
-    all sessions with the plan.
-    """
+    """Return what a plan says of the links, up and down of each user; arrays are shared."""
     both = zip(plan.up, plan.down, strict=True)
     return [link.traces(plan.looks_ns[way]) for pair in both for way, link in enumerate(pair)]
 

@@ -48,9 +48,7 @@ class SimulatedUser:
             self.down.configure(new.link_down)
 
     def send(self, until_ns: int) -> bool:
-        """Send the packet of a frame that starts by an instant [ns]; tell whether a tick is due by
-        then.
-        """
+        """Send the packet of a frame that starts by then [ns]; tell whether a tick is due."""
         ticks = self.ticks
         if not ticks.are_due(until_ns):
             return False
@@ -81,8 +79,7 @@ class SimulatedUser:
         values: list[Value] = []
         for number, now_ns in zip(numbers, times_ns, strict=True):
             if not acts:
-                # Before the end of the soft start the force is held back: a simulated hand would
-                # push the device away from its avatar.
+                # In the soft start the hand would push the device away from its avatar.
                 acts = loop.s.coupled or (loop.s.limits.ready and not self._live)
             sample = device.sense(acts)
             if due_ns is not None and due_ns <= now_ns:

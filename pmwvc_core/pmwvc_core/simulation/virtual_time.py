@@ -25,20 +25,15 @@ NO_STEP: Step = (0, NEVER_NS, None)
 
 
 class VirtualTime:
-    """The ends of a scenario, stepped as far as wanted: ``on_frame`` is called with the number of
-    a user and ticks that it ran, a frame or a part of it; ``on_step`` with tick, time [ns] and row
-    of a step of the server.
+    """The ends of a scenario, stepped as far as wanted: ``on_frame`` gets the number of a user and
+    ticks that it ran, ``on_step`` tick, time [ns] and row of a step of the server.
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        on_frame: Callable[[int, Frame], None],
-        on_step: Callable[[int, int, ServerRow], None],
-        ticks: int = ENDLESS,
+        self, scenario: Scenario, *, on_frame: Callable[[int, Frame], None],
+        on_step: Callable[[int, int, ServerRow], None], ticks: int = ENDLESS,
         conditions: Conditions = FROM_SCENARIO,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._present, self.tick_ns = scenario, round(scenario.tick_s * 1e9)
         self.server: Any = ServerEnd(scenario)
         self.users = [

@@ -3,7 +3,7 @@
 """The admission of packets: one end of a user's link seals what it sends and judges what comes in,
 before anything of it is believed.
 
-A serialized packet ends with its checksum, the number of the session and a tag::
+A serialized packet ends with::
 
     check          = CRC-32 of all bytes but check itself; 0: the sender gives none
     tag            = BLAKE2b-64 of all bytes but check and tag, by the direction's key; 0 without
@@ -11,13 +11,10 @@ A serialized packet ends with its checksum, the number of the session and a tag:
     token of user  = BLAKE2b-256(key; name of the user)
     key up, down   = BLAKE2b-256(token; direction)
 
-The checksum finds every corrupted bit, an accident. The tag finds a packet that was not made with
-the user's token, on purpose: the server holds the key of the session; a user with a token can
-neither speak for another one nor for the server with another one. A sender that is faster than any
-force loop is a flood; each epoch has a rate of its own, and packets that come again take nothing
-from it, so that neither a flood under another epoch nor a replay takes anything from the sender
-followed. An open session (no token) refuses corrupted packets, packets of other sessions and
-floods, and believes whoever knows the epoch.
+The checksum finds corrupted bits. The tag finds a packet that was not made with the user's token:
+who has one can speak for no other end. A sender faster than any force loop is a flood; each epoch
+has a rate of its own, from which packets that come again take nothing. An open session (no token)
+has no tags and believes whoever knows the epoch.
 """
 
 import zlib
@@ -109,10 +106,7 @@ class Admission:
 
 
 def intact(data: bytes) -> bool:
-    """Tell whether the checksum of a serialized packet fits its bytes, or it has none.
-
-    A message of another length is none of ours, or of a time before checksums.
-    """
+    """Tell whether a packet's checksum fits, or it has none, or it is none of ours."""
     if (len(data) - size_bytes(0)) % 8:
         return True
     body, check, end = data[: _CHECK.start], data[_CHECK], data[_CHECK.stop :]

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The packet: one sample of a wave with the running sums of all samples before it.
-
-The sums make every packet contain all earlier ones, so a receiver can see (and the
-strict channel repairs) loss, duplication and reordering. How a packet becomes a message is not
-known here.
+"""The packet: one sample of a wave with the running sums of all samples before it, so that a
+receiver sees (and the strict channel repairs) loss, duplication and reordering.
 """
 
 import enum
@@ -13,7 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pmwvc_core.account import Passage
-from pmwvc_core.numeric import Value, squared
+from pmwvc_core.numeric import Value
 
 # With what is in flight; without waves of both directions together.
 LINK_UP = Passage("link_up", ("u_tx",), ("u_s",))
@@ -31,9 +28,7 @@ LAST_NUMBER = (1 << 32) - 1  # 1 follows
 
 
 class Verdict(enum.Enum):
-    """Verdict on a packet that has come in. Only the first two change the wave that the receiver
-    gives out.
-    """
+    """Verdict on a packet that has come in. Only the first two change the receiver's wave."""
 
     ACCEPTED = "accepted"
     NEW_EPOCH = "new epoch"  # accepted as a beginning: first packet, restarted sender
@@ -83,9 +78,7 @@ class WavePacket:
 
 
 def ahead(before: WavePacket, packet: WavePacket) -> int:
-    """Return by how much the number of a packet is above that of another one of its sender, where
-    numbers begin anew after the last one.
-    """
+    """Return by how much a packet's number is above another's; after the last comes 1."""
     half = LAST_NUMBER // 2
     return (packet.seq - before.seq + half) % LAST_NUMBER - half
 
@@ -105,37 +98,6 @@ class PacketLink(Protocol):
         """Send a packet to the other end."""
 
 
-class Packer:
-    """Number the packets of one life of a sender and keep their running sums. Its ``epoch`` is
-    different from all others; a sample stands for ``period`` [s], which may change between two.
-    """
-
-    def __init__(self, epoch: int, *, period: float) -> None:
-        self.epoch = epoch
-        self.period = period
-        self.seq = 0
-        self.integral: Value = 0.0
-        self.energy: Value = 0.0
-
-    def pack(
-        self, wave: Value, position: Value, now_ns: int, flags: int = 0,
-        echo: tuple[int, int, int] = (0, 0, 0), energy: Value | None = None,
-    ) -> WavePacket:  # fmt: skip
-        """Return the next packet of a wave [sqrt(W)] and the position of this end [m], each a
-        float or ``(dof,)``. ``flags`` is the bitwise or of ``FLAG_*``, ``echo`` the answer of
-        :meth:`Receiver.echo` for the peer; ``energy`` [J] is a running sum that a controller keeps
-        itself, by default that of the waves sent.
-        """
-        self.seq = self.seq % LAST_NUMBER + 1
-        self.integral = self.integral + wave * self.period
-        self.energy = self.energy + squared(wave) * (0.5 * self.period)
-        kept = self.energy if energy is None else energy
-        sums = (wave, self.integral, kept, position)
-        return WavePacket(self.epoch, self.seq, now_ns, self.period, *sums, *echo, flags)
-
-
 def size_bytes(dof: int, extra: int = 0) -> int:
-    """Return the size of a serialized Wave message (CDR): 124 bytes, three values per axis, and
-    the signals beside the wave.
-    """
+    """Return the size of a serialized Wave message (CDR), with ``extra`` signals."""
     return 124 + 24 * dof + 8 * extra

@@ -1,27 +1,132 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The path of a user's packets: delay and jitter per direction, as one of its ends sees them.
+"""The path of a user's packets, as one of its ends sees it: delay and jitter per direction, offset
+and drift of the clocks.
 
-Every packet brings two passages (:mod:`.clock_line`): its own, and by its echo that of the newest
-packet that the other end has got. What they show:
+A passage is the arrival by the receiver's clock less the departure by the sender's. Every packet
+brings two: its own, and by its echo one of the other way. With theta = the other end's clock less
+this one's and delays d_out, d_in >= 0::
 
-* the least round trip, and how far any packet was above the least delay of its direction: exact,
-  whatever the clocks are;
-* the division of the least round trip between the directions: exact where both ends read one clock
-  (one machine); else a bound, half of it each way, because a constant asymmetric delay looks like
-  an offset of the clocks;
-* offset and drift of the clocks, within the same bound.
+    out = d_out + theta        in = d_in - theta
 
-Delays end at the reception by the middleware, before a loop takes the packet. Jitter is that of
-RFC 3550 (6.4.1): the running mean, over 16 packets, of |change of passage|.
-Time is an argument.
+The least round trip is exact. Where both ends read one clock its parts are; else -min(in) <= theta
+<= min(out), the middle is taken, half the width is the bound.
+
+Over windows theta = (out - in)/2 up to the asymmetry. A window whose least round trip is longer
+than the shortest by 2 e has its middle off by e, by what is usual (the median of e), and twice the
+median scatter of the middles about a line. The drift is every slope that fits all windows so,
+within ``MOST_DRIFT``; where none does, the least delays changed. Jitter: RFC 3550 (6.4.1). Time is
+an argument. Equation: docs/theory.md 13.11.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from pmwvc_core.transport.clock_line import Least, latest_line
+import numpy as np
+
+from pmwvc_core.numeric import Array
 from pmwvc_core.transport.packet import WavePacket
+
+ONE_CLOCK_NS = 1_000_000_000  # a larger sum of both delays does not decide whether it is one clock
+MOST_DRIFT = 500e-6  # of two computers' clocks
+FEWEST = 8  # windows that show a drift
+READING_NS = 1_000.0  # a clock is read to this
+WITHIN_NS = 500_000_000.0  # half a window
+
+
+class Least(NamedTuple):
+    """The least passage of a window, and when it was seen on this end's clock [ns]."""
+
+    at_ns: int
+    passage_ns: int
+
+
+class ClockLine(NamedTuple):
+    """theta(t) = ``offset_ns`` + ``rate`` (t - ``at_ns``) +- ``open_ns``, t on this end's clock.
+
+    ``rate_open`` is half the width of the interval of drifts that fit; it is within ``open_ns``.
+    ``one_clock``: theta = 0 fits, so both ends read the same clock, and nothing is open.
+    """
+
+    offset_ns: float
+    rate: float
+    at_ns: int
+    open_ns: float
+    rate_open: float
+    one_clock: bool
+
+    def theta_ns(self, at_ns: int) -> float:
+        """Return theta at an instant of this end's clock [ns]."""
+        return self.offset_ns + self.rate * (at_ns - self.at_ns)
+
+
+def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
+    """Return the line through the least passages of windows, either way, ascending in time, at
+    least one; None where the least delays changed between them.
+    """
+    least = [min(each.passage_ns for each in way) for way in (out, into)]
+    if min(least) >= 0 and sum(least) < ONE_CLOCK_NS:
+        return ClockLine(0.0, 0.0, out[-1].at_ns, 0.0, 0.0, one_clock=True)
+    begin_ns = out[0].at_ns
+    # floats do not hold the clocks of years
+    reference = (out[0].passage_ns - into[0].passage_ns) // 2
+    times_out, times_into = (
+        np.array([each.at_ns - begin_ns for each in way], dtype=float) for way in (out, into)
+    )
+    rising = np.array([each.passage_ns - reference for each in out], dtype=float)
+    falling = np.array([each.passage_ns + reference for each in into], dtype=float)
+    times = (times_out + times_into) / 2.0
+    rate = rate_open = 0.0
+    for _ in range(2):  # theta moves between the two instants of a window, by the drift
+        apart = rate * (times_out - times_into) / 2.0
+        up, down = rising - apart, falling - apart
+        excess = (up + down) / 2.0
+        excess -= excess.min()
+        middles = (up - down) / 2.0
+        usual = np.median(excess) + _scatter(times, middles) + READING_NS
+        slopes = _slopes(times, middles, excess + usual)
+        if slopes is None:
+            return None
+        rate, rate_open = (slopes[1] + slopes[0]) / 2.0, (slopes[1] - slopes[0]) / 2.0
+    centre = float(times.mean())
+    high = float((rising - rate * (times_out - centre)).min())
+    low = float((-falling - rate * (times_into - centre)).max())
+    drifted = rate_open * (float(np.ptp(times)) / 2.0 + WITHIN_NS)
+    offset_ns = reference + (high + low) / 2.0
+    open_ns = max(high - low, 0.0) / 2.0 + drifted + READING_NS
+    return ClockLine(
+        offset_ns, rate, begin_ns + round(centre), open_ns, rate_open, one_clock=False
+    )
+
+
+def latest_line(windows: Sequence[tuple[Least, Least]]) -> tuple[ClockLine, int] | None:
+    """Return the line through as many last windows as fit, and how many came before."""
+    for before in range(len(windows)):
+        line = clock_line(*zip(*windows[before:], strict=True))
+        if line is not None:
+            return line, before
+    return None
+
+
+def _scatter(times: Array, middles: Array) -> float:
+    """Return how far middles usually are from a straight line, twice; endless for few of them."""
+    if len(times) < FEWEST:
+        return np.inf
+    centred = times - times.mean()
+    rate = float(centred @ middles) / float(centred @ centred)
+    return 2.0 * float(np.median(np.abs(middles - middles.mean() - rate * centred)))
+
+
+def _slopes(times: Array, middles: Array, widths: Array) -> tuple[float, float] | None:
+    """Return the least and the greatest slope of lines within all intervals; None without one."""
+    earlier, later = np.triu_indices(len(times), 1)
+    span = times[later] - times[earlier]
+    rise = middles[later] - middles[earlier]
+    width = widths[later] + widths[earlier]
+    least = float(np.max((rise - width) / span, initial=-MOST_DRIFT))
+    most = float(np.min((rise + width) / span, initial=MOST_DRIFT))
+    return (least, most) if least <= most else None
+
 
 WINDOW_NS = 1_000_000_000
 MOST_WINDOWS = 60  # a minute shows a drift of 1 ppm behind jitter of 0.06 ms
@@ -31,9 +136,7 @@ HOLD_NS = 1_000_000  # by which two clocks measure the same hold differently, at
 
 
 class Way:
-    """The passages of one direction in one window [ns], and its jitter, which goes on from the
-    window before.
-    """
+    """The passages of one direction in one window [ns], and its jitter, which goes on."""
 
     def __init__(self, before: "Way | None" = None) -> None:
         self.jitter_ns: float = before.jitter_ns if before else 0.0
@@ -61,8 +164,7 @@ class Window(NamedTuple):
     into: Way
 
 
-@dataclass(frozen=True)
-class OneWay:
+class OneWay(NamedTuple):
     """Delay of one direction [s]: the least of the last minute, and of the last whole second."""
 
     least_s: float
@@ -71,8 +173,7 @@ class OneWay:
     jitter_s: float
 
 
-@dataclass(frozen=True)
-class PathEstimate:
+class PathEstimate(NamedTuple):
     """Estimate of a path at one of its ends."""
 
     out: OneWay  # delays from this end,
@@ -114,9 +215,7 @@ class Path:
                 self.out.add(packet.echo_sent_ns, out_ns)
 
     def estimate(self) -> PathEstimate | None:
-        """Return what is known; None before a whole window with both directions, and where the
-        least round trip is below zero: the other end's times are those of no clock.
-        """
+        """Return what is known; None before a whole window, or if the round trip is below 0."""
         windows = self.windows
         found = latest_line([(window.out.least, window.into.least) for window in windows])
         if found is None:
@@ -125,27 +224,17 @@ class Path:
         last = windows[-1]
         theta_ns = line.theta_ns(last.start_ns + WINDOW_NS // 2)
 
-        def least_ns(seen: list[Least], sign: int) -> float:  # passages out hold theta, in less it
-            return min(each.passage_ns - sign * line.theta_ns(each.at_ns) for each in seen)
+        def one_way(name: str, sign: int) -> OneWay:  # passages out hold theta, in less it
+            way: Way = getattr(last, name)
+            seen = [getattr(window, name).least for window in windows[before:]]
+            least_ns = min(each.passage_ns - sign * line.theta_ns(each.at_ns) for each in seen)
+            mean_ns, most_ns = (ns - sign * theta_ns for ns in (way.total / way.packets, way.most))
+            all_ns = least_ns, mean_ns, most_ns, getattr(self, name).jitter_ns
+            return OneWay(*(ns * 1e-9 for ns in all_ns))
 
-        def one_way(least_ns: float, seen: Way, shift_ns: float, jitter_ns: float) -> OneWay:
-            mean_ns = seen.total / seen.packets + shift_ns
-            return OneWay(
-                least_ns * 1e-9, mean_ns * 1e-9, (seen.most + shift_ns) * 1e-9, jitter_ns * 1e-9
-            )
-
-        out_ns = least_ns([window.out.least for window in windows[before:]], 1)
-        into_ns = least_ns([window.into.least for window in windows[before:]], -1)
-        open_s, round_trip_s = line.open_ns * 1e-9, (out_ns + into_ns) * 1e-9
+        out, into, open_s = one_way("out", 1), one_way("into", -1), line.open_ns * 1e-9
+        round_trip_s = out.least_s + into.least_s
         if round_trip_s < -2.0 * open_s:
             return None
-        return PathEstimate(
-            out=one_way(out_ns, last.out, -theta_ns, self.out.jitter_ns),
-            into=one_way(into_ns, last.into, theta_ns, self.into.jitter_ns),
-            open_s=open_s,
-            one_clock=line.one_clock,
-            offset_s=theta_ns * 1e-9,
-            drift_ppm=line.rate * 1e6,
-            drift_open_ppm=line.rate_open * 1e6,
-            round_trip_s=round_trip_s,
-        )
+        of_clocks = theta_ns * 1e-9, line.rate * 1e6, line.rate_open * 1e6
+        return PathEstimate(out, into, open_s, line.one_clock, *of_clocks, round_trip_s)

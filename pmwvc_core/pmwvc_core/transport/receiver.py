@@ -1,30 +1,24 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The receiver of one direction: packets are judged and counted, the newest is kept; and what one
-end of a link has received, by the names of the Reception message.
-
-It guards against broken and stray packets; what is accepted is for the laws of the channel
-(:mod:`pmwvc_core.law.channel`).
+end of a link has received, by the names of the Reception message. What is accepted is for the laws
+of the channel (:mod:`pmwvc_core.law.channel`).
 
 It follows one sender (one epoch) at a time. A packet counts if it is new::
 
     of the sender followed      its number is above the newest one, by less than ``AHEAD``
     or it proves it             it echoes a packet that this end sent after it took the newest one
 
-What proves it was made after all that was counted: late packets, copies and packets played back do
-not. That is asked of a sender whose numbers jump (a stray packet had a wild one), of one that has
-left, and of another one, which moreover takes over only when the one followed is silent or has
-left. The first packet of all is taken as it is.
-Time is an argument (integer nanoseconds of this end's monotonic clock).
+Proof is asked of a sender whose numbers jump, of one that has left, and of another one, which
+moreover takes over only when the one followed is silent or has left. The first packet of all is
+taken as it is. Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
 import math
-import sys
-from operator import attrgetter
 
 import numpy as np
 
-from pmwvc_core.numeric import Value, anywhere, squared
+from pmwvc_core.numeric import Value, finite, squared
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict, WavePacket, ahead
 from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 
@@ -34,10 +28,6 @@ KNOWN = (1 << WINDOW) - 1
 REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
 NEW_EPOCH, STRANGER = Verdict.NEW_EPOCH, Verdict.STRANGER
-LARGEST = sys.float_info.max
-ECHO = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
-WHOLE = attrgetter("epoch", "seq", "sent_ns", "flags", "came_ns", *ECHO)
-VALUES = attrgetter("wave", "integral", "energy", "position")
 _TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
 REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
 ROUND_TRIP = "round trip [ms]"  # of diagnostics
@@ -50,17 +40,15 @@ PASSAGE = (  # fields of the Reception message
 
 
 class Receiver:
-    """The receiving end of one direction: ``dof`` values per packet, each of which must stand for
-    ``period_s``; silence begins after ``timeout_s`` or three periods, whichever is longer.
-    ``max_wave`` is the longest wave that a legal device can emit [sqrt(W)].
+    """The receiving end of one direction: ``dof`` values per packet, which stands for
+    ``period_s``; silence begins after ``timeout_s`` or three periods, whichever is longer;
+    ``max_wave`` is the longest wave that is legal [sqrt(W)].
     """
 
     def __init__(
         self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf
     ) -> None:
-        self.dof = dof
-        self.period_s = period_s
-        self.max_wave = max_wave
+        self.dof, self.period_s, self.max_wave = dof, period_s, max_wave
         self.counts = dict.fromkeys(Verdict, 0)
         self.lost = 0  # numbers skipped and not come since
         self.newest: WavePacket | None = None  # accepted; None before the first
@@ -99,9 +87,8 @@ class Receiver:
         return self.newest is None or now_ns - self.accepted_ns > self._silence_ns
 
     def echo(self, now_ns: int) -> tuple[int, int, int]:
-        """Return number, sender's clock and holding time [ns] of the newest packet, for the next
-        one that goes back; zeros before the first. Where nobody is followed now it is that of the
-        sender that came last, to which this end may have to prove itself.
+        """Return number, sender's clock and holding time [ns] of the newest packet, zeros before
+        it. Where nobody is followed: of the sender that came last, to which to prove oneself.
         """
         newest, came_ns = self.newest, self.came_ns
         if self._stranger is not None and self._vacant(now_ns):
@@ -117,31 +104,19 @@ class Receiver:
         """Tell whether another sender may be followed."""
         return self.silent(now_ns) or self._left
 
-    def _unfit(self, packet: object) -> Verdict | None:
+    def _unfit(self, packet: WavePacket) -> Verdict | None:
         """Return what is wrong with a packet by itself; None where nothing is."""
-        if not (
-            isinstance(packet, WavePacket)
-            and all(isinstance(number, int) for number in WHOLE(packet))
-            and 1 <= packet.seq < 1 << 32  # uint32 in the message
-            and isinstance(packet.period, (float, int))
-            and all(map(_is_value, VALUES(packet)))
-            and isinstance(packet.extra, tuple)
-            and all(isinstance(value, float) for value in packet.extra)
-            and (packet.refusal is None or isinstance(packet.refusal, Verdict))
-        ):
-            return Verdict.MALFORMED
-        if packet.refusal is not None:
-            return packet.refusal
+        if packet.refusal is not None or not 1 <= packet.seq < 1 << 32:  # uint32 in the message
+            return packet.refusal or Verdict.MALFORMED
         signals, dof = (packet.wave, packet.integral, packet.position), self.dof
-        if not all(map(_finite, (*signals, packet.energy, packet.period, *packet.extra))):
+        if not all(map(finite, (*signals, packet.energy, packet.period, *packet.extra))):
             return Verdict.NOT_FINITE
         for value in signals:  # the zero of a start has any number of axes
             if value.shape != (dof,) if isinstance(value, np.ndarray) else dof > 1 and value:
                 return Verdict.WRONG_LENGTH
         if not self._lasts(packet.period):
             return Verdict.WRONG_PERIOD
-        too_large = squared(packet.wave) > self.max_wave**2
-        return Verdict.TOO_LARGE if anywhere(too_large) else None
+        return Verdict.TOO_LARGE if squared(packet.wave) > self.max_wave**2 else None
 
     def _lasts(self, period_s: float) -> bool:
         """Tell whether a packet may stand for so long."""
@@ -186,18 +161,6 @@ class Receiver:
                 self.round_trip_s = round_trip_ns * 1e-9
 
 
-def _is_value(value: object) -> bool:
-    floats = isinstance(value, np.ndarray) and value.dtype == np.float64
-    return floats or isinstance(value, (float, int))
-
-
-def _finite(value: Value) -> bool:
-    """As :func:`pmwvc_core.numeric.finite`, also for whole numbers beyond any float."""
-    if isinstance(value, np.ndarray):
-        return bool(np.isfinite(value).all())
-    return -LARGEST <= value <= LARGEST
-
-
 def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
     """Return the counts of a receiver by the names of the Reception message."""
     by_verdict = inbox.counts
@@ -214,9 +177,7 @@ def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
 
 
 def passage(path: PathEstimate | None) -> dict[str, float]:
-    """Return what an estimate says of the packets that come in, by the names of the Reception
-    message; NaN where nothing is known.
-    """
+    """Return an estimate by the names of the Reception message; NaN where not known."""
     if path is None:
         return dict.fromkeys(PASSAGE, math.nan)
     into = path.into

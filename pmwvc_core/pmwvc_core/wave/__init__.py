@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Wave variables at run time: transformation, filter and rate drop, hold, impedance, ledgers."""
+"""Wave impedances, and the design of the filters that waves pass."""

@@ -13,17 +13,12 @@ sqrt(2B)^T sqrt(2B) = 2B *and* sqrt(2B) = sqrt(2B)^T; a root by elements has nei
 Every component of a wave is in sqrt(W), so one energy serves all axes, whatever B says of metres
 or radians. Ends with different B are a lossless transformer, as with numbers.
 
-The receiver refuses a longer wave than an end of a link may send. Whatever is adjustable stays
-inside its range, so a device renders at most ``FORCE_N`` and moves at most at ``VELOCITY_M_S``
-while it is coupled; u = (F + b xd)/sqrt(2b) then bounds what a master emits, and a passive server
-returns no more.
-
 Equations: docs/theory.md 6.1, 6.2, 6.3.
 """
 
 import functools
 import math
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -38,12 +33,11 @@ DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no w
 
 
 class MatrixImpedance:
-    """B, for signals ``(..., dof)`` where a scalar impedance may stand.
-
-    A number scales the matrix (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an array ``(..., dof)`` is
-    a signal it acts on (``b * xd``, ``f / b``), zero is zero; :func:`pmwvc_core.numeric.root`
-    takes the symmetric square root. Immutable: ``values`` are the eigenvalues ``(dof,)`` [N s/m],
-    ``axes`` the principal axes, one per column ``(dof, dof)``, ``matrix`` B itself [N s/m].
+    """B, where a number may stand: a number scales it (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an
+    array ``(..., dof)`` is a signal it acts on (``b * xd``, ``f / b``), zero is zero;
+    :func:`pmwvc_core.numeric.root` takes the symmetric square root. ``values`` are the eigenvalues
+    ``(dof,)`` [N s/m], ``axes`` the principal axes, one per column ``(dof, dof)``, ``matrix`` is
+    B itself [N s/m].
     """
 
     __array_ufunc__ = None  # numpy leaves the operators to this class
@@ -57,31 +51,23 @@ class MatrixImpedance:
 
     def root(self) -> "MatrixImpedance":
         """Return the symmetric square root."""
-        return MatrixImpedance(np.sqrt(self.values), self.axes)
-
-    def inverse(self) -> "MatrixImpedance":
-        """Return B^-1."""
-        return MatrixImpedance(1.0 / self.values, self.axes)
-
-    def scaled(self, factor: float) -> "MatrixImpedance":
-        """Return B times a positive number."""
-        return MatrixImpedance(factor * self.values, self.axes)
+        return type(self)(np.sqrt(self.values), self.axes)
 
     def __mul__(self, other: Value) -> Any:
-        """Act on a signal, or scale by a number."""
+        """Act on a signal (symmetric: rows of signals times B), or scale by a positive number."""
         if isinstance(other, np.ndarray):
-            return other @ self.matrix  # symmetric: rows of signals times B
-        return self.scaled(other) if other else 0.0
+            return other @ self.matrix
+        return type(self)(other * self.values, self.axes) if other else 0.0
 
     __rmul__ = __mul__
 
     def __truediv__(self, number: float) -> Any:
         """Divide by a number."""
-        return self.scaled(1.0 / number)
+        return self * (1.0 / number)
 
     def __rtruediv__(self, other: Value) -> Any:
         """Return B^-1 times a signal or a number."""
-        return self.inverse() * other
+        return type(self)(1.0 / self.values, self.axes) * other
 
     def __format__(self, spec: str) -> str:
         """Return the matrix in a line, as a parameter is written: ``[30 2; 2 20]``."""
@@ -89,10 +75,6 @@ class MatrixImpedance:
         shown = np.where(np.abs(self.matrix) < least, 0.0, self.matrix).tolist()
         rows = (" ".join(f"{entry:{spec}}" for entry in row) for row in shown)
         return f"[{'; '.join(rows)}]"
-
-    def __repr__(self) -> str:
-        """Return the matrix."""
-        return f"MatrixImpedance({self.matrix.tolist()})"
 
 
 Impedance: TypeAlias = Value | MatrixImpedance
@@ -128,7 +110,7 @@ def parsed(text: str) -> Impedance:
 def first_axis(impedance: Impedance) -> float:
     """Return what a force along the first axis alone meets, 1/(B^-1)_00 [N s/m]."""
     if isinstance(impedance, MatrixImpedance):
-        return 1.0 / float(impedance.inverse().matrix[0, 0])
+        return 1.0 / float((1.0 / impedance).matrix[0, 0])
     return float(impedance)
 
 
@@ -139,17 +121,14 @@ def transformation(master: Impedance, server: Impedance) -> float:
     if not isinstance(master, MatrixImpedance):
         first = server.matrix[0, 0] if isinstance(server, MatrixImpedance) else server
         return float(first) / float(master)
-    row = master.root().inverse().matrix[0]
-    if isinstance(server, MatrixImpedance):
-        return float(row @ server.matrix @ row)
-    return float(server) * float(row @ row)
+    row = (1.0 / master.root()).matrix[0]
+    return float((server * row) @ row)
 
 
 def eigenvalues(impedance: Impedance) -> list[float]:
-    """Return the eigenvalues [N s/m]; of a number itself."""
-    if isinstance(impedance, MatrixImpedance):
-        return [float(value) for value in impedance.values]
-    return [float(impedance)]
+    """Return the eigenvalues, smallest first [N s/m]; of a number itself."""
+    values = impedance.values if isinstance(impedance, MatrixImpedance) else impedance
+    return [float(value) for value in np.atleast_1d(values)]
 
 
 def principal_axes(impedance: Impedance, dof: int) -> Array:
@@ -179,8 +158,9 @@ def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
 
 
 def largest_wave(impedance: Impedance, *, waves: bool) -> float:
-    """Return the longest wave that can be meant at a port [sqrt(W)]; controllers without waves
-    send velocities, forces, positions.
+    """Return the longest wave that can be meant at a port [sqrt(W)]: a coupled device renders at
+    most ``FORCE_N`` and moves at most at ``VELOCITY_M_S``, and a passive server returns no more;
+    without waves the longest of what is sent.
     """
     return longest_wave(impedance, FORCE_N, VELOCITY_M_S) if waves else DIRECT
 
@@ -190,31 +170,26 @@ def wave_of_speed(impedance: Impedance, velocity: float) -> float:
     return velocity * math.sqrt(0.5 * smallest(impedance))
 
 
-class WavePort:
-    """Both directions through a port of impedance ``b`` [N s/m], for arrays ``(..., dof)`` or
-    floats (App. B Fig. 1; the equations are those of :mod:`pmwvc_core.law.wave.wave`). Forces
-    count as in the figure: F_m against the hand, F_s of the avatar on what it touches.
+class WavePort(NamedTuple):
+    """Both directions through a port, for arrays ``(..., dof)`` or floats (App. B Fig. 1; the
+    equations are those of :mod:`pmwvc_core.law.wave.wave`). Forces count as in the figure: F_m
+    against the hand, F_s of the avatar on what it touches.
     """
 
-    __slots__ = ("_root_2_over_b", "_root_2b", "b")
-
-    def __init__(self, b: Impedance) -> None:
-        self.b = b  # acts like a number, also where it is a matrix
-        self._root_2b = root(2.0 * b)
-        self._root_2_over_b = root(2.0 / b)
+    b: Any  # the impedance [N s/m], which acts like a number, also where it is a matrix
 
     def u(self, xd: Value, v: Value) -> Value:
         """Return the wave that leaves the master, u = sqrt(2b) xd - v [sqrt(W)]."""
-        return self._root_2b * xd - v
+        return root(2.0 * self.b) * xd - v
 
-    def force(self, xd: Value, v: Value) -> Value:
+    def force(self, xd: Value, v: Value) -> Any:
         """Return the force against the hand, F = b xd - sqrt(2b) v [N]."""
-        return self.b * xd - self._root_2b * v
+        return self.b * xd - root(2.0 * self.b) * v
 
     def v(self, u: Value, f: Value) -> Value:
         """Return the wave that leaves the server, v = u - sqrt(2/b) F [sqrt(W)]."""
-        return u - self._root_2_over_b * f
+        return u - root(2.0 / self.b) * f
 
-    def velocity(self, u: Value, f: Value) -> Value:
+    def velocity(self, u: Value, f: Value) -> Any:
         """Return the velocity of the avatar, xd = sqrt(2/b) u - F/b [m/s]."""
-        return self._root_2_over_b * u - f / self.b
+        return root(2.0 / self.b) * u - f / self.b

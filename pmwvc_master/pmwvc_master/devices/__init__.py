@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The interface between the force loop and a haptic device.
+"""The interface between the force loop and a haptic device, and the comparison of what a device
+declares with the parameters of its user.
 
 A device speaks SI units in the axes of the world (axis 0 is +x, along which the users meet) and
 converts its own inside. Limits of force, slope and speed are not its business: the safety layer
@@ -10,24 +11,26 @@ laboratory adds a device by a package of its own that names a :data:`DeviceFacto
 point of the group ``pmwvc.devices``; nothing here changes.
 """
 
-from collections.abc import Callable
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias, get_args
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame.rows import STALE_NS, DeviceSample
+from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams
 from pmwvc_core.plugins import PluginGroup
+from pmwvc_core.wave.impedance import impedance_of, largest
 
 __all__ = [
-    "STALE_NS",
-    "DeviceFactory",
-    "DeviceInfo",
-    "DeviceSample",
-    "DeviceSetup",
-    "HapticDevice",
-]
+    "STALE_NS", "DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice",
+]  # fmt: skip
+
+
+Pacing = Literal["host", "exchange", "device", "event"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +56,7 @@ class DeviceInfo:
     apparent_damping: float | None = None  # [N s/m]
     workspace_m: float | None = None  # half extent [m]
     encoder_step_m: float | None = None  # resolution of the position [m]
-    pacing: Literal["host", "exchange", "device", "event"] = "host"
+    pacing: Pacing = "host"
     velocity: Literal["measured", "estimated"] = "measured"
     hand_force_known: bool = False
 
@@ -85,13 +88,7 @@ class HapticDevice(Protocol):
     info: DeviceInfo
 
     def open(self) -> None:
-        """Make the device ready, force zero.
-
-        Raises
-        ------
-        DeviceError
-            With cause and remedy.
-        """
+        """Make the device ready, force zero; DeviceError with cause and remedy."""
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return what is sensed at the tick due at ``due_ns`` (monotonic clock), of replies that
@@ -115,13 +112,10 @@ class HapticDevice(Protocol):
 
 DeviceFactory: TypeAlias = Callable[[DeviceSetup], HapticDevice]
 PLUGINS = PluginGroup(
-    "pmwvc.devices",
-    "device.plugin",
-    "a device",
-    calls=("open", "read", "write", "couple", "stop", "close"),
-    attributes=("info",),
+    "pmwvc.devices", "device.plugin", "a device",
+    calls=("open", "read", "write", "couple", "stop", "close"), attributes=("info",),
     error=DeviceError,
-)
+)  # fmt: skip
 
 
 def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
@@ -130,8 +124,61 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
     """
     device: HapticDevice = PLUGINS.make(name, setup)
     if device.info.dof != setup.dof:
-        raise DeviceError(
-            f"device.plugin = {name!r} has {device.info.dof} axes where dof = {setup.dof} is "
-            "asked for"
-        )
+        text = f"{device.info.dof} axes where dof = {setup.dof} is asked for"
+        raise DeviceError(f"device.plugin = {name!r} has {text}")
     return device
+
+
+PACINGS = get_args(Pacing)
+SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
+
+
+def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
+    """Return the safety limits within what the device declares; DeviceError if that cannot be."""
+    positive = ("max_force", "continuous_force", "apparent_mass", "workspace_m", "encoder_step_m")
+    for name in positive:
+        value = getattr(info, name)
+        if value is not None and not 0.0 < value < math.inf:
+            raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
+    if info.pacing not in PACINGS:
+        known = f"must be one of {', '.join(PACINGS)}"
+        raise DeviceError(f"{info.model}: declares pacing = {info.pacing!r}: {known}")
+    declared = [f for f in (info.max_force, info.continuous_force) if f is not None]
+    return dataclasses.replace(safety, max_force=min([safety.max_force, *declared]))
+
+
+def warnings_of_device(
+    info: DeviceInfo, master: MasterParams, device: DeviceParams, *, waves: bool, strict: bool
+) -> Iterator[str]:
+    """Yield what a user should know of a device before a hand is on it.
+
+    The rendered damping b xd, held for a tick on a mass m, multiplies the velocity by 1 - b T_c/m
+    per tick: it overshoots from b T_c/m = 1 and is unstable from 2. Behind counts the port of the
+    hand is bounded only up to some b T_c/m (:mod:`pmwvc_core.master.count_bound`).
+    """
+    mass = info.apparent_mass
+    if waves and mass is not None:
+        impedance = largest(impedance_of(master))
+        ratio = impedance * master.tick_s / mass
+        if ratio >= 1.0:
+            yield (
+                f"b T_c/m = {ratio:.2f} on this device ({impedance:g} N s/m, "
+                f"{master.tick_s * 1e3:g} ms, {mass:g} kg): the rendered damping "
+                f"{'is unstable' if ratio >= 2.0 else 'overshoots'} unless the hand adds mass or "
+                f"damping; below 1 needs master.impedance < {mass / master.tick_s:g} N s/m"
+            )
+    step_m = info.encoder_step_m or device.encoder_step_m
+    if strict and step_m > 0.0 and info.velocity == "estimated":
+        real = dataclasses.replace(device, mass=mass or device.mass, encoder_step_m=step_m)
+        yield count_bound(master, real).text
+    for name, assumed, declared, unit in (
+        ("mass", device.mass, mass, "kg"),
+        ("damping", device.damping, info.apparent_damping, "N s/m"),
+        ("workspace_m", device.workspace_m, info.workspace_m, "m"),
+        ("encoder_step_m", device.encoder_step_m, info.encoder_step_m, "m"),
+    ):
+        if declared is not None and abs(assumed - declared) > SIMILAR * declared:
+            yield (
+                f"device.{name} = {assumed:g} {unit}, the device declares {declared:g} {unit}: "
+                f"predictions rest on the former; set device.{name} = {declared:g}"
+            )

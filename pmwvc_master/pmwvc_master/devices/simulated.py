@@ -13,7 +13,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
-from pmwvc_master.devices.topics import HandTopics
+from pmwvc_master.devices.ros_topic import HandTopics
 
 
 class SimulatedDevice:
@@ -21,15 +21,12 @@ class SimulatedDevice:
 
     def __init__(self, setup: DeviceSetup) -> None:
         self.info = DeviceInfo(
-            model="simulated",
-            dof=setup.dof,
-            apparent_mass=setup.device.mass,
-            apparent_damping=setup.device.damping,
-            workspace_m=setup.device.workspace_m,
+            model="simulated", dof=setup.dof, apparent_mass=setup.device.mass,
+            apparent_damping=setup.device.damping, workspace_m=setup.device.workspace_m,
             encoder_step_m=setup.device.encoder_step_m or None,
             velocity="measured" if setup.device.velocity == "exact" else "estimated",
             hand_force_known=True,
-        )
+        )  # fmt: skip
         self._tick_ns = round(setup.tick_s * 1e9)
         self._catch_up = max(1, round(CATCH_UP_S / setup.tick_s))
         at = Place(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)

@@ -42,27 +42,21 @@ class Parameters:
 
     def read(self, other: str, stop: threading.Event) -> dict[str, Any]:
         """Return all parameters of a node by name; PmwvcError where it does not answer."""
-        listing = ListParameters.Request(depth=ListParameters.Request.DEPTH_RECURSIVE)
-        names = list(
-            self._call(ListParameters, f"{other}/list_parameters", listing, stop).result.names
-        )
-        request = GetParameters.Request(names=names)
-        answer = self._call(GetParameters, f"{other}/get_parameters", request, stop)
-        values = (parameter_value_to_python(value) for value in answer.values)
-        return dict(zip(names, values, strict=True))
+        every = ListParameters.Request(depth=ListParameters.Request.DEPTH_RECURSIVE)
+        listed = self._call(ListParameters, f"{other}/list_parameters", every, stop)
+        wanted = GetParameters.Request(names=listed.result.names)
+        answer = self._call(GetParameters, f"{other}/get_parameters", wanted, stop)
+        return dict(zip(wanted.names, map(parameter_value_to_python, answer.values), strict=True))
 
     async def set(self, other: str, values: Mapping[str, Any]) -> str:
         """Set parameters of a node together; return why it refused, or ""."""
-        client = self._setters.get(other)
-        if client is None:
+        if other not in self._setters:
             service = f"{other}/set_parameters_atomically"
-            client = self._node.create_client(SetParametersAtomically, service)
-            self._setters[other] = client
+            self._setters[other] = self._node.create_client(SetParametersAtomically, service)
+        client = self._setters[other]
         if not client.service_is_ready():
             return f"{other} is not there"
-        wanted = [
-            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
-        ]
+        wanted = [Parameter(name, value=new).to_parameter_msg() for name, new in values.items()]
         call = client.call_async(SetParametersAtomically.Request(parameters=wanted))
         until_s = time.monotonic() + PATIENCE_S
         while not call.done():
@@ -106,15 +100,8 @@ class Graph:
     users: list[str]
     values: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-    @property
-    def server(self) -> str:
-        """Full name of the server node."""
-        return f"{self.prefix}/server"
-
-    @property
-    def netem(self) -> str:
-        """Full name of the emulator node."""
-        return f"{self.prefix}/netem"
+    def __post_init__(self) -> None:
+        self.server, self.netem = f"{self.prefix}/server", f"{self.prefix}/netem"  # full names
 
     def master(self, user: str) -> str:
         """Return the full name of a user's master node."""
@@ -127,7 +114,6 @@ class Graph:
 
     def scenario(self, about: Mapping[str, object]) -> Scenario:
         """Return the scenario that the nodes' parameters make; ``about``: name and length of it.
-
         PmwvcError where they make none.
         """
         server, netem = self.values[self.server], self.values.get(self.netem, {})
@@ -161,22 +147,17 @@ def find(
     Without names of users they are those of its server. An emulator that is not expected is
     looked for only a while. ParameterError where there are several sessions, or other users.
     """
-    parameters = Parameters(node)
-    reported = False
     while not stop.is_set():
-        prefixes = _sessions(node)
-        if len(prefixes) > 1:
-            raise ParameterError(
-                f"several sessions: {', '.join(prefix or '/' for prefix in prefixes)}; "
-                "choose one by its namespace (-r __ns:=/NAME)"
-            )
+        if len(prefixes := _sessions(node)) > 1:
+            names = ", ".join(prefix or "/" for prefix in prefixes)
+            how = "choose one by its namespace (-r __ns:=/NAME)"
+            raise ParameterError(f"several sessions: {names}; {how}")
         if prefixes:
-            graph = _read(node, parameters, prefixes[0], users, stop, emulated=emulated)
+            graph = _read(node, prefixes[0], users, stop, emulated=emulated)
             if graph is not None:
                 return graph
-        elif not reported:
-            reported = True
-            node.get_logger().info("waiting for a session")
+        else:
+            node.get_logger().info("waiting for a session", once=True)
         time.sleep(LOOK_S)
     return None
 
@@ -196,24 +177,17 @@ def _sessions(node: Node) -> list[str]:
 
 
 def _read(
-    node: Node,
-    parameters: Parameters,
-    prefix: str,
-    users: Sequence[str],
-    stop: threading.Event,
-    *,
-    emulated: bool,
+    node: Node, prefix: str, users: Sequence[str], stop: threading.Event, *, emulated: bool
 ) -> Graph | None:
     """Return a session whose nodes have all answered; None where one is not there yet."""
-    graph = Graph(prefix, [])
+    graph, parameters = Graph(prefix, []), Parameters(node)
     try:
         graph.values[graph.server] = parameters.read(graph.server, stop)
-        names = list(graph.values[graph.server]["users"])
-        if users and list(users) != names:
-            raise ParameterError(f"users = {list(users)}: the server has {names}")
-        graph.users = names
-        for user in names:
-            graph.values[graph.master(user)] = parameters.read(graph.master(user), stop)
+        graph.users = list(graph.values[graph.server]["users"])
+        if users and list(users) != graph.users:
+            raise ParameterError(f"users = {list(users)}: the server has {graph.users}")
+        for master in map(graph.master, graph.users):
+            graph.values[master] = parameters.read(master, stop)
         until_s = time.monotonic() + (math.inf if emulated else EMULATOR_S)
         while not (found := node.count_publishers(f"{graph.netem}/links")):
             if stop.is_set() or time.monotonic() > until_s:

@@ -17,8 +17,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.live.graph import Graph, Parameters
-from pmwvc_view.live.hands import HELD_QOS, PublishedHand
-from pmwvc_view.live.inlets import Inlets
+from pmwvc_view.live.topics import HELD_QOS, Inlets, PublishedHand
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Answer, RunningSession, State, ramped
 
@@ -35,19 +34,12 @@ class LiveSession(RunningSession):
     """
 
     def __init__(
-        self,
-        node: Node,
-        graph: Graph,
-        *,
-        about: Mapping[str, object],
-        snapshot_s: float,
-        duration_s: float | None,
-        report: str,
-    ) -> None:
+        self, node: Node, graph: Graph, *, about: Mapping[str, object], snapshot_s: float,
+        duration_s: float | None, report: str,
+    ) -> None:  # fmt: skip
         super().__init__(live=True, snapshot_s=snapshot_s)
         self._node, self._graph, self._about = node, graph, about
-        self._duration_s = duration_s
-        self.report = report
+        self._duration_s, self.report = duration_s, report
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)
@@ -75,17 +67,10 @@ class LiveSession(RunningSession):
                 self._lags = description.lags(self._scenario, live=True)
             except PmwvcError as error:  # parameters that make no scenario leave it as it was
                 self._node.get_logger().warning(str(error))
-        targets: dict[str, Any] = {}
-        for user, hand in self._hands.items():
-            target = hand.position
-            targets[f"{user}.held"] = target is not None
-            targets[f"{user}.target"] = None if target is None else list(target)
-        self._feed.others = {**self._lags, **inlets.round_trips, **targets}
         if self._feed.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
-        snapshots = self._feed.rows(inlets.now_ns())
-        self._notices.watch(snapshots, self.layout, self._graph.users)
-        return snapshots
+        places = {user: hand.position for user, hand in self._hands.items()}
+        return self._snapshots(inlets.now_ns(), places, inlets.round_trips)
 
     def _state(self) -> State:
         values = self._graph.values
@@ -102,38 +87,33 @@ class LiveSession(RunningSession):
             hand.give(description.within_workspace(position, self._scenario, user))
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
-        """Change a parameter of the nodes."""
-        change = self._set_links if control.node == "netem" else self._set_ends
-        why = await change(wanted)
-        if not why and control.path == controls.PRESET:
-            why = await self._parameters.set(self._graph.netem, {"preset": value})
-        return why
-
-    async def _set_links(self, wanted: Scenario) -> str:
-        """Change the links, their delay a little at a time; return why not, or ""."""
-        if not self._graph.emulated:
+        """Change parameters of the nodes, a delay a little at a time."""
+        if control.node == "netem" and not self._graph.emulated:
             return "the links are not emulated in this session"
         present = self._scenario
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
-            changes = _different(_links_of(present), _links_of(step))
-            why = await self._parameters.set(self._graph.netem, changes)
-            if why:
+            before, after = self._values_of(present), self._values_of(step)
+            changes = {node: _different(before[node], after[node]) for node in after}
+            calls = [self._parameters.set(node, each) for node, each in changes.items() if each]
+            if why := "; ".join(filter(None, await asyncio.gather(*calls))):
                 return why
             present = step
             if present != wanted:
                 await asyncio.sleep(STEP_S)
+        if control.path == controls.PRESET:
+            return await self._parameters.set(self._graph.netem, {"preset": value})
         return ""
 
-    async def _set_ends(self, wanted: Scenario) -> str:
-        """Change the server and the masters; return why not, or ""."""
-        present = self._scenario
-        changes = {self._graph.server: _different(_server_of(present), _server_of(wanted))}
-        for old, new in zip(present.users, wanted.users, strict=True):
-            before, after = values_of("master", old.master), values_of("master", new.master)
-            changes[self._graph.master(new.name)] = _different(before, after)
-        calls = [self._parameters.set(node, each) for node, each in changes.items() if each]
-        return "; ".join(filter(None, await asyncio.gather(*calls)))
+    def _values_of(self, scenario: Scenario) -> dict[str, dict[str, Any]]:
+        """Return the parameters that may change, by node and name."""
+        found = {self._graph.server: values_of("server", scenario.server), self._graph.netem: {}}
+        for user in scenario.users:
+            found[self._graph.server] |= values_of(f"{user.name}.server", user.contact)
+            for way, link in (("up", user.link_up), ("down", user.link_down)):
+                found[self._graph.netem] |= values_of(f"{user.name}.link.{way}", link)
+            found[self._graph.master(user.name)] = values_of("master", user.master)
+        return found
 
     async def pause(self, paused: bool) -> Answer:
         """Let the server stand still, or go on: its users leave, and join anew afterwards."""
@@ -163,20 +143,3 @@ class LiveSession(RunningSession):
 def _different(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of a node that differ."""
     return {name: value for name, value in after.items() if value != before[name]}
-
-
-def _links_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the parameters of the emulator's links."""
-    found: dict[str, Any] = {}
-    for user in scenario.users:
-        found |= values_of(f"{user.name}.link.up", user.link_up)
-        found |= values_of(f"{user.name}.link.down", user.link_down)
-    return found
-
-
-def _server_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the parameters of the server."""
-    found = values_of("server", scenario.server)
-    for user in scenario.users:
-        found |= values_of(f"{user.name}.server", user.contact)
-    return found

@@ -55,7 +55,6 @@ NO_PACKETS = np.empty((0, len(PACKET)))
 
 class Layout:
     """The layout of a snapshot: float64, little-endian; fixed columns, then rows of packets.
-
     ``columns`` and ``slices`` are what is in a row, and where; ``size`` is the length of a row.
     """
 

@@ -31,19 +31,19 @@ def rows_of(
     if traces.server is not None:
         _server(rows, layout, times, traces.server)
     for user in traces.users:
-        if f"{user.name}.x_m" in layout.slices:
+        if user.name in layout.users:
             _master(rows, layout, times, user)
     for energy in user_energies(traces, scenario):
         ways = (("up", energy.up), ("down", energy.down), ("hand", energy.joint))
         for name, balance in ways:
-            if balance is not None and f"{energy.name}.x_m" in layout.slices:
+            if balance is not None and energy.name in layout.users:
                 at, column = _newest(balance.time_s, times), f"{energy.name}.energy_{name}"
                 least = np.minimum(np.minimum.accumulate(balance.balance_j), 0.0)
                 _put(rows, layout, f"{column}_in", at, balance.energy_in_j)
                 _put(rows, layout, f"{column}_out", at, balance.energy_out_j)
                 _put(rows, layout, f"{column}_min", at, least)
     for name, targets in traces.targets.items():
-        if f"{name}.target" in layout.slices:
+        if name in layout.users:
             at = _newest(targets.time_s, times)
             _put(rows, layout, f"{name}.target", at, targets.position[:, : scenario.dof])
             _put(rows, layout, f"{name}.held", at, np.isfinite(targets.position[:, 0]))
@@ -57,17 +57,12 @@ def packets_of(traces: SessionTraces, scenario: Scenario) -> Array:
     found = [np.empty((0, len(PACKET)))]
     for index, user in enumerate(scenario.users):
         for way, name in enumerate(("up", "down")):
-            fates = traces.fates.get(f"{user.name}/{name}")
-            if fates is None:
+            if (fates := traces.fates.get(f"{user.name}/{name}")) is None:
                 continue
-            zero_ns = zeros.get(fates.link, 0)
-            rows = np.empty((len(fates.number), len(PACKET)))
-            rows[:, 0], rows[:, 1] = 2 * index + way, fates.number
-            rows[:, 2] = (fates.time_in_ns - zero_ns) * 1e-9
-            out_s = (fates.time_out_ns - zero_ns) * 1e-9
-            rows[:, 3] = np.where(fates.time_out_ns > 0, out_s, math.nan)
-            rows[:, 4] = fates.fate
-            found.append(rows)
+            zero_ns, link = zeros.get(fates.link, 0), np.full(len(fates.number), 2 * index + way)
+            in_s, out_s = ((t - zero_ns) * 1e-9 for t in (fates.time_in_ns, fates.time_out_ns))
+            arrived_s = np.where(fates.time_out_ns > 0, out_s, math.nan)
+            found.append(np.column_stack([link, fates.number, in_s, arrived_s, fates.fate]))
     every = np.concatenate(found)
     return np.asarray(every[np.argsort(every[:, 2], kind="stable")])
 
@@ -93,7 +88,7 @@ def _server(rows: Array, layout: Layout, times: Array, server: ServerTraces) -> 
     for name in OBJECT:
         _put(rows, layout, f"object.{name}", at, getattr(server, name))
     for index, user in enumerate(server.users):
-        if f"{user}.x_s" in layout.slices:
+        if user in layout.users:
             for name in (*AVATAR, "contact"):
                 _put(rows, layout, f"{user}.{name}", at, getattr(server, name)[index])
             _put(rows, layout, f"{user}.presence", at, server.state[index])

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rules of access: which address a page may come from, what it may load, and its token.
+"""The rules of access: which address a page may come from, what it may load, its token, and how
+many messages it may send.
 
 The address is checked against other names that lead to this machine (a page of another site that
 lets its own name point here), the origin against pages of other sites, the token against whoever
@@ -47,20 +48,18 @@ REFUSALS = {
 
 
 def why_refused(host: str, port: int) -> str:
-    """Return why nothing can listen on an address, in words; nothing where it can be."""
+    """Return why nothing can listen on an address, in words; "" where something can."""
     if not 0 <= port <= 65535:
         return "a port is 0..65535"
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except OSError:
         return REFUSALS[errno.EADDRNOTAVAIL]
-    for family, kind, protocol, _, address in found:
-        with socket.socket(family, kind, protocol) as tried:
-            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                tried.bind(address)
-            except OSError as error:
-                return REFUSALS.get(error.errno or 0, str(error.strerror))
+    try:
+        for family, _, _, _, address in found:
+            socket.create_server(address, family=family).close()
+    except OSError as error:
+        return REFUSALS.get(error.errno or 0, str(error.strerror))
     return ""
 
 
@@ -77,10 +76,8 @@ def page_file(path: str) -> tuple[bytes, str] | None:
     else names none of them.
     """
     name = "index.html" if path == "/" else path.removeprefix("/")
-    for file in PAGE.iterdir():
-        if file.name == name and file.suffix in TYPES:
-            return file.read_bytes(), TYPES[file.suffix]
-    return None
+    files = (file for file in PAGE.iterdir() if file.name == name and file.suffix in TYPES)
+    return next(((file.read_bytes(), TYPES[file.suffix]) for file in files), None)
 
 
 class Access:
@@ -129,3 +126,22 @@ def _number(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     with contextlib.suppress(ValueError):
         return ipaddress.ip_address(host)
     return None
+
+
+class Allowance:
+    """Messages that a page may still send, at a mean rate [1/s] and as many at once. Times are of
+    any clock [s].
+    """
+
+    def __init__(self, rate_hz: float, now_s: float) -> None:
+        self._rate_hz = self._left = rate_hz
+        self._at_s = now_s
+
+    def spend(self, now_s: float) -> bool:
+        """Count one message; return whether it is allowed."""
+        self._left = min(self._rate_hz, self._left + (now_s - self._at_s) * self._rate_hz)
+        self._at_s = now_s
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True

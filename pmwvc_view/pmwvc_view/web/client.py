@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One page at its socket: its messages read within bounds, snapshots sent by credit."""
+"""One page at its socket: its messages read within bounds, snapshots sent by credit; its requests
+carried out in the session and answered; who owns which handle.
+"""
 
 import asyncio
 import contextlib
@@ -13,43 +15,22 @@ from websockets.asyncio.server import ServerConnection, broadcast
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
-from pmwvc_view.protocol import MESSAGES_HZ
-from pmwvc_view.protocol.requests import ProtocolError, Request, read
+from pmwvc_view.protocol import MESSAGES_HZ, SILENCE_S, ProtocolError, Request, read
 from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
+from pmwvc_view.session import Answer, Session
+from pmwvc_view.web.access import Allowance
 
 LONGEST_REASON = 100  # bytes; a close frame holds 123
 MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is closed
-
-
-class Allowance:
-    """Messages that a page may still send, at a mean rate [1/s] and as many at once.
-
-    Times are of any clock [s].
-    """
-
-    def __init__(self, rate_hz: float, now_s: float) -> None:
-        self._rate_hz = self._left = rate_hz
-        self._at_s = now_s
-
-    def spend(self, now_s: float) -> bool:
-        """Count one message; return whether it is allowed."""
-        self._left = min(self._rate_hz, self._left + (now_s - self._at_s) * self._rate_hz)
-        self._at_s = now_s
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True
 
 
 class Client:
     """A connected page."""
 
     def __init__(self, socket: ServerConnection, layout: Layout) -> None:
-        self._socket = socket
+        self._socket, self._work, self._full = socket, asyncio.Event(), False
         self._messages: deque[str] = deque()
         self._outgoing = Outgoing(layout)
-        self._work = asyncio.Event()
-        self._full = False
 
     def begin(self, layout: Layout) -> None:
         """Begin with another layout: the session was begun again."""
@@ -75,9 +56,8 @@ class Client:
         self._send_snapshot()
 
     def _send_snapshot(self) -> None:
-        """Send the snapshot that waits, behind the messages that do.
-
-        Credits bound what the socket holds, so that there is nothing to wait for.
+        """Send the snapshot that waits, behind the messages that do. Credits bound what the socket
+        holds, so that there is nothing to wait for.
         """
         if not self._messages:
             snapshot = self._outgoing.take()
@@ -93,11 +73,9 @@ class Client:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
-        found = ""
-        for task in done:
-            with contextlib.suppress(ConnectionClosed):
-                found = found or task.result()
-        return found
+        with contextlib.suppress(ConnectionClosed):
+            return "".join(task.result() for task in done)
+        return ""
 
     async def _write(self) -> str:
         """Send what waits until the page is gone, or takes nothing any more."""
@@ -136,3 +114,127 @@ class Client:
             while self._messages:
                 await self._socket.send(self._messages.popleft())
             await self._socket.close(CloseCode.GOING_AWAY)
+
+
+SETTLED = 64  # acknowledgements: what can wait begins, the page is there
+MOST_AT_ONCE = 8  # changes of one page that are under way
+AGAIN_S = 1.0  # between two beginnings
+
+
+class Handling:
+    """The requests of pages, answered; ``tell_users`` tells every page who owns which handle."""
+
+    def __init__(self, session: Session, tell_users: Callable[[], None]) -> None:
+        self._session, self._tell_users = session, tell_users
+        self._owners: dict[str, Client | None] = {}  # of every handle that can be taken
+        self._shown = 0
+        self._tasks: dict[asyncio.Task[None], Client] = {}
+        self._listened_s = self._began_s = 0.0
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin anew with the session; handles stay whose they are."""
+        users = self._session.description()["users"]
+        remote = [user["name"] for user in users if user["remote"]]
+        self._owners = {user: self._owners.get(user) for user in remote}
+        self._held_s: dict[str, float] = {}  # of those whose hand is closed: newest target
+
+    def holders(self, client: Client) -> dict[str, str | None]:
+        """Return who holds each user's handle, as a page is told."""
+        words, users = {None: None, client: "you"}, self._session.layout.users
+        return {user: words.get(self._owners.get(user), "other") for user in users}
+
+    def listened(self, time_s: float) -> None:
+        """Note that pages were listened to for a time [s]; open the hands that got no target for
+        too long of it.
+        """
+        self._listened_s += time_s
+        for user, at_s in list(self._held_s.items()):
+            if self._listened_s - at_s > SILENCE_S:
+                self._open(user)
+
+    def gone(self, client: Client) -> None:
+        """Free the handles of a page that is gone."""
+        for user in [user for user, owner in self._owners.items() if owner is client]:
+            self._free(user)
+
+    def _free(self, user: str) -> None:
+        self._open(user)
+        self._owners[user] = None
+        self._tell_users()
+
+    def _open(self, user: str) -> None:
+        self._held_s.pop(user, None)
+        self._session.target(user, None)
+
+    def handle(self, client: Client, request: Request) -> None:
+        """Do what a page asks for; answers that take their time come later."""
+        if request.kind == "seen":
+            client.seen(request.values["seq"])
+            self._shown += 1
+            if self._shown == SETTLED:
+                self._session.expect_questions()
+        elif request.kind == "target":
+            self._target(client, **request.values)
+        elif (answer := self._done(client, request)) is not None:
+            self._answer(client, request, answer)
+
+    def _done(self, client: Client, request: Request) -> Answer | None:
+        """Do what a page asks for, and return the answer; None where that takes its time."""
+        kind, values = request.kind, request.values
+        if kind not in self._session.can:
+            return Answer(False, f"{kind}: not in this session")
+        if kind == "take":
+            return self._take(client, values["user"])
+        if kind == "let_go":
+            mine = self._owners.get(values["user"]) is client
+            if mine:
+                self._free(values["user"])
+            return Answer(mine, "" if mine else "not held by this page")
+        if kind in ("set", "ask", "pause"):
+            under_way = list(self._tasks.values()).count(client)
+            if kind != "ask" and under_way >= MOST_AT_ONCE:  # of questions the newest counts
+                return Answer(False, f"{MOST_AT_ONCE} changes of this page are under way")
+            task = asyncio.create_task(self._later(client, request))
+            self._tasks[task] = client
+            task.add_done_callback(self._tasks.pop)
+            return None
+        if kind == "restart":
+            before_s, now_s = self._began_s, asyncio.get_running_loop().time()
+            if now_s - before_s < AGAIN_S:
+                return Answer(False, f"it began less than {AGAIN_S:g} s ago")
+            self._began_s = now_s
+        found: Answer = getattr(self._session, kind)(**values)
+        return found
+
+    def _take(self, client: Client, user: str) -> Answer:
+        """Give a handle to a page."""
+        if user not in self._owners:
+            return Answer(False, f"{user}: has no handle that can be taken here")
+        if self._owners[user] not in (None, client):
+            return Answer(False, f"{user}: another page holds it")
+        self._owners[user] = client
+        self._tell_users()
+        return Answer(True)
+
+    def _target(self, client: Client, user: str, position: tuple[float, ...] | None) -> None:
+        if self._owners.get(user) is not client:
+            return
+        if position is None:
+            self._open(user)
+        else:
+            self._held_s[user] = self._listened_s
+            self._session.target(user, position)
+
+    async def _later(self, client: Client, request: Request) -> None:
+        found = await getattr(self._session, request.kind)(**request.values)
+        if request.kind != "ask":
+            self._answer(client, request, found)
+        elif found is None:
+            self._answer(client, request, Answer(False, "a newer question came"))
+        else:
+            client.send({"kind": "prediction", "id": request.id, **found})
+
+    def _answer(self, client: Client, request: Request, answer: Answer) -> None:
+        if request.id is not None:
+            client.send({"kind": "answer", "id": request.id, **answer._asdict()})

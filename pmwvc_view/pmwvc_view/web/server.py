@@ -24,8 +24,7 @@ from pmwvc_view import protocol
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.web import access
-from pmwvc_view.web.client import Client
-from pmwvc_view.web.handling import Handling
+from pmwvc_view.web.client import Client, Handling
 
 MOST_PAGES = 32
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
@@ -37,17 +36,15 @@ STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
 
 class PageServer:
-    """A session for any number of pages.
-
-    Port 0 takes any that is free; ``port`` is then the one that is listened on.
+    """A session for any number of pages. Port 0 takes any that is free; ``port`` is then the one
+    that is listened on.
     """
 
     def __init__(
         self, session: Session, *, host: str, port: int, token: str, snapshot_s: float
     ) -> None:
-        self._session = session
+        self._session, self._snapshot_s = session, snapshot_s
         self._host, self.port, self._token = host, port, token
-        self._snapshot_s = snapshot_s
         self._access = access.Access(host, token)
         self._clients: dict[ServerConnection, Client] = {}
         self._handling = Handling(session, self._tell_users)
@@ -77,17 +74,10 @@ class PageServer:
 
     async def _serve(self, stop: Event | Interrupts, ready: Callable[[], None]) -> None:
         server = await serve(
-            self._serve_page,
-            self._host,
-            self.port,
-            process_request=lambda _, request: _answered(
-                request, self._access, port=self.port, pages=self.pages
-            ),
-            compression=None,
-            max_size=protocol.MESSAGE_BYTES,
-            server_header=None,
+            self._serve_page, self._host, self.port, process_request=self._answered,
+            compression=None, max_size=protocol.MESSAGE_BYTES, server_header=None,
             close_timeout=CLOSE_S,
-        )
+        )  # fmt: skip
         try:
             self.port = int(next(iter(server.sockets)).getsockname()[1])
             ready()
@@ -146,14 +136,32 @@ class PageServer:
 
     def _tell_users(self) -> None:
         for client in self._clients.values():
-            client.send({"kind": "users", "users": self._handling.holders(client)})
+            holders = self._handling.holders(client).items()
+            users = [{"name": user, "holder": holder} for user, holder in holders]
+            client.send({"kind": "users", "users": users})
 
     def _description(self, client: Client) -> dict[str, Any]:
         """Return the session message for a page."""
-        return self._session.message(
-            holders={each["name"]: each["holder"] for each in self._handling.holders(client)},
-            snapshot_s=self._snapshot_s,
-        )
+        holders = self._handling.holders(client)
+        return self._session.message(holders=holders, snapshot_s=self._snapshot_s)
+
+    def _answered(self, _: ServerConnection, request: Request) -> Response | None:
+        """Return the answer to a request; None for a socket that may connect."""
+        hosts = request.headers.get_all("Host")
+        if why := self._access.host_refused(hosts, self.port):
+            return _answer(http.HTTPStatus.FORBIDDEN, why)
+        path = urlsplit(request.path).path
+        if path != access.SOCKET:
+            if (file := access.page_file(path)) is None:
+                return _answer(http.HTTPStatus.NOT_FOUND, "there is no such file")
+            return _answer(http.HTTPStatus.OK, *file)
+        origins = request.headers.get_all("Origin")
+        if why := self._access.socket_refused(request.path, origins, hosts[0]):
+            return _answer(http.HTTPStatus.FORBIDDEN, why)
+        if self.pages >= MOST_PAGES:
+            text = f"{MOST_PAGES} pages are connected already"
+            return _answer(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
+        return None
 
     async def _serve_page(self, socket: ServerConnection) -> None:
         """Serve one page until it is gone; then its handles are free."""
@@ -173,25 +181,6 @@ class PageServer:
             self._handling.gone(client)
         if why:
             await client.refuse(why)
-
-
-def _answered(request: Request, rules: access.Access, *, port: int, pages: int) -> Response | None:
-    """Return the answer to a request; None for a socket that may connect."""
-    hosts = request.headers.get_all("Host")
-    if why := rules.host_refused(hosts, port):
-        return _answer(http.HTTPStatus.FORBIDDEN, why)
-    path = urlsplit(request.path).path
-    if path != access.SOCKET:
-        if (file := access.page_file(path)) is None:
-            return _answer(http.HTTPStatus.NOT_FOUND, "there is no such file")
-        return _answer(http.HTTPStatus.OK, *file)
-    origins = request.headers.get_all("Origin")
-    if why := rules.socket_refused(request.path, origins, hosts[0]):
-        return _answer(http.HTTPStatus.FORBIDDEN, why)
-    if pages >= MOST_PAGES:
-        text = f"{MOST_PAGES} pages are connected already"
-        return _answer(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
-    return None
 
 
 def _answer(

@@ -18,7 +18,7 @@ from oracle.linear_model.sections import Sections
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.design.velocity_filter_design import passing
+from pmwvc_core.wave.velocity_filter_design import passing
 
 
 class Part(Protocol):

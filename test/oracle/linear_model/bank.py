@@ -13,7 +13,7 @@ from oracle.linear_model.sections import Sections
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.design.bank_design import bank_filters
+from pmwvc_core.wave.filter_design import bank_filters
 
 
 class Bank:

@@ -10,7 +10,7 @@ from oracle.linear_model.sections import Sections
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.filter_design import design
+from pmwvc_core.wave.filter_design import design
 
 
 class Filter(Protocol):

@@ -45,7 +45,7 @@ from pmwvc_core.law.wave.filter_and_hold import (
 )
 from pmwvc_core.law.wave.wave import along, free_velocity, wave_j, wave_v, wave_velocity
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.design.bank_design import bank_filters
+from pmwvc_core.wave.filter_design import bank_filters
 
 ACTS = ("everywhere", "above", "below")  # where a local model is in place
 EVERYWHERE, ABOVE, BELOW = range(3)

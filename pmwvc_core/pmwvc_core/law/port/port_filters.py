@@ -17,7 +17,7 @@ The velocity filter; s is the share that comes back (half in App. D):
 exact (App. D Fig. 1)
     v_m = w + s H_HP u_m: F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Passive with the
     low-pass filter behind it where ``|H_LP| + s |H_HP| <= 1``
-    (:mod:`pmwvc_core.wave.design.branches`).
+    (:mod:`pmwvc_core.wave.aliasing`).
 equivalent (App. D Fig. 2, Eq. 3 and 2)
     F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m. Generates b (2 s H_HP xd)
     xd, which the account shows.

@@ -37,7 +37,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, between, chain, columns, each, plus, scaled, zero
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.design.filter_design import design, pole_of
+from pmwvc_core.wave.filter_design import design, pole_of
 
 
 class Section(NamedTuple):

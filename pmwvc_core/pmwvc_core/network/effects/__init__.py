@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Link effects by name: the library, and entry points of the group ``pmwvc.link_effects``.
-
-Parameters of their own switch the effects of the library on. Those of other packages are named in
-``link.effects``, each with its numbers: ``bursts:rate=0.02:stay=0.5 fading:depth=0.1``.
+"""Link effects by name: the library, switched on by parameters of their own, and entry points of
+the group ``pmwvc.link_effects``, by ``link.effects``: ``bursts:rate=0.02:stay=0.5
+fading:depth=0.1``.
 """
 
 import math
@@ -45,9 +44,7 @@ def numbers_of(text: str) -> dict[str, dict[str, float]]:
 
 @lru_cache(maxsize=256)
 def plugins_of(text: str) -> tuple[LinkEffect, ...]:
-    """Return the effects of other packages that ``link.effects`` names; ParameterError where one
-    is not installed or no effect, or its numbers are not those it has.
-    """
+    """Return the effects of other packages that a text names; else ParameterError."""
     found = []
     for name, values in numbers_of(text).items():
         if name not in EFFECTS.installed():
@@ -96,9 +93,7 @@ def mean_s(params: LinkParams) -> float:
 
 
 def amounts(params: LinkParams) -> dict[str, str]:
-    """Return the effects beside the constant delay by name, in words with their amounts; a plug-in
-    that gives no amount is named.
-    """
+    """Return the effects beside the constant delay by name, in words with their amounts."""
     texts = {record.name: record.amount(params) for record in active(params)}
     for record in plugins_of(params.effects):
         texts[record.name] = texts[record.name] or f"link effect {record.name}"
@@ -106,9 +101,7 @@ def amounts(params: LinkParams) -> dict[str, str]:
 
 
 def conflicts(params: LinkParams) -> Iterator[str]:
-    """Yield what is wrong between settings that are each right, entries of the timeline (either
-    way) last.
-    """
+    """Yield what is wrong between settings that are each right, then in the timeline."""
     try:
         records = active(params)
     except ParameterError as error:

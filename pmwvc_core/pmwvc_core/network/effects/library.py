@@ -77,7 +77,7 @@ def _recorded_amount(params: LinkParams) -> str:
     text, trace = f"the delays of {params.trace_file}", _known(recording_of, params)
     if trace is None:
         return text
-    mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.longest_s
+    mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.delays_s[-1]
     lost = f", {trace.lost_ratio:.3g} of the packets lost" if trace.lost_ratio else ""
     return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most{lost}"
 
@@ -110,7 +110,7 @@ TRACE = _jitter(
     name=TRACE_NAME,
     active=lambda p: p.jitter == TRACE_NAME,
     random=False,
-    spread_s=lambda p: trace.longest_s if (trace := _known(recording_of, p)) else None,
+    spread_s=lambda p: trace.delays_s[-1] if (trace := _known(recording_of, p)) else None,
     mean_s=lambda p: trace.mean_s if (trace := _known(recording_of, p)) else 0.0,
     amount=_recorded_amount,
     conflict=file_conflict,

@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The record of a link effect, and an effect of another package at work on a link.
-
-A link asks the plug-ins that are active in the order of the hooks of :class:`Effect`. They are
-contained: where a hook fails, the packet passes without the effect.
+"""The record of a link effect, and an effect of another package at work on a link, contained:
+where a hook fails, the packet passes without the effect.
 """
 
 import math
@@ -17,15 +15,12 @@ from pmwvc_core.network.in_flight import Cause, EffectFaults, Fate
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.plugins import Record
 
-# Returns the random numbers of one effect on one link, evenly spread over [0, 1): of the Fate of a
-# packet or copy, and of an index that counts those of the same packet, 0 by default.
+# Random numbers over [0, 1) of an effect: of a Fate and an index (0) of those of the same packet.
 Uniform = Callable[..., float]
 
 
 class Effect:
-    """An effect at work on one link. Hooks stand in the order in which they are called; each does
-    nothing unless a class overrides it. Times are integer nanoseconds.
-    """
+    """An effect at work on one link: hooks in the order in which they are called [ns]."""
 
     begin_ns = 0  # when the first packet entered the link
 
@@ -68,10 +63,8 @@ class Effect:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkEffect(Record):
-    """A link effect: its properties, and for a plug-in what makes it.
-
-    ``linear`` is ``delay`` where the linear model leaves the effect out, as every packet takes
-    ``delay_s``; None where the model must not be asked.
+    """A link effect: its properties, and for a plug-in what makes it. ``linear`` is ``delay``
+    where the linear model leaves it out; None where the model must not be asked.
     """
 
     # for the settings and random numbers of a link; those of the library are at work in the link

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
-from pmwvc_core.law.vectors import each, squared
+from pmwvc_core.law.vectors import Vector, each, squared
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.task import Task, offset
 
@@ -38,27 +38,28 @@ def after(rows: Integers, row: int, tick: int) -> int:
     return row
 
 
-def write(packet: Packet, link: int, row: int, packets: Array) -> None:
-    """Write a packet that a link carries."""
-    n = len(packet.wave)
-    for i in range(n):
-        packets[link, row, i] = packet.wave[i]
-        packets[link, row, n + i] = packet.integral[i]
-        packets[link, row, 2 * n + i] = packet.position[i]
-    packets[link, row, 3 * n] = packet.energy_j
-    packets[link, row, 3 * n + 1] = packet.period_s
-    packets[link, row, 3 * n + 2] = packet.sent_ns
-    packets[link, row, 3 * n + 3] = packet.short
-    packets[link, row, 3 * n + 4] = packet.waits
-    packets[link, row, 3 * n + 5] = packet.anew
-    packets[link, row, 3 * n + 6] = packet.echo
+def put(values: Vector, into: Array, first: int) -> None:
+    """Write values one after the other into a row."""
+    for i in range(len(values)):
+        into[first + i] = values[i]
+
+
+def write(packet: Packet, link: int, packets: Array) -> None:
+    """Write a packet that a link carries into the row of its number."""
+    times = packet.energy_j, packet.period_s, float(packet.sent_ns)
+    flags = 1.0 * packet.short, 1.0 * packet.waits, 1.0 * packet.anew  # float() takes no flag
+    rest = *times, *flags, float(packet.echo)
+    into = packets[link, packet.number - 1]
+    put(packet.wave + packet.integral + packet.position + rest, into, 0)
 
 
 def taken(
-    number: int, longest: float, way: int, rows: Integers, since: int, until: int, packets: Array,
+    number: int, p: Any, way: int, rows: Integers, since: int, until: int, packets: Array,
     empty: list[Packet], axes: tuple[int, ...],
 ) -> tuple[list[Packet], bool]:  # fmt: skip
-    """Return a user's packets among the rows accepted now, and whether all are fit."""
+    """Return a user's packets among the rows accepted now, and whether all are fit; ``p`` are the
+    parameters of the end that takes them.
+    """
     found, fit, n, link = empty.copy(), True, len(axes), 2 * number + way
     for row in range(since, until):
         if rows[row, 1] == number:
@@ -66,7 +67,7 @@ def taken(
             wave = each(_element, (axes,), packets, link, k, 0)
             integral = each(_element, (axes,), packets, link, k, n)
             position = each(_element, (axes,), packets, link, k, 2 * n)
-            fit = fit and squared(wave) <= longest**2  # not so where it is no number
+            fit = fit and squared(wave) <= p.arrivals.longest**2  # not so where it is no number
             found.append(Packet(
                 k + 1, int(packets[link, k, 3 * n + 2]), packets[link, k, 3 * n + 1], wave,
                 integral, packets[link, k, 3 * n], position, packets[link, k, 3 * n + 3] != 0.0,
@@ -84,30 +85,22 @@ def note_step(
     server: Server, row: int, p: Any, task: Task, steps: Array, energies: Array, presence: Integers
 ) -> None:
     """Note a step of the server."""
-    at = server.environment
-    counted, first = environment_energies(p.environment, at), 3 + 4 * len(at.ports)
-    energies[row, 0] = counted[0]
-    energies[row, 1] = counted[1]
-    for i in range(2, len(counted)):
-        energies[row, first + i - 2] = counted[i]
+    at, users = server.environment, len(server.environment.ports)
+    counted = environment_energies(p.environment, at)
+    put(counted[:2], energies[row], 0)
+    put(counted[2:], energies[row], 3 + 4 * users)
     energies[row, 2] = at.dissipated_j
     target = offset(max(server.task_s, 0.0) if server.task_s < math.inf else 0.0, task)
-    for i in range(len(target)):
-        steps[len(steps) - 1, row, i] = target[i]
-    for i in range(len(at.body.x)):
-        steps[0, row, i] = at.body.x[i]
-        steps[1, row, i] = at.body.xd[i]
-    for k in range(len(at.ports)):
-        port = at.ports[k]
+    put(target, steps[len(steps) - 1, row], 0)
+    put(at.body.x, steps[0, row], 0)
+    put(at.body.xd, steps[1, row], 0)
+    for k in range(users):
+        port, seen, first = at.ports[k], port_shown(p.environment, at, k), 2 + 5 * k
         presence[row, k] = server.guests[k].presence
-        seen = port_shown(p.environment, at, k)
-        energies[row, 3 + 4 * k] = port.u_j
-        energies[row, 4 + 4 * k] = port.v_j
-        energies[row, 5 + 4 * k] = seen.touches
-        energies[row, 6 + 4 * k] = seen.learned
-        for i in range(len(port.x_s)):
-            steps[2 + 5 * k, row, i] = port.x_s[i]
-            steps[3 + 5 * k, row, i] = port.avatar.xd[i]
-            steps[4 + 5 * k, row, i] = port.avatar.f[i]
-            steps[5 + 5 * k, row, i] = port.avatar.u[i]
-            steps[6 + 5 * k, row, i] = seen.v_s[i]
+        shown = port.u_j, port.v_j, 1.0 * seen.touches, seen.learned
+        put(shown, energies[row], 3 + 4 * k)
+        put(port.x_s, steps[first, row], 0)
+        put(port.avatar.xd, steps[first + 1, row], 0)
+        put(port.avatar.f, steps[first + 2, row], 0)
+        put(port.avatar.u, steps[first + 3, row], 0)
+        put(seen.v_s, steps[first + 4, row], 0)

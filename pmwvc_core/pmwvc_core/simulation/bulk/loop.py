@@ -15,27 +15,23 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.arrivals import arrivals_of
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.port.master import Sample, port_energies, port_opened, port_signals
-from pmwvc_core.law.server_step import Guest, GuestParams, Server, server_step
+from pmwvc_core.law.server_step import Guest, Server, server_step
 from pmwvc_core.law.user_tick import User, begin, receive, send, user_tick
-from pmwvc_core.law.vectors import Vector, columns, each
+from pmwvc_core.law.vectors import Vector, columns, each, zero
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.task import Task
-from pmwvc_core.simulation.bulk.book import Book, after, note_step, taken, write
+from pmwvc_core.simulation.bulk.book import Book, after, note_step, put, taken, write
 
 
 class End(NamedTuple):
-    """A user with device and hand; how many packets it has sent, blocks it has written, and rows
-    of the plan it has passed.
-    """
+    """A user with device and hand; how many rows of the plan it has passed."""
 
     user: User
     device: Any
     hand: Any
     acts: bool
-    sent: int
-    blocks: int
     taken: int
 
 
@@ -66,8 +62,7 @@ def session(
     """Run a session; tell whether all went by the plan."""
     up, down, packets, signals = book.up, book.down, book.packets, book.signals
     blocks, steps, energies, presence = book.blocks, book.steps, book.energies, book.presence
-    axes, posted = clock.axes, each(_none, (clock.users,))
-    nothing = each(_zero, (axes,))
+    axes, nothing = clock.axes, zero(ends[0].device.x)
     empty = [ends[0].user.newest]
     empty.pop()
     guests = each(_opened_guest, (server.guests,), nothing)
@@ -76,14 +71,13 @@ def session(
     tick, step, taken_up = 0, 0, 0
     while tick < clock.ticks:
         since, taken_up = taken_up, after(up, taken_up, tick)
-        longest = each(_longest_up, (p.guests,))
         came, fit = columns(
-            each(taken, (clock.users, longest), 0, up, since, taken_up, packets, empty, axes)
+            each(taken, (clock.users, p.guests), 0, up, since, taken_up, packets, empty, axes)
         )
         if not all_of(fit):
             return False
         serves[0], answers = server_step(serves[0], tick * clock.tick_ns, came, 0.0, p)
-        posted = each(_posted, (answers, posted, clock.users), packets)
+        each(_posted, (answers, clock.users), packets)
         note_step(serves[0], step, p, task, steps, energies, presence)
         fit = each(_ran, (runs, users, clock.users), tick, clock, empty, down, packets, signals,
                    blocks)  # fmt: skip
@@ -99,18 +93,6 @@ def all_of(flags: tuple[bool, ...]) -> bool:
     for i in range(len(flags)):
         every = every and flags[i]
     return every
-
-
-def _zero(axis: int) -> float:
-    return 0.0
-
-
-def _none(user: int) -> int:
-    return 0
-
-
-def _longest_up(p: GuestParams) -> float:
-    return p.arrivals.longest  # type: ignore[no-any-return]
 
 
 def _opened_end(s: End, p: EndParams, number: int, nothing: Vector, packets: Array) -> list[End]:
@@ -132,16 +114,15 @@ def _sent(
     s = at[0]
     sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns)
     user, packet, _ = send(s.user, now_ns, sample, False, p.user)
-    write(packet, 2 * number, s.sent, packets)
-    at[0] = s._replace(user=begin(user, tick, p.user), sent=s.sent + 1)
+    write(packet, 2 * number, packets)
+    at[0] = s._replace(user=begin(user, tick, p.user))
 
 
-def _posted(answer: tuple[Packet, bool], posted: int, number: int, packets: Array) -> int:
+def _posted(answer: tuple[Packet, bool], number: int, packets: Array) -> bool:
     packet, sends = answer
-    if not sends:
-        return posted
-    write(packet, 2 * number + 1, posted, packets)
-    return posted + 1
+    if sends:
+        write(packet, 2 * number + 1, packets)
+    return sends
 
 
 def _ran(
@@ -163,20 +144,13 @@ def _ran(
         hand, f_h = hand_force(s.hand, device.x, device.xd, acts, p.hand)
         sample = Sample(device.read_x, device.read_xd, True, now_ns)
         user, f_m, f = user_tick(s.user, tick, now_ns, sample, None, p.user)
-        u_m, u_m_lp, v_m = port_signals(user.port)
-        for i in range(len(f_h)):
-            signals[number, 0, tick, i] = sample.x[i]
-            signals[number, 1, tick, i] = sample.xd[i]
-            signals[number, 2, tick, i] = f_h[i]
-            signals[number, 3, tick, i] = f_m[i]
-            signals[number, 4, tick, i] = f[i]
-            signals[number, 5, tick, i] = u_m[i]
-            signals[number, 6, tick, i] = u_m_lp[i]
-            signals[number, 7, tick, i] = v_m[i]
+        shown = sample.x, sample.xd, f_h, f_m, f, *port_signals(user.port)
+        for k in range(len(shown)):
+            put(shown[k], signals[number, k, tick], 0)
         device, _, _ = device_step(device, f_h, f, p.device)
         at[0] = s._replace(user=user, device=device, hand=hand, acts=acts)
         if last or tick + 1 >= user.next_frame:
-            _note(at, p, number, blocks)
+            _note(at[0], p, number, blocks)
             if not last:
                 _sent(at, p, number, tick + 1, now_ns + clock.tick_ns, packets)
     return True
@@ -189,21 +163,14 @@ def _receive(
     """Take in what has come; tell whether it was fit."""
     s = at[0]
     until = after(down, s.taken, tick)
-    came, fit = taken(number, p.user.arrivals.longest, 1, down, s.taken, until, packets, empty,
-                      clock.axes)  # fmt: skip
+    came, fit = taken(number, p.user, 1, down, s.taken, until, packets, empty, clock.axes)
     at[0] = s._replace(user=receive(s.user, came, now_ns, p.user), taken=until)
     return fit
 
 
-def _note(at: list[End], p: EndParams, number: int, blocks: Array) -> None:
-    """Note a frame that is over."""
-    s = at[0]
-    user, k = s.user, s.blocks
-    blocks[number, k, 0] = user.limits.cause
-    blocks[number, k, 1] = user.limits.events
-    blocks[number, k, 2] = s.device.against_j
-    blocks[number, k, 3] = s.device.by_hand_j
-    energies = port_energies(user.port, user.arrivals, p.user.port)
-    for i in range(len(energies)):
-        blocks[number, k, 4 + i] = energies[i]
-    at[0] = s._replace(blocks=k + 1)
+def _note(s: End, p: EndParams, number: int, blocks: Array) -> None:
+    """Note a frame that is over, in the row of its packet."""
+    user, into = s.user, blocks[number, s.user.packing.number - 1]
+    work_j = s.device.against_j, s.device.by_hand_j
+    put((float(user.limits.cause), float(user.limits.events), *work_j), into, 0)
+    put(port_energies(user.port, user.arrivals, p.user.port), into, 4)

@@ -3,9 +3,9 @@
 """The plan of a session's network: which packet is sent when, where it goes, what its receiver
 makes of its number.
 
-None of that depends on a signal (without a deadband): so it is worked out before the session, once
-for all sessions with the same network, and what is left is arithmetic. Who sends a wave that no
-receiver takes departs from the plan; such a session is stepped with its packets instead.
+None of that depends on a signal (without a deadband), so it is worked out before the session, once
+for all with the same network. A session that sends a wave that no receiver takes departs from the
+plan; it is stepped with its packets instead.
 """
 
 import dataclasses
@@ -16,12 +16,11 @@ import numpy as np
 
 from pmwvc_core.ends.server_end import SERVER_EPOCH
 from pmwvc_core.network.effects import is_random
-from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.transport.packet import Packer, Verdict
+from pmwvc_core.transport.packet import Verdict, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
 TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
@@ -98,9 +97,9 @@ def plan_of(network: Network) -> Plan:
         for end in down:
             end.look_before(tick + 1)
     end_ns = network.ticks * tick_ns
+    for end in down:
+        end.look_before(network.ticks)
     for end in (*up, *down):
-        if end in down:
-            end.look_before(network.ticks)
         end.link.drain(end_ns)
     links = [end.link for end in up], [end.link for end in down]
     looks_ns = range(0, end_ns, every * tick_ns), range(0, end_ns, tick_ns)
@@ -118,26 +117,27 @@ class _End:
         self.inbox = Receiver(network.dof, period_s=period_s, timeout_s=timeout_s)
         self.link = SimulatedLink(
             network.links[user][direction],
-            seed=stream_of(network.seed, user, direction),
+            seed=(network.seed, user, direction),
             inbox=self.inbox,
             dof=network.dof,
             direction=direction,
         )
-        self._packer = Packer((user + 1, SERVER_EPOCH + user)[direction], period=period_s)
-        self._nothing = 0.0 if network.dof == 1 else np.zeros(network.dof)
+        zero = 0.0 if network.dof == 1 else np.zeros(network.dof)
+        self._head = (user + 1, SERVER_EPOCH + user)[direction], period_s, (zero, zero, 0.0, zero)
         self.rows: list[tuple[int, int, int, int, int]] = []
 
     def send(self, tick: int, peer: Receiver) -> None:
-        now_ns, zero = tick * self._tick_ns, self._nothing
-        self.link.send(self._packer.pack(zero, zero, now_ns, 0, peer.echo(now_ns)), now_ns)
+        now_ns, number = tick * self._tick_ns, len(self.link.sent) + 1
+        epoch, period_s, sums = self._head
+        packet = WavePacket(epoch, number, now_ns, period_s, *sums, *peer.echo(now_ns))
+        self.link.send(packet, now_ns)
 
     def look(self, tick: int) -> None:
         """Take in what has come by a tick."""
         now_ns = tick * self._tick_ns
         for packet in self.link.collect(now_ns):
             lost = self.inbox.lost
-            verdict = self.inbox.push(packet, now_ns)
-            if verdict in TAKEN:
+            if (verdict := self.inbox.push(packet, now_ns)) in TAKEN:
                 begins, missing = verdict is not TAKEN[0], self.inbox.lost - lost
                 self.rows.append((tick, self._user, packet.seq - 1, begins, missing))
 

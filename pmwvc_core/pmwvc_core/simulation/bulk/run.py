@@ -21,10 +21,9 @@ from pmwvc_core.made.user import made_user
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.plant.hands import make_hand
-from pmwvc_core.plant.task import Task, task_of
+from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
 from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
@@ -65,34 +64,20 @@ def can_run(scenario: Scenario) -> bool:
     )
 
 
-class Prepared(NamedTuple):
-    """What the loop of a session is called with."""
-
-    ends: tuple[End, ...]
-    server: Any
-    users: tuple[EndParams, ...]
-    p: Any
-    clock: Clock
-    task: Task
-    network: Network
-
-
-def prepared(scenario: Scenario) -> Prepared:
-    """Return what the loop of a session begins with."""
-    network = network_of(scenario)
-    made = [_end(scenario, user) for user in scenario.users]
-    p = server_params(scenario.users, scenario, scenario.server)
-    server = resting_server(scenario.users, scenario, p)
-    ends, users = tuple(end for end, _ in made), tuple(params for _, params in made)
+def prepared(scenario: Scenario) -> tuple[tuple[Any, ...], Network]:
+    """Return what the loop of a session begins with, and the network of its plan."""
+    network, users = network_of(scenario), scenario.users
+    ends, of_ends = zip(*(_end(scenario, user) for user in users), strict=True)
+    p = server_params(users, scenario, scenario.server)
+    server = resting_server(users, scenario, p)
     paces = network.ticks, network.tick_ns, network.period_ticks
     clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
-    task = task_of(scenario.task, scenario.dof)
-    return Prepared(ends, server, users, p, clock, task, network)
+    return (ends, server, of_ends, p, clock, task_of(scenario.task, scenario.dof)), network
 
 
 def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     """Run a session, compiled where the loop given is."""
-    *begins, network = prepared(scenario)
+    begins, network = prepared(scenario)
     plan = plan_of(network)
     book = _book(scenario, network, plan)
     return Run(scenario, plan, book, session(*begins, book))
@@ -103,7 +88,7 @@ def _end(scenario: Scenario, user: User) -> tuple[End, EndParams]:
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    start = End(loop, resting_device(at.start, device), hand, False, 0, 0, 0)
+    start = End(loop, resting_device(at.start, device), hand, False, 0)
     return start, EndParams(p, device, of_hand)
 
 
@@ -133,18 +118,19 @@ def empty_steps(scenario: Scenario, steps: int) -> tuple[Array, Array, Integers]
 
 def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     """Return the compiled loop for each session that is worth it, in their order; else None."""
-    none: list[Callable[..., bool] | None] = [None for _ in scenarios]
     fit = [i for i, scenario in enumerate(scenarios) if can_run(scenario)]
     if sum(_takes_s(scenarios[i]) for i in fit) < LOADING_S or find_spec("numba") is None:
-        return none
+        fit = []
     kinds: dict[str, list[int]] = {}
     for i in fit:
-        kinds.setdefault(_types(prepared(scenarios[i])[:6]), []).append(i)
-    for kind, members in kinds.items():
-        if _is_worth_it(kind, [scenarios[i] for i in members]):
-            for i in members:
-                none[i] = _loop()
-    return none
+        kinds.setdefault(_types(prepared(scenarios[i])[0]), []).append(i)
+    worth = {
+        i
+        for kind, members in kinds.items()
+        if _is_worth_it(kind, [scenarios[i] for i in members])
+        for i in members
+    }
+    return [_loop() if i in worth else None for i in range(len(scenarios))]
 
 
 def _types(value: Any) -> str:

@@ -19,9 +19,9 @@ from pmwvc_analysis.compare import settings
 from pmwvc_analysis.compare.files import JSON, read_comparison, read_entries
 from pmwvc_analysis.compare.measures import Entry, measured
 from pmwvc_analysis.report.comparison_report import COLUMNS, PAGE, write
+from pmwvc_bringup.combinations import Combination
 from pmwvc_bringup.command import Result
-from pmwvc_bringup.comparison.combinations import Combination
-from pmwvc_bringup.progress import doing
+from pmwvc_bringup.output import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.quantities import cell
@@ -56,11 +56,8 @@ def simulated(
     from pmwvc_analysis.verdicts.verdicts import summary
     from pmwvc_core.simulation.session import simulate
 
-    traces = simulate(
-        [one.scenario for one in chosen],
-        keep=lambda kept, _: kept,
-        progress=lambda ratio: show(0.5 * ratio),
-    )
+    every = [one.scenario for one in chosen]
+    traces = simulate(every, keep=lambda kept, _: kept, progress=lambda part: show(0.5 * part))
     entries = []
     for number, (one, each) in enumerate(zip(chosen, traces, strict=True), start=1):
         below = folder_of(number, one)
@@ -72,7 +69,7 @@ def simulated(
 
 
 def live(
-    chosen: Sequence[Combination], folder: Path, console: Console, *, figures: bool = True
+    chosen: Sequence[Combination], folder: Path, console: Console, *, figures: bool
 ) -> list[Entry]:
     """Run one session of nodes after the other, each by a runner of its own."""
     from pmwvc_analysis.recording.reader import read_session
@@ -84,10 +81,9 @@ def live(
         with tempfile.TemporaryDirectory() as scratch:
             file = Path(scratch, "scenario.yaml")
             file.write_text(to_yaml(one.scenario), "utf-8")
-            words = ["run", str(file), "--out", str(folder / below)]
+            words = ["-m", "pmwvc_bringup.cli", "run", str(file), "--out", str(folder / below)]
             words += [] if figures else ["--no-figures"]
-            command = [sys.executable, "-m", "pmwvc_bringup.cli", *words]
-            code = subprocess.run(command, check=False).returncode
+            code = subprocess.run([sys.executable, *words], check=False).returncode
         if code == 130:
             raise KeyboardInterrupt
         if code:
@@ -101,14 +97,9 @@ def _entry(one: Combination, traces: SessionTraces, below: str) -> Entry:
 
 
 def report(
-    folder: Path,
-    title: str,
-    entries: Sequence[Entry],
-    console: Console,
-    *,
-    notes: list[str],
+    folder: Path, title: str, entries: Sequence[Entry], console: Console, *, notes: list[str],
     figures: bool = True,
-) -> Result:
+) -> Result:  # fmt: skip
     """Write tables and report, print table and notes; the document is ``comparison.json``."""
     about = {"kind": "comparison", "lead": "", "notes": notes}
     with doing("writing the report"):
@@ -141,17 +132,14 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     columns = [(name, head, factor) for name, _, head, factor in COLUMNS if head]
     heads = "  ".join(f"{head:>14}" for _, head, _ in columns)
     table = [f"{'session':{width}}  {heads}  verdict"]
+    passivity = {True: "", False: ", not passive", None: ", passivity not judged"}
     for session in sessions:
-        numbers = [
-            "-" if session[name] is None else cell(session[name], factor, 4)
-            for name, _, factor in columns
-        ]
+        values = ((session[name], factor) for name, _, factor in columns)
+        numbers = ("-" if value is None else cell(value, factor, 4) for value, factor in values)
         verdict = "stable" if session["stable"] else session["instability"] or "not judged"
-        verdict += {True: "", False: ", not passive"}.get(
-            session["passive"], ", passivity not judged"
-        )
         cells = "  ".join(f"{number:>14}" for number in numbers)
-        table.append(f"{session['label']:{width}}  {cells}  {verdict}")
+        row = f"{session['label']:{width}}  {cells}  {verdict}"
+        table.append(row + passivity[session["passive"]])
     table.append(f"{'':{width}}  parameters")
     for session in sessions:
         texts = [

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The design of the high-pass filter that feeds the outgoing wave back (App. D), for any
-anti-aliasing filter; its effect on waves, velocity, lag and noise, over frequency.
+"""The high-pass filter that feeds the outgoing wave back (App. D), for any anti-aliasing filter:
+its design, and its effect on velocity, lag and noise. Its passivity: :mod:`.aliasing`.
 
-Unless the parameters give it, it follows from H_LP, the response of the anti-aliasing filter:
+Unless the parameters give it, the filter follows from H_LP, the response of the anti-aliasing one:
 
 * order 1, H_HP = (z - 1)/(z - alpha): the alpha that makes |H_LP + s H_HP|^2 as flat as can be,
   min over alpha of max over 512 frequencies of | |H_LP + s H_HP|^2 - 1 |, with alpha below the
@@ -18,7 +18,7 @@ Unless the parameters give it, it follows from H_LP, the response of the anti-al
   anything. Both branches go through their filter twice: H_LP = H_1^2 with the anti-aliasing filter
   between, H_HP = H_2^2.
 
-Its passivity: :mod:`.branches`. Equations: docs/theory.md 7.8, 7.9.
+Equations: docs/theory.md 7.8, 7.9.
 """
 
 import dataclasses
@@ -30,9 +30,8 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
-from pmwvc_core.wave.design.aliasing import minimum_between
-from pmwvc_core.wave.design.branches import TOLERANCE
-from pmwvc_core.wave.design.filter_design import (
+from pmwvc_core.wave.aliasing import TOLERANCE, minimum_between
+from pmwvc_core.wave.filter_design import (
     bilinear_sections,
     half_power_hz,
     response,
@@ -49,8 +48,8 @@ SLOW = 1e-6  # angle [rad per tick] at which a lag is read
 
 
 def passing(params: MasterParams, side: str) -> Array:
-    """Return H_HP (``high``; of ``complementary`` one of the two H_2) or H_1 (``low``) as
-    second-order sections ``(sections, 6)``; ParameterError where no such filter exists.
+    """Return the sections ``(sections, 6)`` of H_HP (``high``; of ``complementary`` one of the two
+    H_2) or H_1 (``low``); ParameterError where no such filter exists.
     """
     return sections_of(chosen(params).velocity_filter, params.tick_s, side)
 
@@ -85,18 +84,18 @@ def _completed(
             "filter.kind = none: an anti-aliasing filter is what a velocity filter is designed "
             "for; take one, or give velocity_filter.cutoff_hz"
         )
-    near = np.geomspace(1e-6, 1.0, POINTS // 2)
-    angle = np.pi * np.concatenate([near, (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)])
-    if own.order == 1:
-        angle = np.pi * np.arange(POINTS_IN_PHASE) / POINTS_IN_PHASE
+    angle = np.pi * np.arange(POINTS_IN_PHASE) / POINTS_IN_PHASE
+    if own.order > 1:
+        rising = (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)
+        angle = np.pi * np.concatenate([np.geomspace(1e-6, 1.0, POINTS // 2), rising])
     values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
-    if own.order == 1:
-        edge = float(half_power_hz(low, tick_s=tick_s))
-        below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
-        return dataclasses.replace(
-            own, alpha=flattest_alpha(values, angle, share=own.share, below=below)
-        )
-    return dataclasses.replace(own, cutoff_hz=_lowest_cutoff(own, np.abs(values), angle, tick_s))
+    if own.order > 1:
+        cutoff_hz = _lowest_cutoff(own, np.abs(values), angle, tick_s)
+        return dataclasses.replace(own, cutoff_hz=cutoff_hz)
+    edge = half_power_hz(low, tick_s=tick_s)
+    below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
+    alpha = flattest_alpha(values, angle, share=own.share, below=below)
+    return dataclasses.replace(own, alpha=alpha)
 
 
 def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: float) -> float:
@@ -179,9 +178,8 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
     with nothing touched [s].
 
     Near rest H_HP is tau p, p the derivative in time (order 1; zero for higher orders). A wall
-    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free, v = (1 - lag p) u + s tau p u:
-    shorter by as much. The equivalent form leaves the waves alone and takes 2 s b tau off the felt
-    mass, which is b lag/2.
+    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free: shorter by as much. The
+    equivalent form takes 2 s b tau off the felt mass, which is b lag/2.
     """
     if not params.velocity_filter.is_on:
         return 0.0, 0.0

@@ -2,20 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stability at any constant delay: a proof from the gains of both ends of the link, or why not.
 
-G_i(Theta) is the packet-to-packet response of user i's end (:mod:`.ends`: held device, controller,
-filter, rate drop and hold), S(Theta) that of the server's end. Delays turn packets, they add no
-gain. If both ends are stable by themselves and
+G_i(Theta) is the packet-to-packet response of user i's end, S(Theta) that of the server's end
+(:func:`.opened.ends`). Delays turn packets, they add no gain. If both ends are stable by
+themselves and
 
     largest singular value of sqrt|G| S sqrt|G| <= 1    at all frequencies, |G| = diag(|G_i|),
 
 then I - t S G D(Theta) is regular for every delay D and 0 <= t < 1: no eigenvalue ever crosses the
 unit circle (Nyquist), the session is stable with any constant delays ("loop rule", while all
 contacts touch as the linear model has it). If moreover every |G_i| <= 1 and the server returns no
-more energy than it received whatever touches (``implicit``, which conserves energy exactly; a
-ledger without allowance), contacts may come and go ("parts rule").
-
-A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0 by itself, so each condition is
-one on the whole end: what filter and rate drop lose must cover it at every frequency.
+more energy than it received whatever touches (``implicit``; a ledger without allowance), contacts
+may come and go ("parts rule"). A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0
+by itself: what filter and rate drop lose must cover it at every frequency.
 
 An impedance matrix B = V diag(b) V^T couples the axes: then G_i = V diag(G_i(b)) V^T, and the
 same with its absolute value, which commutes with the delays of its user.
@@ -25,16 +23,18 @@ Equations: docs/theory.md 14.5, 14.6.
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import System, ends, master_end, refined
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
+from pmwvc_analysis.models.opened import ends
+from pmwvc_analysis.models.variation import changed, with_impedances
+from pmwvc_analysis.models.windings import System, refined
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import eigenvalues, principal_axes
 
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
@@ -47,14 +47,11 @@ ROUNDS = 4  # of refinement around each maximum
 NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 
 
-@dataclass(frozen=True)
-class AnyDelay:
+class AnyDelay(NamedTuple):
     """The stability at any constant delay, as far as it is known."""
 
     proved: bool
-    reasons: tuple[
-        str, ...
-    ] = ()  # why it is not proved, with amounts: no proof was found, no more
+    reasons: tuple[str, ...] = ()  # why no proof was found, with amounts
     touching: bool = False  # the proof holds only while all contacts touch
     gain: float | None = None  # largest once around the loop, 1 is the limit; None: none formed
     at_hz: float | None = None
@@ -66,13 +63,26 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         return None
     if reasons := _outside(scenario):
         return AnyDelay(False, reasons)
+    users = scenario.users
     masters = [
-        [master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
-        for user in scenario.users
+        [_master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
+        for user in users
     ]
+    unstable = []
+    for user, several in zip(users, masters, strict=True):
+        if any(end.growth >= 1.0 for end in several):
+            load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
+            unstable.append(
+                f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
+                "needs less than 2)"
+            )
     server = None if nonlinear(scenario) or outside(scenario) else ends(scenario, live=False)[1]
-    if reasons := _unstable(scenario, masters, server):
-        return AnyDelay(False, reasons)
+    if server is not None and server.growth >= 1.0:
+        unstable.append(
+            f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
+        )
+    if unstable:
+        return AnyDelay(False, tuple(unstable))
     every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole
     for end in [*itertools.chain(*masters), *([server] if server else [])]:
         width = np.maximum(np.abs(1.0 - np.abs(end.poles())), LOWEST)
@@ -100,15 +110,15 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if server is None:
         unknown = () if passive else ("no bound is known for the server's coupling",)
         return AnyDelay(False, (*(() if lossless else (text,)), *unknown))
-    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
+    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in users]
 
     def around(angle: Array) -> Array:
         """Return the gain once around the loop."""
-        dof, users = len(axes[0]), len(axes)
-        blocks = np.zeros((len(angle), users, dof, users, dof))
+        dof = len(axes[0])
+        blocks = np.zeros((len(angle), len(users), dof, len(users), dof))
         for user, (gains, own) in enumerate(zip(single(angle), axes, strict=True)):
             blocks[:, user, :, user] = (own * np.sqrt(gains)[:, np.newaxis]) @ own.T
-        root = blocks.reshape(len(angle), users * dof, -1)
+        root = blocks.reshape(len(angle), len(users) * dof, -1)
         whole = root @ server.response(np.exp(1j * angle)) @ root
         return np.asarray(np.linalg.norm(whole, 2, axis=(1, 2)))
 
@@ -119,23 +129,13 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     return AnyDelay(False, (why,), gain=gain, at_hz=at * hertz)
 
 
-def _unstable(
-    scenario: Scenario, masters: Sequence[Sequence[System]], server: System | None
-) -> tuple[str, ...]:
-    """Return which ends are unstable by themselves."""
-    found = []
-    for user, several in zip(scenario.users, masters, strict=True):
-        if any(end.growth >= 1.0 for end in several):
-            load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
-            found.append(
-                f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
-                "needs less than 2)"
-            )
-    if server is not None and server.growth >= 1.0:
-        found.append(
-            f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
-        )
-    return tuple(found)
+def _master_end(scenario: Scenario, user: User, impedance: float, *, live: bool) -> System:
+    """Return a user's end with an impedance [N s/m], an eigenvalue of its matrix, from packet v to
+    packet u: at a frame as long as a step, without position feedback, which is no wave.
+    """
+    alone = with_impedances(user, impedance, None)
+    wall = changed(scenario.server, coupling="implicit", environment="wall")
+    return ends(changed(scenario, users=(alone,), server=wall, disturbances=""), live=live)[0]
 
 
 def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
@@ -144,10 +144,8 @@ def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
     best = int(np.argmax(values))
     found = float(values[best]), float(angle[best])
     sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
-    inner = np.flatnonzero((values >= sides) & (values > found[0] - NEAR))
-    last = len(angle) - 1
-    for index in inner.tolist():
-        ends = angle[max(index - 1, 0)], angle[min(index + 1, last)]
+    for index in np.flatnonzero((values >= sides) & (values > found[0] - NEAR)).tolist():
+        ends = angle[max(index - 1, 0)], angle[min(index + 1, len(angle) - 1)]
         found = max(found, refined(gain, *ends, rounds=ROUNDS))
     return found
 

@@ -10,15 +10,17 @@ for, so that the work does not grow with q. Only where |L| passes 1 the angle is
 """
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from pmwvc_analysis.delays.ends import System
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex, Integers
 
 POINTS = 250
+WITHIN = 21  # points of an interval with a maximum: it then shrinks to a tenth
 LOWEST = 1e-8  # [rad]
 PER_TURN = 10  # points for each turn of a difference of delays
 MOST = 200_000  # points
@@ -29,6 +31,35 @@ BEYOND = 1e-9  # ln(radius) of a circle that motions with eigenvalue 1 are insid
 LOG_RADIUS_STEP = 1e-13  # how far a circle is moved off a pole that lies on it
 ON_AXIS = 1e-6  # of a turn
 FINE = 1e-7  # relative, of ln(radius)
+
+
+class System(NamedTuple):
+    """x+ = A x + B w, y = C x + D w, once a packet."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+    def poles(self) -> Complex:
+        """Return the eigenvalues of A."""
+        return np.asarray(np.linalg.eigvals(self.a).astype(complex))
+
+    @property
+    def growth(self) -> float:
+        """The length of the longest eigenvalue of A; 0 without a state."""
+        return float(np.abs(self.poles()).max(initial=0.0))
+
+    def angles_near(self, width: Array, widths: Array) -> Array:
+        """Return angles so many widths [rad] before and behind that of every pole."""
+        steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
+        return np.ravel(np.abs(np.angle(self.poles()))[:, np.newaxis] + steps)
+
+    def response(self, z: Complex) -> Complex:
+        """Return y per w ``(points, outputs, inputs)`` at points of the z-plane."""
+        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a
+        driven = np.linalg.solve(resolvent, self.b.astype(np.complex128))
+        return np.asarray(self.c @ driven + self.d)
 
 
 class Loci:
@@ -173,4 +204,18 @@ def _matched(values: Complex) -> Complex:
     for point, distances in enumerate(apart, start=1):
         order = linear_sum_assignment(distances)[1][order]
         found[point] = values[point, order]
+    return found
+
+
+def refined(
+    at: Callable[[Array], Array], low: float, high: float, *, rounds: int
+) -> tuple[float, float]:
+    """Return the largest value between two points, and where; ``at`` is of ``(points,)``."""
+    found = -np.inf, low
+    for _ in range(rounds):
+        points = np.linspace(low, high, WITHIN)
+        values = at(points)
+        top = int(np.argmax(values))
+        found = max(found, (float(values[top]), float(points[top])))
+        low, high = points[max(top - 1, 0)], points[min(top + 1, WITHIN - 1)]
     return found

@@ -25,7 +25,7 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.made.user import made_user
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.design.velocity_filter_design import chosen, noise_gain
+from pmwvc_core.wave.velocity_filter_design import chosen, noise_gain
 
 CONTROLLER = "controller"
 MOST = 100  # sessions, whose traces are held in memory
@@ -38,21 +38,17 @@ PLAIN: Mapping[str, str] = {
     "master.bank.kind": "none",
     "master.position.feedback": "none",
 }
+LEDGER = {"server.coupling": "unknown", "server.compensation": "ledger"}
 FEATURES: Mapping[str, Mapping[str, str]] = {
     "waves": {},
     "printed": {"server.coupling": "unknown", "server.compensation": "printed"},
     "corrected": {"server.coupling": "unknown", "server.compensation": "corrected"},
-    "ledger": {"server.coupling": "unknown", "server.compensation": "ledger"},
-    "secant": {
-        "server.coupling": "unknown",
-        "server.compensation": "ledger",
-        "server.decoding": "secant",
-    },
+    "ledger": LEDGER,
+    "secant": {**LEDGER, "server.decoding": "secant"},
     "velocity_filter": {"master.velocity_filter.kind": "exact"},
     "velocity_filter_printed": {
-        "master.velocity_filter.kind": "equivalent",
-        "master.velocity_filter.order": "1",
-        "master.velocity_filter.share": "0.5",
+        f"master.velocity_filter.{name}": value
+        for name, value in (("kind", "equivalent"), ("order", "1"), ("share", "0.5"))
     },
     "filter_bank": {"master.bank.kind": "dissertation"},
     "complementary_bank": {"master.bank.kind": "complementary"},
@@ -93,7 +89,6 @@ def _noise_left(master: MasterParams, order: int) -> float:
 
 def settings_of(variant: str, defaults: Mapping[str, str]) -> list[str]:
     """Return the settings ``name=value`` of a variant: a name, or features joined by ``+``.
-
     ``defaults`` are those of :func:`defaults_of`; ScenarioError names the known variants.
     """
     if variant in library.names():
@@ -113,7 +108,6 @@ def fitting(
     name: str, variants: Sequence[str], settings_texts: Sequence[str]
 ) -> tuple[list[str], dict[str, str]]:
     """Return the variants that a scenario can be run with, and the reasons against the others.
-
     Where it cannot be run with any, all are returned: then the scenario itself is wrong.
     """
     defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if variants else {}
@@ -158,14 +152,9 @@ class Combination:
 
 
 def combinations(
-    name: str,
-    over: Sequence[str],
-    *,
-    controllers: Sequence[str] = (),
-    settings_texts: Sequence[str] = (),
-    users: int | None = None,
-    duration_s: float | None = None,
-) -> list[Combination]:
+    name: str, over: Sequence[str], *, controllers: Sequence[str] = (),
+    settings_texts: Sequence[str] = (), users: int | None = None, duration_s: float | None = None,
+) -> list[Combination]:  # fmt: skip
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest.
 
     ``controllers`` are names of variants, an axis of their own; the others are settings of all, as
@@ -178,15 +167,11 @@ def combinations(
             problems.append("--controllers and --over controller: give one of them")
         axes |= {CONTROLLER: list(controllers)}
     defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if controllers else {}
-    count = 1
-    for each in axes.values():
-        count *= len(each)
+    count = math.prod(map(len, axes.values()))
     if count > MOST:
         problems.append(f"{count} combinations: must be at most {MOST}")
     last = [path.rpartition(".")[2] for path in axes]
-    short = [
-        leaf if last.count(leaf) == 1 else path for leaf, path in zip(last, axes, strict=True)
-    ]
+    short = [b if last.count(b) == 1 else path for b, path in zip(last, axes, strict=True)]
     found = []
     for values in itertools.product(*axes.values()) if count <= MOST else ():
         texts = [f"{path}={value}" for path, value in zip(axes, values, strict=True)]
@@ -199,8 +184,7 @@ def combinations(
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
-        rule = library.record_of(scenario.controller).rule
-        baseline = f"baseline.{rule.group if rule else scenario.controller}."
+        baseline = f"baseline.{scenario.controller}."
         given = any(baseline in text.partition("=")[0] for text in (*settings_texts, *texts))
         label = ", ".join(f"{n} = {v}" for n, v in zip(short, values, strict=True))
         given_values = dict(zip(axes, map(yaml.safe_load, values), strict=True))

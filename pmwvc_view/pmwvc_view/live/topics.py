@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of a session: emptied into the feed of a page, and the hands of a page, published on
+``hand/target`` and ``hand/held`` of each user.
+
+Targets are published as bytes (CDR, little endian): a fifth of what message objects cost.
+"""
+
+import asyncio
+import contextlib
+import struct
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PointStamped
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Bool
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.runtime.misfits import misfit
+from pmwvc_core.runtime.topics import Polled
+from pmwvc_core.transport.receiver import ROUND_TRIP
+from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.traces import NS
+from pmwvc_view.live.graph import Graph
+from pmwvc_view.live.readers import MasterReader, ServerReader
+
+RELIABLE_QOS = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE)
+NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine's clock
+AWAKE_S = 0.25  # longer between two looks, and this process stood still itself
+
+
+class Inlets:
+    """Subscriptions of a session; changed parameters are kept in its graph.
+
+    ``round_trips`` are the newest measured ones of every user by column [s]; ``silent_s`` is the
+    time without a trace, as far as this process ran meanwhile [s]; ``changed`` whether a parameter
+    changed since somebody set it to False.
+    """
+
+    def __init__(self, node: Node, graph: Graph, *, dof: int, waves: bool) -> None:
+        def polled(kind: Any, topic: str, *, raw: bool = False) -> Polled:
+            return Polled(node, kind, topic, RELIABLE_QOS, raw=raw)
+
+        self._graph, prefix = graph, graph.prefix
+        traces = {user: f"{prefix}/{user}/trace" for user in graph.users}
+        self._masters = [
+            (user, MasterReader(dof=dof, waves=waves), polled(MasterTrace, topic, raw=True))
+            for user, topic in traces.items()
+        ]
+        self._server = ServerReader(dof=dof, users=graph.users)
+        self._steps = polled(ServerTrace, f"{prefix}/server/trace", raw=True)
+        self._fates = polled(PacketFate, f"{prefix}/netem/fates")
+        self._health = polled(DiagnosticArray, "/diagnostics")
+        self._events = polled(ParameterEvent, "/parameter_events")
+        self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
+        self.round_trips: dict[str, float | None] = {}
+        self.silent_s, self._emptied_s = 0.0, time.monotonic()
+        self.changed = False
+
+    def now_ns(self) -> int:
+        """Return the present time of the server's clock."""
+        ahead_ns = self._server.clock_ns
+        return time.monotonic_ns() if ahead_ns is None else time.time_ns() - ahead_ns
+
+    def empty(self, feed: Feed) -> None:
+        """Give everything that has come to the feed."""
+        received = False
+        while (data := self._steps.take()) is not None:
+            if (step := self._server.read(data)) is not None:
+                feed.on_server(step)
+                received = True
+        clock_ns = self._server.clock_ns
+        for user, reader, polled in self._masters:
+            while (data := polled.take()) is not None:
+                if (block := reader.read(data, clock_ns)) is not None:
+                    feed.on_master(user, block)
+                    received = True
+        before_s, self._emptied_s = self._emptied_s, time.monotonic()
+        longer_s = min(self._emptied_s - before_s, AWAKE_S)
+        self.silent_s = 0.0 if received else self.silent_s + longer_s
+        while (message := self._fates.take()) is not None:
+            number = link_number(message.link, self._graph.users)
+            if number is None or misfit("PacketFate", message) or feed.zero_ns is None:
+                continue
+            packets = packets_of(message)
+            age_ns = abs(self.now_ns() - feed.zero_ns)
+            if len(packets) and abs(packets[-1, 1] - feed.zero_ns) < NEAR_NS + age_ns:
+                feed.on_packets(number, packets)
+                self._time_round_trip(number, packets)
+        self._take_health()
+        while (event := self._events.take()) is not None:
+            known = self._graph.values.get(event.node)
+            if known is not None:
+                for each in event.changed_parameters:
+                    known[each.name] = parameter_value_to_python(each.value)
+                self.changed = True
+
+    def _time_round_trip(self, number: int, packets: Array) -> None:
+        """Note the delay of a link's newest packets, and with it the round trip."""
+        arrived = packets[packets[:, 2] > 0]
+        if not len(arrived):
+            return
+        self._delays_s[number] = float((arrived[:, 2] - arrived[:, 1]).mean()) / NS
+        user, other_s = self._graph.users[number // 2], self._delays_s.get(number ^ 1)
+        if other_s is not None:
+            self.round_trips[f"{user}.round_trip"] = self._delays_s[number] + other_s
+
+    def _take_health(self) -> None:
+        """Take what masters report; with an emulator the packets tell more often."""
+        owners = {self._graph.master(user): user for user in self._graph.users}
+        while (message := self._health.take()) is not None:
+            for status in message.status:
+                user = owners.get(status.name)
+                if user is None or self._graph.emulated:
+                    continue
+                found = [pair.value for pair in status.values if pair.key == ROUND_TRIP]
+                self.round_trips[f"{user}.round_trip"] = None
+                with contextlib.suppress(IndexError, ValueError):  # it knows none
+                    self.round_trips[f"{user}.round_trip"] = 1e-3 * float(found[0])
+
+
+def packets_of(message: Any) -> Array:
+    """Return a PacketFate as packets: number, time in and out [ns], fate."""
+    numbers = np.arange(message.first, message.first + len(message.time_in_ns), dtype=np.float64)
+    return np.column_stack([numbers, message.time_in_ns, message.time_out_ns, message.fate])
+
+
+def link_number(link: str, users: Sequence[str]) -> int | None:
+    """Return the number of a link in snapshots; None for one that is no user's."""
+    user, _, way = link.rpartition("/")
+    if user not in users or way not in ("up", "down"):
+        return None
+    return 2 * list(users).index(user) + (way == "down")
+
+
+TARGET_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
+HELD_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
+LEAST_S = 0.008  # between two targets; a page that sends more is followed at this pace
+AGAIN_S = 0.04  # a target that stays where it is is published this often; 0.15 s: let go
+HELD_S = 0.13  # between two repetitions of what holds
+_TARGET = struct.Struct("<4siIIc3x3d")  # encapsulation, stamp, empty name of a frame, point
+
+
+def target_bytes(position: Sequence[float], stamp_ns: int) -> bytes:
+    """Return a target [m] as a serialized PointStamped; axes that there are not are zero."""
+    sec, nanosec = divmod(stamp_ns, 1_000_000_000)
+    point = (*position[:3], 0.0, 0.0)[:3]
+    return _TARGET.pack(b"\x00\x01\x00\x00", sec, nanosec, 1, b"\0", *point)
+
+
+class PublishedHand:
+    """The hand of one user, below the namespace ``topics``; ``position`` is its target while it is
+    closed [m].
+    """
+
+    def __init__(self, node: Node, topics: str) -> None:
+        self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
+        self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
+        self.position: Sequence[float] | None = None
+        self._sent: Sequence[float] | None = None
+        self._sent_s = self._held_s = 0.0
+        self._later: asyncio.TimerHandle | None = None
+
+    def give(self, position: Sequence[float] | None) -> None:
+        """Publish a target, at once or as soon as the pace allows; None opens the hand."""
+        if position is None:
+            if self.position is not None:  # a target that waits is none then
+                self.position = None
+                self._flags.publish(Bool(data=False))
+            return
+        loop = asyncio.get_running_loop()
+        now_s = loop.time()
+        if self.position is None:
+            self._flags.publish(Bool(data=True))
+            self._sent, self._held_s = None, now_s
+        self.position = position
+        wait_s = self._sent_s - now_s + (AGAIN_S if position == self._sent else LEAST_S)
+        if wait_s <= 0.0:
+            self._publish()
+        elif self._later is None and position != self._sent:
+            self._later = loop.call_later(wait_s, self._publish)
+
+    def _publish(self) -> None:
+        """Publish the newest target."""
+        self._later = None
+        if self.position is None:
+            return
+        self._sent, self._sent_s = self.position, asyncio.get_running_loop().time()
+        if self._sent_s - self._held_s > HELD_S:  # a master that was started meanwhile, missed it
+            self._held_s = self._sent_s
+            self._flags.publish(Bool(data=True))
+        self._targets.publish(target_bytes(self.position, time.time_ns()))
