@@ -47,7 +47,7 @@ def finish(
     from pmwvc_analysis.figures.figures import charts, write_all
     from pmwvc_analysis.recording.reader import read_scenario, read_session
     from pmwvc_analysis.report.report import render
-    from pmwvc_analysis.traces import cut
+    from pmwvc_analysis.traces.stages import until
     from pmwvc_analysis.verdicts import endings
     from pmwvc_analysis.verdicts.verdicts import summary
 
@@ -58,7 +58,7 @@ def finish(
     begins("judging the session")
     traces.events = events.complete(traces, scenario)
     ended = endings.endings(traces, traces.events, scenario)
-    judged = cut.until(traces, endings.judged_until_s(traces, ended))
+    judged = until(traces, endings.judged_until_s(traces, ended))
     energies = budget(judged, scenario)
     result = summary(traces, scenario, energies)
     target = folder if out is None else Path(out)

@@ -8,7 +8,7 @@ import pytest
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.traces.stretches import stood_still
+from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_core.law.port.strict_master import LIMIT_J
 
 pytestmark = pytest.mark.integration
@@ -34,8 +34,8 @@ def test_no_link_gives_more_than_was_declared_and_no_node_is_below_its_limit(imp
     for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
         held_j = sum(max(each.given_j, 0.0) for each in stood_still(user))
         for balance in (energy.up, energy.down):
-            assert 0.0 < balance.storage_j < 0.005  # lent to playouts whose packets are late
-            assert balance.minimum_j >= LEAST_J - balance.storage_j
+            assert 0.0 < balance.declared_j < 0.005  # lent to playouts whose packets are late
+            assert balance.minimum_j >= LEAST_J - balance.declared_j
         assert energy.joint.minimum_j >= LEAST_J - held_j
         # A force is paid for when its tick is over: the motion may change within it.
         assert user.accounts["node"].min() >= LEAST_J - LIMIT_J - held_j

@@ -17,8 +17,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.prediction.encoder import encoder_noise_w
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_analysis.verdicts.passivity import passivity
-from pmwvc_analysis.verdicts.passivity_words import verdict
+from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.params import MasterParams, PositionParams
 from pmwvc_core.params.baselines import PspmParams
 from pmwvc_core.simulation.session import simulate_one
@@ -52,7 +51,7 @@ def test_with_a_storage_the_offset_goes_to_zero_and_the_storage_is_all_that_is_l
     traces, scenario = carried(*settings, duration_s=30.0)
     assert abs(apart_m(traces)) < 5e-5
     for entry in user_energies(traces, scenario):
-        assert entry.storage_j == storage_j
+        assert entry.joint.declared_j == storage_j
         assert -storage_j <= entry.joint.minimum_j < -1e-4  # it took the loan
         assert entry.passive
     found = passivity(traces, scenario, budget(traces, scenario))
@@ -150,4 +149,4 @@ def test_the_noise_of_an_encoder_is_what_the_formula_gives():
 def test_a_tank_that_begins_full_is_a_declared_storage():
     traces, scenario = carried("controller=pspm", duration_s=2.0)
     for entry in user_energies(traces, scenario):
-        assert entry.storage_j == pytest.approx(2 * PspmParams().initial_j)
+        assert entry.joint.declared_j == pytest.approx(2 * PspmParams().initial_j)

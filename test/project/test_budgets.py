@@ -60,7 +60,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_399,
+        5_254,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

@@ -10,7 +10,7 @@ from support import plain as scenarios
 from support.handmade import oscillating
 
 from pmwvc_analysis.models.stability import radii
-from pmwvc_analysis.traces.cut import until
+from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.simulation.session import simulate_one
 

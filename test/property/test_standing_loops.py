@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.traces.stretches import stood_still
+from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame.schedule import LIVE

@@ -5,6 +5,4 @@
 
 def least_j(energy):
     """Of both directions and of the port of the hand; zero or more where nothing was made [J]."""
-    channel = (each for each in (energy.up, energy.down) if each is not None)
-    least = [each.minimum_j + each.storage_j for each in channel]
-    return min(energy.joint.minimum_j + energy.storage_j, *least)
+    return min(each.minimum_j + each.declared_j for each in energy.parts.values())

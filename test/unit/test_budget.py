@@ -12,8 +12,7 @@ from support import plain as files
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER, TOLERANCE_NOTED
-from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import Passivity
+from pmwvc_analysis.verdicts.passivity import Passivity, budget_lines
 from pmwvc_core.simulation.session import simulate_one
 
 
@@ -135,9 +134,7 @@ def test_direct_coupling_over_a_delay_is_named():
     found = budget(*simulated("direct_16ms"))
     assert {entry.part for entry in found.active[:2]} == {"link"}
     said = [
-        words
-        for good, words in passivity_words.budget_lines(found, Passivity(tuple(found.findings)))
-        if not good
+        words for good, words in budget_lines(found, Passivity(tuple(found.findings))) if not good
     ]
     assert any("link in both directions" in words for words in said)
 
@@ -247,4 +244,4 @@ def test_the_summary_is_plain_numbers_and_the_table_adds_up(pressed):
     spent = sum(value for _, row in table[1:] for value in row if value is not None)
     assert given == pytest.approx(spent, abs=1e-12)
     assert said["hands_j"] == pytest.approx(given)
-    assert passivity_words.budget_lines(found, Passivity(tuple(found.findings)))[0][0] is True
+    assert budget_lines(found, Passivity(tuple(found.findings)))[0][0] is True

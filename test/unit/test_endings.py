@@ -8,7 +8,7 @@ from support import handmade
 from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.traces import cut
+from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.verdicts.check import reasons
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
@@ -102,17 +102,17 @@ def test_another_publisher_is_named_and_fails_the_check():
 
 def test_what_is_cut_off_is_the_session_that_ended_then():
     whole, short = handmade.session(), handmade.session(duration_s=2.0)
-    part = cut.until(whole, 2.0)
+    part = until(whole, 2.0)
     for user, expected in zip(part.users, short.users, strict=True):
         np.testing.assert_array_equal(user.tick, expected.tick)
         np.testing.assert_allclose(user.energy["u_m"], expected.energy["u_m"], atol=1e-15)
     np.testing.assert_array_equal(part.server.step, short.server.step)
-    assert cut.until(whole, 99.0) is whole
+    assert until(whole, 99.0) is whole
 
 
 def test_the_budget_of_what_was_before_the_end_closes():
     scenario = handmade.scenario(server__contact="grip", duration_s=3.0)
-    part = cut.until(simulate_one(scenario), 2.0)
+    part = until(simulate_one(scenario), 2.0)
     assert budget(part, scenario).closes
 
 

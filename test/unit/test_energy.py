@@ -11,7 +11,7 @@ from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
 from pmwvc_analysis.budget.criterion import TOLERANCE_J
-from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
+from pmwvc_analysis.budget.energy import Balance, user_energies
 from pmwvc_analysis.traces.sums import UserSums, running
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
@@ -38,25 +38,26 @@ def test_both_ways_together_are_the_power_at_the_two_ports():
 def test_a_channel_that_amplifies_is_not_passive():
     gain = 1.2
     up = user_energies(handmade.session(gain=gain))[0].up
-    assert up.violated.any()
+    judged = up.judged("user1", "up")
+    assert judged.passive is False
     # at rest each frame brings one and gives out gain^2
     steps = np.diff(up.balance_j)[-50:]
     np.testing.assert_allclose(steps, (1.0 - gain**2) * IN_FLIGHT_J, rtol=1e-9)
     assert up.minimum_j == pytest.approx(up.balance_j.min())
-    assert up.minimum_time_s == pytest.approx(up.time_s[-1])
+    assert judged.least_s == pytest.approx(up.time_s[-1])
 
 
 @pytest.mark.parametrize(("share", "passive"), [(0.99, True), (1.01, False)])
 def test_the_tolerance_has_two_sides(share, passive):
     out = np.array([0.0, share * TOLERANCE_J])
     balance = Balance(np.array([0.0, 1.0]), np.zeros(2), out)
-    assert (not balance.violated.any()) is passive
+    assert balance.judged("user1", "up").passive is passive
 
 
 def test_a_balance_that_only_rises_has_its_minimum_at_zero():
     balance = Balance(np.array([0.0, 1.0]), np.array([1.0, 2.0]), np.zeros(2))
     assert balance.minimum_j == 0.0
-    assert balance.minimum_time_s is None
+    assert balance.judged("user1", "up").least_s is None
 
 
 def without_blocks(user, gone):
@@ -144,7 +145,7 @@ def test_without_waves_only_the_joint_balance_is_there():
     entry = user_energies(traces)[0]
     assert entry.up is None
     assert entry.down is None
-    assert not entry.joint.violated.any()
+    assert entry.passive
 
 
 def test_without_the_server_there_is_no_balance():
@@ -277,7 +278,7 @@ def test_behind_an_encoder_the_hand_is_judged_by_its_true_motion():
         np.testing.assert_allclose(
             found.joint.energy_in_j[1:], work[TICKS - 1 : -1 : TICKS], atol=1e-10
         )
-        assert not found.resolution_j.any()
+        assert not found.joint.resolution_j.any()
         # the controls: velocity measured, and positions measured, tell another story
         booked = np.sum(user.f_applied * user.xd_m) * user.tick_s
         assert booked > work[-1] + 0.01
@@ -294,16 +295,16 @@ def test_a_real_encoder_leaves_the_work_open_and_nothing_is_claimed():
         found = next(e for e in user_energies(traces, scenario) if e.name == user.name)
         true = np.cumsum(user.f_applied[:, 0] * np.diff(true_motion(user, scenario)))
         off = np.abs(found.joint.energy_in_j[1:] - true[TICKS - 1 : -1 : TICKS])
-        assert (off <= found.resolution_j[1:]).all()
-        assert off.max() > 0.05 * found.resolution_j.max()
-        assert found.hand_passive is None
+        assert (off <= found.joint.resolution_j[1:]).all()
+        assert off.max() > 0.05 * found.joint.resolution_j.max()
+        assert found.passive is None
     # the control: without steps there is nothing open
     traces, scenario = carried(**{"device.encoder_step_m": 0.0, "device.velocity": "exact"})
-    assert all(found.hand_passive for found in user_energies(traces, scenario))
+    assert all(found.passive for found in user_energies(traces, scenario))
 
 
 def test_a_declared_storage_may_be_given_out():
-    balance = Balance(np.array([0.0, 1.0]), np.zeros(2), np.array([0.0, 1e-3]))
-    entry = UserEnergy("user1", None, None, balance, np.zeros(2), storage_j=1.1e-3)
-    assert entry.passive
-    assert not dataclasses.replace(entry, storage_j=0.9e-3).passive
+    balance = Balance(np.array([0.0, 1.0]), np.zeros(2), np.array([0.0, 1e-3]), 1.1e-3)
+    assert balance.judged("user1", "hand_port").passive
+    less = dataclasses.replace(balance, declared_j=0.9e-3)
+    assert not less.judged("user1", "hand_port").passive

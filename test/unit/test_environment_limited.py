@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support import plain as scenarios
 
-from pmwvc_analysis.events import environment
+from pmwvc_analysis.events import limits
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.stability import verdict
@@ -40,7 +40,7 @@ def test_a_lost_wall_is_not_stable_and_the_amount_is_the_distance_of_device_and_
     assert found["position_m"] == pytest.approx(user["drift_m"], abs=0.5e-3)
     assert found["position_m"] > 0.03
     assert found["energy_j"] == pytest.approx(traces.server.accounts["withheld"][-1])
-    words = environment.words(found)
+    words = limits.words(found)
     assert words == f"environment limited: {found['energy_j'] * 1e3:.3g} mJ, 35.7 mm"
 
 
@@ -55,13 +55,13 @@ def test_a_limited_wall_that_holds_is_stable_and_states_the_amount():
 def test_a_wall_within_the_rule_is_not_limited():
     traces, scenario = pressed(500, 0)
     assert summary(traces, scenario)["users"][0]["environment_limited"] is None
-    assert environment.events(traces, scenario) == []
+    assert limits.events(traces, scenario) == []
     assert prediction(scenario, live=False)["environment_limited"] is False
 
 
 def test_limits_are_events_with_their_times():
     traces, scenario = pressed(2000, 10)
-    first, lost = environment.events(traces, scenario)
+    first, lost = limits.events(traces, scenario)
     withheld = traces.server.accounts["withheld"]
     began = traces.server.time_s[np.argmax(withheld > 1e-9)]
     assert first["time_s"] == pytest.approx(began, abs=0.1)
@@ -86,7 +86,7 @@ def test_the_limit_is_predicted_and_neither_stability_nor_stiffness_is_promised(
 def test_two_users_share_what_was_withheld():
     settings = ("users=2", "user2.server.contact_stiffness=500", "user2.server.contact_damping=0")
     traces, scenario = pressed(2000, 10, *settings)
-    found = environment.limited(traces, scenario)
+    found = limits.withheld(traces, scenario)
     total = sum(entry.energy_j for entry in found.values())
     assert total == pytest.approx(traces.server.accounts["withheld"][-1], rel=1e-6)
 

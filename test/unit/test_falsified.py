@@ -15,8 +15,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import HIDES, of_server
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.consistency.master import SMALLEST
-from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts.passivity import budget_lines, passivity
 from pmwvc_core.account import Role
 from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.server.couplings import COMPENSATIONS
@@ -139,10 +138,7 @@ def test_remainders_are_named_with_what_they_hide():
     found = budget(traces, scenario)
     said = found.summary()["remainders"]
     assert [(each["owner"], each["part"]) for each in said] == [("server", "environment_heat")]
-    lines = [
-        words
-        for _, words in passivity_words.budget_lines(found, passivity(traces, scenario, found))
-    ]
+    lines = [words for _, words in budget_lines(found, passivity(traces, scenario, found))]
     assert any("Remainder" in words and "stored and heat" in words for words in lines)
     labels = [label for label, _ in found.rows()]
     assert "dissipated in the environment (remainder)" in labels

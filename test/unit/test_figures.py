@@ -16,7 +16,7 @@ from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
 from pmwvc_analysis.figures.link_charts import energy, loop, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
-from pmwvc_analysis.traces.reductions import runs
+from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.simulation.session import simulate_one
 
 

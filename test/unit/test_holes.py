@@ -11,11 +11,10 @@ from support import plain as scenarios
 from support.handmade import FRAME_S
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.energy import Balance, UserEnergy
+from pmwvc_analysis.budget.energy import Balance, UserEnergy, bounded, hidden
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.traces.hand_work import Work
 from pmwvc_analysis.traces.holes import Unjudged, holes
-from pmwvc_analysis.verdicts.open_balances import bounded, hidden
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
@@ -96,13 +95,9 @@ def test_at_the_hand_a_hole_of_the_server_is_bridged_only_by_a_bound_that_holds(
     times = 0.008 * np.arange(1, len(steps) + 1)
     after = min(first + missing, len(steps) - 1)
     kept = [*range(first), *range(after, len(steps))]
-    joint = Balance(times[kept], work[7::8][kept], (taken - given_j)[kept])
-    entry = UserEnergy(
-        "user1", None, None, joint, np.zeros(len(kept)),
-        storage_j=limit_j,
-        given_j=given_j[kept],
-        hand=Work(0.001 * np.arange(len(work)) + 0.0005, work, np.zeros(len(work))),
-    )  # fmt: skip
+    joint = Balance(times[kept], work[7::8][kept], (taken - given_j)[kept], limit_j)
+    hand = Work(0.001 * np.arange(len(work)) + 0.0005, work, np.zeros(len(work)))
+    entry = UserEnergy("user1", None, None, joint, given_j=given_j[kept], hand=hand)
     hole = Unjudged(times[first - 1] + 0.004, times[after] - 0.004, "not recorded (server)")
     found = bounded(entry, [hole])
     rows = range(8 * first - 1, 8 * after + 8)

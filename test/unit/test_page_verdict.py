@@ -9,7 +9,7 @@ from support.plain import load
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.traces.cut import until
+from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.verdicts import stability
 from pmwvc_view.controls import changed
 from pmwvc_view.description import lags

@@ -14,8 +14,14 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.criterion import TOLERANCE_J, judge, together
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.holes import Unjudged
-from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import Passivity, passivity
+from pmwvc_analysis.verdicts.passivity import (
+    Passivity,
+    amount,
+    budget_lines,
+    components,
+    passivity,
+    verdict,
+)
 from pmwvc_analysis.verdicts.verdicts import summary
 
 TIME_S = np.array([0.0, 1.0, 2.0])
@@ -79,7 +85,7 @@ def test_summary_budget_and_report_agree_and_name_amount_and_tolerance(gain):
     assert ("No component generated energy" in page) is passive
     assert ("NOT passive" in page) is not passive
     for owner in ("user1", "user2"):
-        said = passivity_words.verdict(found, owner)
+        said = verdict(found, owner)
         assert said in page
         assert re.search(r"least balance .*\d .?J.*tolerance [\d.]+ .J", said)
     json.dumps(result, allow_nan=False)
@@ -88,8 +94,7 @@ def test_summary_budget_and_report_agree_and_name_amount_and_tolerance(gain):
 def test_a_microjoule_and_a_tenth_of_a_joule_read_differently():
     small, large = handmade.session(gain=1.004), handmade.session(gain=2.0)
     said = [
-        passivity_words.verdict(passivity(each, handmade.scenario(), None), "user1")
-        for each in (small, large)
+        verdict(passivity(each, handmade.scenario(), None), "user1") for each in (small, large)
     ]
     least = [float(re.search(r"steps -([\d.]+) µJ", said[0])[1])]
     least.append(float(re.search(r"steps -([\d.]+) mJ", said[1])[1]))
@@ -107,7 +112,7 @@ def test_a_component_that_generated_energy_tells_whether_the_ports_show_it(
     port_j, storage_j, said
 ):
     part = dataclasses.replace(one(-29.6e-6), part="sample_hold", decides=False, moved_j=0.159)
-    text = passivity_words.components(Passivity((one(port_j, declared_j=storage_j), part)))[0]
+    text = components(Passivity((one(port_j, declared_j=storage_j), part)))[0]
     assert "user1: sampling and holding at the device generated 29.6 µJ (0.02 % of 159 mJ" in text
     assert text.endswith(said or "tolerance 1 µJ")
     assert ("covered" in text) is bool(said)
@@ -119,7 +124,7 @@ def test_a_component_that_generated_energy_tells_whether_the_ports_show_it(
     (0.0, "(no energy moved)"),
 ])  # fmt: skip
 def test_a_small_ratio_is_not_printed_as_zero(moved_j, said):
-    assert said in passivity_words.amount(dataclasses.replace(one(-29.6e-6), moved_j=moved_j))
+    assert said in amount(dataclasses.replace(one(-29.6e-6), moved_j=moved_j))
 
 
 def test_no_tick_stands_above_a_port_that_gave_out_energy():
@@ -129,7 +134,7 @@ def test_no_tick_stands_above_a_port_that_gave_out_energy():
     found = passivity(traces, scenario, energies)
     port = one(-682e-6)
     violated = dataclasses.replace(found, findings=(port, *found.findings))
-    lines = passivity_words.budget_lines(energies, violated)
+    lines = budget_lines(energies, violated)
     assert any(good is False and "682 µJ" in words for good, words in lines)
     assert not any("No component" in words for _, words in lines)
 
@@ -157,7 +162,7 @@ def test_a_driven_environment_may_give_out_energy_of_its_own():
     )
     found = passivity(traces, scenario, None)
     assert found.passive("server") is None
-    assert "driven" in passivity_words.verdict(found, "server")
+    assert "driven" in verdict(found, "server")
 
 
 def test_without_the_server_nothing_is_judged():
@@ -165,13 +170,13 @@ def test_without_the_server_nothing_is_judged():
     traces.server = None
     found = passivity(traces, handmade.scenario(), None)
     assert found.session is None
-    assert "server's trace is missing" in passivity_words.verdict(found, "user1")
+    assert "server's trace is missing" in verdict(found, "user1")
 
 
 @pytest.mark.parametrize(("held_j", "said"), [(0.0, False), (4e-4, True)])
 def test_what_held_forces_explain_is_said_with_the_amount(held_j, said):
     found = dataclasses.replace(one(-1e-3), held_j=held_j, why="its loop stood still")
-    assert passivity_words.amount(found).endswith("; its loop stood still") is said
+    assert amount(found).endswith("; its loop stood still") is said
 
 
 def test_without_the_scenario_what_a_port_gave_out_may_have_been_stored():
@@ -180,5 +185,5 @@ def test_without_the_scenario_what_a_port_gave_out_may_have_been_stored():
     traces.server.energy_u_s[0] += 5e-3 * (traces.server.time_s > 2.0)
     known, unknown = (passivity(traces, each, None) for each in (handmade.scenario(), None))
     assert (known.passive("user1"), unknown.passive("user1")) == (False, None)
-    assert "it gave out" in passivity_words.verdict(unknown, "user1")
-    assert "its declared storage is not known" in passivity_words.verdict(unknown, "user1")
+    assert "it gave out" in verdict(unknown, "user1")
+    assert "its declared storage is not known" in verdict(unknown, "user1")

@@ -12,7 +12,7 @@ from support import handmade
 from support.handmade import DRIFT_M, FORCE_N, session
 
 from pmwvc_analysis.prediction.lag import lag_s
-from pmwvc_analysis.verdicts.offsets import offsets
+from pmwvc_analysis.verdicts.outcomes import offsets
 from pmwvc_analysis.verdicts.verdicts import summary
 
 KEYS = set(

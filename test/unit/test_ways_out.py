@@ -14,7 +14,7 @@ from support.plain import load
 from pmwvc_analysis.budget.criterion import judge
 from pmwvc_analysis.maps.maps import Axis, Grid, boundary_words
 from pmwvc_analysis.models.answer import sentences
-from pmwvc_analysis.verdicts.passivity_words import amount
+from pmwvc_analysis.verdicts.passivity import amount
 from pmwvc_bringup import cli, scenarios
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import hint

@@ -100,12 +100,9 @@ def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, ...]:
     and step of it [N] of a session.
     """
     balances = [
-        balance.minimum_j + stored_j
+        balance.minimum_j + balance.declared_j
         for user in user_energies(traces, scenario)
-        for balance, stored_j in (
-            *((each, each.storage_j) for each in (user.up, user.down) if each is not None),
-            (user.joint, user.storage_j),
-        )
+        for balance in user.parts.values()
     ]
     ends = [0.0]
     for user in traces.users:

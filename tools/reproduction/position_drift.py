@@ -11,7 +11,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_analysis.traces.reductions import rms
+from pmwvc_analysis.traces.sums import rms
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import SessionTraces

@@ -23,7 +23,7 @@ import numpy as np
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Series, Sums
 from pmwvc_analysis.traces.hand_work import complete, hand_work, true_motion
-from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.holes import gaps
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages

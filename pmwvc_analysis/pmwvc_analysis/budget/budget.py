@@ -23,9 +23,9 @@ from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.holes import over_skips, skips, stretches
 from pmwvc_analysis.traces.server_starts import ran_s
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
-from pmwvc_analysis.traces.stretches import over_skips, skips, stretches
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT

@@ -23,8 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import Unjudged, without
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.traces.sums import without
 from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -51,14 +52,14 @@ class Finding:
     owner: str  # a user, or ``server``
     part: str
     passive: bool | None  # None: not judged, ``why`` gives the reason
-    least_j: float  # lowest balance seen, never above the zero it starts from [J]
-    least_s: float | None  # when [s]; None where the balance never went below zero
-    since_s: float | None  # when it first was below the limit [s]
-    tolerance_j: float  # at that instant [J]
-    declared_j: float  # storage or allowance that is declared [J]
-    moved_j: float  # energy moved: the scale [J]
-    decides: bool  # part of the verdict; a component that others pay for is only named
-    judged_s: tuple[tuple[float, float], ...]
+    least_j: float = 0.0  # lowest balance seen, never above the zero it starts from [J]
+    least_s: float | None = None  # when [s]; None where the balance never went below zero
+    since_s: float | None = None  # when it first was below the limit [s]
+    tolerance_j: float = 0.0  # at that instant [J]
+    declared_j: float = 0.0  # storage or allowance that is declared [J]
+    moved_j: float = 0.0  # energy moved: the scale [J]
+    decides: bool = True  # part of the verdict; a component that others pay for is only named
+    judged_s: tuple[tuple[float, float], ...] = ()
     unjudged: tuple[Unjudged, ...] = ()
     why: str = ""
     counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
@@ -129,11 +130,6 @@ def judge(
     )
 
 
-def not_judged(owner: str, part: str, why: str) -> Finding:
-    """Return the finding of a part that cannot be judged."""
-    return Finding(owner, part, None, 0.0, None, None, 0.0, 0.0, 0.0, True, (), (), why)
-
-
 def together(verdicts: Iterable[bool | None]) -> bool | None:
     """Return the verdict of several: one violation decides; then what is not judged."""
     found = set(verdicts)
@@ -164,3 +160,16 @@ def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> flo
     found = [stage.scenario for stage in (stages(traces, scenario) if scenario else [])]
     bounds = [bounded(user, each) for each in found for user in each.users if user.name == name]
     return min((bound.given_j if bound else 0.0 for bound in bounds), default=0.0)
+
+
+def passive_by_account(scenario: Scenario) -> bool:
+    """Tell whether every port is passive by the strict channel's accounts, whatever the network
+    does: the motion is exactly what the device reports, and no part gives out energy by its law.
+    """
+    exact = all(
+        user.device.is_simulated
+        and user.device.encoder_step_m <= 0.0
+        and not user.master.bank.as_published
+        for user in scenario.users
+    )
+    return exact and scenario.strict and scenario.coupling.passive(scenario.server)

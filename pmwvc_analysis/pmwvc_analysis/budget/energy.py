@@ -10,33 +10,55 @@ at every server step. On the strict channel packets were paid with what went up,
 down is the playout's wave with what it released beside it. Without waves, and where something at
 the device answers the outgoing wave at once, only E_hand exists. A tick counts once it has run, a
 server step with its whole period at its start (theory.md 13.1, 13.2, 13.3).
+
+A recording leaves balances open across its holes and between two clocks. *Holes:* running sums of
+waves only grow, so E(t) >= in(start) - out(end) in a hole. Where that is above the limit, the
+balance is judged across it. Where only the server's records are missing, E_hand(t) >= work(t) -
+u_s(end) + v_s(start), with the work tick by tick. *Clocks:* a balance below the limit at every
+alignment of two hosts' clocks within its uncertainty is a violation; one below at some is not
+judged (theory.md 13.9).
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pmwvc_analysis.budget.blocks import paid, released
-from pmwvc_analysis.budget.criterion import Declared, counts_j, tolerance
+from pmwvc_analysis.budget.criterion import (
+    Declared,
+    Finding,
+    counts_j,
+    judge,
+    together,
+    tolerance,
+)
 from pmwvc_analysis.traces.hand_work import Work, hand_work
+from pmwvc_analysis.traces.holes import AGAIN, Stretches, Unjudged, stretches
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
-from pmwvc_analysis.traces.stretches import Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, running
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.numeric import Array
+from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+UNRESOLVED = "the steps of the encoder leave the work of the hand open"
+ROUNDING_S = 1e-6  # of times
+STEPS = 9  # alignments that are tried within the uncertainty
 
 
 @dataclass(frozen=True)
 class Balance:
-    """One balance over time, and the energy declared to be stored at the start."""
+    """One balance over time, and what the criterion of passivity allows it beside rounding."""
 
     time_s: Array  # (step,)
     energy_in_j: Array
     energy_out_j: Array
-    storage_j: float = 0.0
+    declared_j: float = 0.0  # stored at the start
+    counts_j: float = 0.0  # that counts of an encoder are bounded to make of it
+    resolution_j: Array | float = 0.0  # (step,) how far it may be off, as an encoder has steps
 
     @property
     def balance_j(self) -> Array:
@@ -49,19 +71,29 @@ class Balance:
         return tolerance(self.energy_in_j)
 
     @property
-    def violated(self) -> Flags:
-        """Flags where more came out than went in before and was declared to be stored."""
-        return self.balance_j < -self.tolerance_j - self.storage_j
+    def limit_j(self) -> Array:
+        """The lowest balance that is passive, without what the encoder leaves open [J]."""
+        return -self.tolerance_j - self.declared_j - self.counts_j
 
     @property
     def minimum_j(self) -> float:
         """The lowest balance, never above the zero it starts from [J]."""
         return min(0.0, float(self.balance_j.min(initial=0.0)))
 
-    @property
-    def minimum_time_s(self) -> float | None:
-        """Time of the lowest balance [s]; None: it never was below zero."""
-        return float(self.time_s[int(np.argmin(self.balance_j))]) if self.minimum_j < 0.0 else None
+    def judged(self, owner: str, part: str, unjudged: Sequence[Unjudged] = ()) -> Finding:
+        """Return the result of the criterion; not judged where the encoder cannot resolve it."""
+        moved = np.abs([self.energy_in_j, self.energy_out_j])
+        found = judge(
+            owner, part, self.time_s, self.balance_j, decides=True, unjudged=unjudged,
+            moved_j=float(moved.max(initial=0.0)), declared_j=self.declared_j,
+            counts_j=self.counts_j, tolerance_j=self.tolerance_j + self.resolution_j,
+        )  # fmt: skip
+        least_j = self.balance_j - self.resolution_j
+        if found.passive and np.any(self.resolution_j) and (least_j < self.limit_j).any():
+            most_mj = 1e3 * float(np.max(self.resolution_j))
+            why = f"{UNRESOLVED} by up to {most_mj:.3g} mJ"
+            return replace(found, passive=None, why=why)
+        return found
 
 
 @dataclass(frozen=True)
@@ -72,28 +104,20 @@ class UserEnergy:
     up: Balance | None
     down: Balance | None
     joint: Balance  # E_hand
-    resolution_j: Array  # how far that may be off, because an encoder has steps
-    storage_j: float = 0.0  # that the controller was declared to hold at the start
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
-    counts_j: float = 0.0  # that counts of an encoder are bounded to make of the hand's work
     given_j: Array = field(default_factory=lambda: np.zeros(0))  # of v_s, at the times of joint
     hand: Work | None = None  # the hand's work tick by tick; None where it is known by blocks only
 
     @property
-    def hand_passive(self) -> bool | None:
-        """Tell whether E_hand is passive; None where the encoder cannot resolve it."""
-        limit = -self.joint.tolerance_j - self.storage_j - self.counts_j
-        if (self.joint.balance_j + self.resolution_j < limit).any():
-            return False
-        return None if (self.joint.balance_j - self.resolution_j < limit).any() else True
+    def parts(self) -> dict[str, Balance]:
+        """The balances that there are, by the name of the port that they judge."""
+        parts = {"up": self.up, "down": self.down, "hand_port": self.joint}
+        return {part: balance for part, balance in parts.items() if balance is not None}
 
     @property
     def passive(self) -> bool | None:
-        """Tell whether every balance was above zero, and E_hand above minus the storage and the
-        bound; None that the encoder cannot resolve.
-        """
-        violated = any(way is not None and way.violated.any() for way in (self.up, self.down))
-        return False if violated else self.hand_passive
+        """Tell whether every port is passive, whatever was not recorded."""
+        return together(way.judged(self.name, part).passive for part, way in self.parts.items())
 
 
 def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:
@@ -146,16 +170,78 @@ def _of_user(
         down = Balance(times[rows], begun(v_s), begun(sums.of_wave("v_m")))
         gone = died
     given_j = begun(v_s)
-    joint = Balance(times[rows], begun(worked - gone), taken - given_j)
-    return UserEnergy(
-        user.name, up, down, joint, resolution[rows],
-        storage_j=sum(declared(scenario, known)) if scenario and known else 0.0,
-        stretches=stays, counts_j=counts_j(traces, scenario, user.name), given_j=given_j,
-        hand=work if len(work.sums) == len(user.time_s) else None,
-    )  # fmt: skip
+    declared_j = sum(declared(scenario, known)) if scenario and known else 0.0
+    bound_j = counts_j(traces, scenario, user.name)
+    came, went = begun(worked - gone), taken - given_j
+    joint = Balance(times[rows], came, went, declared_j, bound_j, resolution[rows])
+    by_ticks = work if len(work.sums) == len(user.time_s) else None
+    return UserEnergy(user.name, up, down, joint, stays, given_j, by_ticks)
 
 
 def declared(scenario: Scenario, user: User) -> Declared:
     """Return the energy that a user's ends hold at the start."""
     own = record_of(scenario.controller).storage_j(user.master, user.baseline)
     return Declared(own, scenario.strict * float(user.master.store_j + scenario.server.store_j))
+
+
+def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
+    """Return the intervals that may hide a violation of a balance whose sums never fall."""
+    found = []
+    for interval in unknown:
+        before, after = _around(interval, balance)
+        if interval.why != AGAIN and after < len(balance.time_s):
+            came = float(balance.energy_in_j[before]) if before >= 0 else 0.0
+            least = came - float(balance.energy_out_j[after])
+            if least >= -float(balance.tolerance_j[after]):
+                continue
+        found.append(interval)
+    return found
+
+
+def _around(interval: Unjudged, balance: Balance) -> tuple[int, int]:
+    """Return the rows of a balance before an interval, -1: none, and behind it."""
+    before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
+    return before, int(np.searchsorted(balance.time_s, interval.end_s))
+
+
+def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> dict[Unjudged, float]:
+    """Return, of holes in the server's records, those in which the balance at the port of the hand
+    is bounded to be above its limit, and the least that it can have been [J].
+    """
+    joint, hand, given_j = entry.joint, entry.hand, entry.given_j
+    taken_j, limit_j = joint.energy_out_j + given_j, joint.limit_j + joint.resolution_j
+    found: dict[Unjudged, float] = {}
+    for interval in unknown:
+        before, after = _around(interval, joint)
+        if hand is None or before < 0 or after >= len(joint.time_s):
+            continue
+        first, last = np.searchsorted(hand.ran_s, joint.time_s[[before, after]] - ROUNDING_S)
+        sums = np.concatenate([[0.0], hand.sums])[first : last + 1]
+        worked_j = float(sums.min() - sums[0])
+        # what was given up or begun anew in between counts from the beginning on
+        gone_j = float(joint.energy_in_j[before] + sums[-1] - sums[0] - joint.energy_in_j[after])
+        came_j = float(joint.energy_in_j[before]) + worked_j - max(gone_j, 0.0)
+        least_j = came_j - float(taken_j[after] - given_j[before])
+        if least_j >= limit_j[after]:
+            found[interval] = least_j
+    return found
+
+
+def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
+    """Return a finding as it is with the uncertainty of the alignment [s]."""
+    balance = entry.parts[found.part]
+    if found.passive is not False or uncertain_s <= 0.0:
+        return found
+    came, went, down = balance.energy_in_j, balance.energy_out_j, found.part == "down"
+    for shift_s in np.linspace(-uncertain_s, uncertain_s, STEPS):  # of the master's clock
+        times = balance.time_s - shift_s
+        known = (times >= balance.time_s[0]) & (times <= balance.time_s[-1])
+        moved = np.interp(times, balance.time_s, went if down else came)
+        shifted = came - moved if down else moved - went
+        if known.any() and (shifted >= balance.limit_j)[known].all():
+            why = (
+                f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms, which "
+                f"explains the least balance of {quantity(found.least_j, 'J')}"
+            )
+            return replace(found, passive=None, why=why)
+    return found

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.holes import gaps
 from pmwvc_core.controllers.library import entries
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plural import count

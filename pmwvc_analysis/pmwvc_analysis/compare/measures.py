@@ -16,14 +16,13 @@ import numpy as np
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.rendered import Rendered, free_space, rendering
-from pmwvc_analysis.traces import reductions
+from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
-from pmwvc_analysis.verdicts.passivity import passivity
-from pmwvc_analysis.verdicts.passivity_words import part_words
+from pmwvc_analysis.verdicts.passivity import part_words, passivity
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
@@ -115,7 +114,7 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "force_error_rms_n": force_error_n(traces),
         "energy_min_j": least.energy_j,
         "force_noise_n": _extreme(max, noise),
-        "force_peak_n": reductions.number(max(peaks)) if peaks else None,
+        "force_peak_n": sums.number(max(peaks)) if peaks else None,
         "force_step_max_n": _extreme(max, [each.force_step_max_n for each in felt_by]),
         "force_least_n": _extreme(min, [each.force_least_n for each in felt_by]),
         "dropout_s": _extreme(max, [each.dropout_s for each in felt_by]),
@@ -142,7 +141,7 @@ def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
 def coherency_m(traces: SessionTraces) -> float | None:
     """Return the RMS distance of the devices from their avatars [m]; None: not known."""
     away = [found.error for user in traces.users if (found := apart(traces, user)) is not None]
-    return reductions.rms(np.concatenate(away)) if away else None
+    return sums.rms(np.concatenate(away)) if away else None
 
 
 def force_error_n(traces: SessionTraces) -> float | None:
@@ -152,7 +151,7 @@ def force_error_n(traces: SessionTraces) -> float | None:
         return None
     users = [user for user in traces.users if user.name in server.users]
     rows = [force_error(user, server, server.users.index(user.name)) for user in users]
-    return reductions.rms(np.concatenate(rows)) if rows else None
+    return sums.rms(np.concatenate(rows)) if rows else None
 
 
 def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:
@@ -167,4 +166,4 @@ def force_noise_n(user: UserTraces, duration_s: float) -> float | None:
     if not np.isfinite(user.f_applied).all():
         return None
     fast = beyond(user.f_applied, user.tick_s, NOISE_HZ)
-    return reductions.rms(fast[user.time_s > 0.5 * duration_s])
+    return sums.rms(fast[user.time_s > 0.5 * duration_s])

@@ -25,7 +25,7 @@ import numpy as np
 
 from pmwvc_analysis.compare.measures import coherency_m, force_error_n
 from pmwvc_analysis.prediction.text import rule_margins, unknown_delay
-from pmwvc_analysis.traces.reductions import rms
+from pmwvc_analysis.traces.sums import rms
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.controllers.record import Rule

@@ -17,9 +17,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from pmwvc_analysis.consistency.master import RELATIVE, master, off, power
-from pmwvc_analysis.traces import cut
 from pmwvc_analysis.traces.arrivals import with_deadband
-from pmwvc_analysis.traces.stages import Stage, stages
+from pmwvc_analysis.traces.stages import Stage, stages, user_until, with_rows
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.controllers.library import has_waves
@@ -66,7 +65,7 @@ def _before_change(user: UserTraces, found: Sequence[Stage]) -> Iterator[UserTra
     if not np.isfinite(first_s):
         yield user
     elif first_s > user.block_time_s[0]:
-        yield cut.user_until(user, first_s)
+        yield user_until(user, first_s)
 
 
 def _parts(server: ServerTraces, found: Sequence[Stage]) -> Iterator[tuple[Stage, ServerTraces]]:
@@ -76,7 +75,7 @@ def _parts(server: ServerTraces, found: Sequence[Stage]) -> Iterator[tuple[Stage
     for stage, end_s in zip(found, ends, strict=True):
         rows = (server.time_s > stage.start_s + near_s) & (server.time_s < end_s - near_s)
         if rows.any():
-            yield stage, cut.with_rows(server, rows)
+            yield stage, with_rows(server, rows)
 
 
 def _packets(traces: SessionTraces, scenario: Scenario) -> Iterator[str]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.traces.hand_work import complete, measured, true_motion
-from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.holes import gaps
 from pmwvc_core.law.port.strict_master import ASKED
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import User

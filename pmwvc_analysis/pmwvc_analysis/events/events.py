@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.events import environment, nodes
+from pmwvc_analysis.events import limits, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
@@ -50,7 +50,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         yield from nodes.of_server(traces, grips=grips)
     yield from silences(traces)
     yield from faults(traces)
-    yield from environment.events(traces, scenario)
+    yield from limits.events(traces, scenario)
     if scenario is not None and not traces.live:
         for change in changes_of(traces, scenario):
             if change.time_s < traces.duration_s:

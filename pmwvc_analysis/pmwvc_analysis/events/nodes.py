@@ -11,8 +11,8 @@ import numpy as np
 
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.felt import touching
-from pmwvc_analysis.traces.reductions import runs
 from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import BRAKING, SafetyState
 from pmwvc_core.numeric import Array, Flags

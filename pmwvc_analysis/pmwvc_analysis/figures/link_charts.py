@@ -10,7 +10,7 @@ from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.links import DROPPED
-from pmwvc_analysis.traces.reductions import runs
+from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
@@ -35,15 +35,16 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         lines, bands, notes = [], recorded.bands(traces), []
         for order, (label, balance, dash) in enumerate(_ways(entry)):
             period = 3.0 * traces.server.period_s if traces.server else 0.0  # steps come late
-            sums = balance.balance_j * scale
+            sums, found = balance.balance_j * scale, balance.judged(entry.name, label)
+            below = balance.balance_j < balance.limit_j
             lines.append(Line(label, balance.time_s, sums, tint, dash, 1.8 - 0.2 * order, period))
             bands += [
                 Band(f"{label}: more out than in", tuple(balance.time_s[[first, last]].tolist()))
-                for first, last in runs(balance.violated, balance.time_s, join_s=JOIN_S)
+                for first, last in runs(below, balance.time_s, join_s=JOIN_S)
             ]
-            if balance.violated.any() and balance.minimum_time_s is not None:
-                text = f"▼ {quantity(balance.minimum_j, 'J')}"
-                notes.append(Note(text, balance.minimum_time_s, balance.minimum_j * scale))
+            if found.passive is False and found.least_s is not None:
+                text = f"▼ {quantity(found.least_j, 'J')}"
+                notes.append(Note(text, found.least_s, found.least_j * scale))
         drawn = Panel(f"balance [{unit}]", lines, bands=bands, notes=notes, with_zero=True)
         panels.append(replace(drawn, title=entry.name, tint=tint, height=150.0))
     return Chart(

@@ -14,7 +14,7 @@ import numpy as np
 from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_analysis.replay.times import own_sender, tick_numbers
-from pmwvc_analysis.traces import reductions
+from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.holes import SERVER, holes, of_user
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.errors import RecordingError
@@ -63,9 +63,9 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
                 "missing": len(again) + len(own[own <= again.max(initial=-1)]) - 2 * len(mine),
                 **first,
                 "force_max_n": _largest(force),
-                "force_rms_n": reductions.rms(force),
+                "force_rms_n": sums.rms(force),
                 "position_max_m": _largest(position),
-                "position_rms_m": reductions.rms(position),
+                "position_rms_m": sums.rms(position),
             }
         )
     return found
@@ -90,7 +90,7 @@ def reproduced(found: list[dict[str, Any]]) -> bool:
 
 def _largest(values: Array) -> float | None:
     lengths = np.linalg.norm(values, axis=-1)
-    return reductions.number(lengths.max()) if len(lengths) else None
+    return sums.number(lengths.max()) if len(lengths) else None
 
 
 class Limit(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import grouped
-from pmwvc_analysis.verdicts.offsets import predicted_words
+from pmwvc_analysis.verdicts.outcomes import predicted_words
 from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count, listed
 from pmwvc_core.quantities import quantity

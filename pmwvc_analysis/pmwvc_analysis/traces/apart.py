@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.reductions import begins
+from pmwvc_analysis.traces.holes import first_packets
 from pmwvc_analysis.traces.server_starts import starts
-from pmwvc_analysis.traces.stretches import first_packets
+from pmwvc_analysis.traces.sums import begins
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_view import kept_words, why_kept
 from pmwvc_core.frame.rows import Presence

@@ -12,9 +12,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import without
-from pmwvc_analysis.traces.reductions import FINAL_S
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.traces.sums import FINAL_S, without
 from pmwvc_core.law.channel.pace import EARLY_S, LONGEST_S
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario

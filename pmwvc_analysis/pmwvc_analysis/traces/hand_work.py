@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.holes import gaps
 from pmwvc_analysis.traces.sums import ran_s, up_to
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.numeric import Array

@@ -1,21 +1,33 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Intervals of time [s], and holes in the recording: those of which messages are missing.
+"""Intervals of time [s]: holes of a recording, and those in which a user's energies are known.
 
 A publisher numbers what it sends: a master its blocks, the server its steps. Where a number is
 missing, the recording has a hole, and nothing is judged there. Where the numbers go on and only
 time has passed, the loop did not run (:mod:`.events` calls that a stall).
+
+A hole in the record of running sums hides only what happened inside it: a user is judged again
+from the end of its first block after it. With a master that was started again the balance begins
+anew. A server that was started again interrupts no balance (:mod:`.server_starts`), nor does a
+loop that stands still: its last force stays on, and gives out - F (x_after - x_before).
+
+Equations: docs/theory.md 13, Gaps.
 """
 
-from collections.abc import Iterable
+import itertools
+import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
+from pmwvc_analysis.traces.sums import UserSums
+from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-GAP = "not recorded"
+GAP, AGAIN = "not recorded", "started again"
 SERVER = "server"
 
 
@@ -88,24 +100,146 @@ def of_server(server: ServerTraces) -> list[Hole]:
     return found
 
 
-def without(
-    intervals: Iterable[tuple[float, float]], start_s: float, end_s: float
-) -> list[tuple[float, float]]:
-    """Return what is left of a time without some intervals."""
-    found, at_s = [], start_s
-    for from_s, until_s in [*sorted(intervals), (end_s, end_s)]:
-        if from_s > at_s:
-            found.append((at_s, min(from_s, end_s)))
-        at_s = max(at_s, until_s)
-    return found
+class Interval(NamedTuple):
+    """A life of a master [s]: judged from ``start_s`` to ``end_s``.
+
+    Its own sums begin after ``begun_s``, as does what it may get of the server's waves; what the
+    server took of its waves counts from ``joined_s`` on, when its first packet came there.
+    """
+
+    start_s: float
+    end_s: float
+    begun_s: float
+    joined_s: float
 
 
-def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return intervals in the order of time, overlapping ones as one."""
-    found: list[tuple[float, float]] = []
-    for start_s, end_s in sorted(intervals):
-        if found and start_s <= found[-1][1]:
-            found[-1] = (found[-1][0], max(found[-1][1], end_s))
-        else:
-            found.append((start_s, end_s))
-    return found
+class Stretches(NamedTuple):
+    """The judged intervals of a user's session; each of ``lives`` has its own balance, ``first_s``
+    is the time up to which neither master nor server was started again.
+    """
+
+    lives: list[Interval]
+    unjudged: list[Unjudged]
+    first_s: float = math.inf
+
+    def known(self, times: Array) -> Flags:
+        """Tell which instants are judged."""
+        inside = np.zeros(len(times), dtype=bool)
+        for life in self.lives:
+            inside |= (times >= life.start_s) & (times <= life.end_s)
+        for hole in self.unjudged:
+            inside &= (times <= hole.start_s) | (times >= hole.end_s)
+        return inside
+
+
+def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> Stretches:
+    """Return what of a session is judged for one user."""
+    ran = user.time_s + user.lateness_s
+    steps = np.diff(user.tick)
+    begins = [0, *(np.flatnonzero(steps < 0) + 1).tolist()]
+    ends = [*(row - 1 for row in begins[1:]), len(user.tick) - 1]
+    lives: list[Interval] = []
+    unjudged = []
+    packets_s = first_packets(traces, user.name)
+    for first, last in zip(begins, ends, strict=True):
+        end_s = float(ran[last] + 1.5 * user.tick_s)
+        if last + 1 < len(user.tick):
+            end_s = min(end_s, float(user.time_s[last + 1] - 0.5 * user.tick_s))
+        late = user.tick[first] > 0  # the recorder found it only when it was running
+        begun_s = float(user.time_s[first])
+        start_s = _block_end_s(user, begun_s)
+        if not lives:
+            start_s = start_s if late else -math.inf
+            lives.append(Interval(start_s, end_s, -math.inf, -math.inf))
+            continue
+        before_s = lives[-1].end_s
+        received = [time_s for time_s in packets_s if time_s > before_s]
+        if late and not received:
+            lives.append(Interval(start_s, end_s, start_s, start_s))
+            continue
+        joined_s = min(received, default=begun_s)
+        lives.append(Interval(max(start_s, joined_s), end_s, before_s, joined_s))
+    for before, after in itertools.pairwise(lives):
+        unjudged.append(Unjudged(before.end_s, after.start_s, AGAIN))
+    for row in gaps(user):
+        back_s = _block_end_s(user, float(user.time_s[row + 1]))
+        unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
+    again_s = [float(server.time_s[start.row]) for start in starts(server)]
+    if len(lives) > 1:  # where its last tick led to is not known: up to the block before
+        blocks_s = user.block_time_s[user.block_time_s < user.time_s[ends[0]] + 0.5 * user.tick_s]
+        again_s.append(float(blocks_s.max(initial=-math.inf)))
+    return Stretches(lives, unjudged, min(again_s, default=math.inf))
+
+
+def gaps(user: UserTraces) -> NDArray[np.intp]:
+    """Return the rows of ticks behind which blocks are missing in the record. Ticks that the loop
+    left out are no gap: its last force was held on, and its sums hold.
+    """
+    rows = np.flatnonzero(np.diff(user.tick) > 1)
+    if len(user.block_number) != len(user.block_time_s):
+        return rows
+    block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
+    number = user.block_number[np.minimum(block, len(user.block_number) - 1)]
+    return rows[number[rows + 1] - number[rows] > 1]
+
+
+def skips(user: UserTraces) -> NDArray[np.intp]:
+    """Return the rows of ticks behind which the loop itself left ticks out."""
+    return np.setdiff1d(np.flatnonzero(np.diff(user.tick) > 1), gaps(user))
+
+
+class StoodStill(NamedTuple):
+    """A time in which a loop skipped ticks [s], and the energy that the force held gave [J]."""
+
+    start_s: float
+    lasted_s: float
+    given_j: float
+
+
+def stood_still(user: UserTraces) -> list[StoodStill]:
+    """Return when a user's loop skipped ticks, and what its device gave out in the meantime."""
+    rows = skips(user)
+    moved = user.x_m[rows + 1] - user.x_m[rows]
+    given = -np.sum(user.f_applied[rows] * moved, axis=-1)
+    lasted = (np.diff(user.tick)[rows] - 1) * user.tick_s
+    found = np.stack([user.time_s[rows], lasted, given], axis=-1)
+    return [StoodStill(*row) for row in found.tolist()]
+
+
+def over_skips(sums: UserSums, rows: NDArray[np.intp], energy: Array) -> Array:
+    """Return how much a running sum [J] at the instants of a budget changed in the blocks in which
+    the loop skipped ticks behind some rows: the master's own sums are those of whole blocks.
+    """
+    ends = np.append(sums.user.block_ends, len(sums.user.time_s))
+    first = np.concatenate([[0], ends])[np.searchsorted(ends, rows, side="right")]
+    last = ends[np.searchsorted(ends, rows + 1, side="right")]
+    until = sums.ticks[:, np.newaxis]
+    since = np.concatenate([[[0]], until[:-1]])
+    inside = np.any((until > first) & (since <= last), axis=-1)
+    return np.cumsum(np.where(inside, np.diff(energy, prepend=0.0), 0.0))
+
+
+def given_until(found: list[StoodStill], time_s: float) -> tuple[float, str]:
+    """Return what the forces held gave out up to a time [J], and in words when that was."""
+    own = [each for each in found if each.start_s <= time_s and each.given_j > 0.0]
+    if not own:
+        return 0.0, ""
+    worst = max(own, key=lambda each: each.given_j)
+    times = count(len(own), "time") if len(own) > 1 else "once"
+    words = f"{times}, for {worst.lasted_s:.3f} s at {worst.start_s:.2f} s"
+    return sum(each.given_j for each in own), words
+
+
+def _block_end_s(user: UserTraces, time_s: float) -> float:
+    """Return the end of the block with the tick at a time [s]."""
+    later = user.block_time_s[user.block_time_s > time_s + 0.5 * user.tick_s]
+    return float(later.min(initial=time_s if not len(later) else np.inf))
+
+
+def first_packets(traces: SessionTraces, name: str) -> list[float]:
+    """Return when the first packet of each start of a master came to the server [s]."""
+    packets = traces.packets.get(f"/server/{name}/wave_up")
+    if packets is None:
+        return []
+    _, first = np.unique(packets.epoch, return_index=True)
+    return [float(time_s) for time_s in packets.time_s[first]]

@@ -1,17 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Running sums of energy over the rows of a trace, and their values at other instants."""
+"""Rows of a trace reduced: running sums of energy and their values at other instants, numbers of a
+summary, stretches with a flag set, intervals [s]. An unknown number is None, never NaN.
+"""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.account import continued, wave_energy
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array, Flags, Value
 from pmwvc_core.traces import UserTraces
+
+FINAL_S = 0.5
 
 
 def running(sums: Array) -> Array:
@@ -90,3 +96,83 @@ class UserSums:
         """Return a sum known at the ends of blocks, taken to go evenly in between."""
         ends = np.concatenate([[0.0], self.user.block_time_s])
         return np.asarray(np.interp(self.time_s, ends, np.concatenate([[0.0], sums])))
+
+
+def number(value: Any) -> float | None:
+    """Return a plain finite float, or None."""
+    value = float(value)
+    return value if math.isfinite(value) else None
+
+
+def final(
+    values: Array, time_s: Array, end_s: float, reduced: Any = np.mean
+) -> float | list[float | None] | None:
+    """Return the mean over the 0.5 s before ``end_s``: a number for one axis, a list for several;
+    None when there is nothing.
+    """
+    rows = values[(time_s >= end_s - FINAL_S - 1e-9) & (time_s <= end_s + 1e-9)]
+    rows = rows if len(rows) else np.full((1, values.shape[-1]), np.nan)
+    numbers = [number(value) for value in np.atleast_1d(reduced(rows, axis=0))]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def swing(values: Array, time_s: Array, end_s: float) -> float | list[float | None] | None:
+    """Return largest less smallest value of the 0.5 s before ``end_s``, per axis."""
+    return final(values, time_s, end_s, np.ptp)
+
+
+def rms(values: Array) -> float | None:
+    """Return the root mean square of vector lengths, rows that are not finite left out."""
+    lengths = np.sum(np.atleast_2d(values) ** 2, axis=-1)
+    lengths = lengths[np.isfinite(lengths)]
+    return number(np.sqrt(lengths.mean())) if len(lengths) else None
+
+
+def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
+    """Return ``p50``, ``p99`` and ``max`` of values times ``scale``."""
+    values = values[np.isfinite(values)] * scale
+    if not len(values):
+        return dict.fromkeys(("p50", "p99", "max"))
+    median, high = np.percentile(values, (50, 99))
+    return {"p50": number(median), "p99": number(high), "max": number(values.max())}
+
+
+def begins(flags: Flags) -> Flags:
+    """Tell in which rows a flag is set that was not in the row before."""
+    return np.asarray(flags & ~np.concatenate([[False], flags[:-1]]))
+
+
+def spans(flags: Flags) -> list[slice]:
+    """Return the rows of every stretch with a flag set."""
+    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0)).tolist()
+    return [slice(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
+    """Return first and last row of every stretch with a flag set; close ones are one."""
+    rows = np.flatnonzero(flags)
+    breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s) + 1
+    return [(int(each[0]), int(each[-1])) for each in np.split(rows, breaks) if len(each)]
+
+
+def without(
+    intervals: Iterable[tuple[float, float]], start_s: float, end_s: float
+) -> list[tuple[float, float]]:
+    """Return what is left of a time without some intervals."""
+    found, at_s = [], start_s
+    for from_s, until_s in [*sorted(intervals), (end_s, end_s)]:
+        if from_s > at_s:
+            found.append((at_s, min(from_s, end_s)))
+        at_s = max(at_s, until_s)
+    return found
+
+
+def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return intervals in the order of time, overlapping ones as one."""
+    found: list[tuple[float, float]] = []
+    for start_s, end_s in sorted(intervals):
+        if found and start_s <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], end_s))
+        else:
+            found.append((start_s, end_s))
+    return found

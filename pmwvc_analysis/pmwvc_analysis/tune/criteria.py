@@ -34,8 +34,7 @@ from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
-from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts import passivity
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.params import FilterParams
 from pmwvc_core.params.names import flattened
@@ -217,9 +216,9 @@ def judged(scenario: Scenario, row: Rating) -> Rating:
     if session is None:
         return row
     traces = simulate_one(session)
-    found, ports = verdict(traces, session), passivity(traces, session, None)
+    found, ports = verdict(traces, session), passivity.passivity(traces, session, None)
     owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
-    words = [f"{owner}: {passivity_words.verdict(ports, owner)}" for owner in owners]
+    words = [f"{owner}: {passivity.verdict(ports, owner)}" for owner in owners]
     return dataclasses.replace(
         row,
         simulated=STABLE if found.stable else found.instability or NOT_JUDGED,

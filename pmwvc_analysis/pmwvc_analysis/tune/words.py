@@ -6,13 +6,12 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from pmwvc_analysis.budget.criterion import behind_counts, bounded
+from pmwvc_analysis.budget.criterion import behind_counts, bounded, passive_by_account
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import left_out
 from pmwvc_analysis.tune import criteria
 from pmwvc_analysis.tune.criteria import Rating
 from pmwvc_analysis.tune.search import Proposal
-from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
 

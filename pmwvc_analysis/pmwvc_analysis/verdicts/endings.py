@@ -23,7 +23,6 @@ from pmwvc_core.traces import SessionTraces
 
 EARLY_S = 0.5  # before the end of the session
 LOOP = ("server", "netem")  # nodes that everybody needs
-LEFT = "left"
 
 
 class Ending(NamedTuple):
@@ -33,6 +32,7 @@ class Ending(NamedTuple):
     user: str
     time_s: float
     what: str
+    interrupts: bool = True  # False: the user left
 
     @property
     def text(self) -> str:
@@ -55,7 +55,7 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
         name, last_s = master.name, float(master.time_s[-1]) + master.tick_s
         who, gone = f"{name} master", last_s <= end_s - EARLY_S
         if gone and _left(traces, name, last_s):
-            found[who] = Ending(name, name, last_s, LEFT)
+            found[who] = Ending(name, name, last_s, "left", interrupts=False)
         elif gone and who not in found:
             sent_s = _last_packet_s(traces, [f"/{name}/wave_up"])
             found[who] = _broken_off(who, name, last_s, sent_s)

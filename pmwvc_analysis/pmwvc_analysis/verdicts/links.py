@@ -14,7 +14,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.links import DROPPED, came_out, reordered
 from pmwvc_analysis.traces.arrivals import left_out
-from pmwvc_analysis.traces.reductions import number, percentiles
+from pmwvc_analysis.traces.sums import number, percentiles
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count

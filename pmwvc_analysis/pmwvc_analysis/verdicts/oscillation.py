@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""RMS velocity above the band in which an operator moves voluntarily (:mod:`..traces.bands`).
+"""RMS velocity above the band in which an operator moves voluntarily (:mod:`..traces.felt`).
 
 A median over quarter-second windows passes over short bursts: a hand's step, a first contact.
 Motion is judged from the middle of the session, or from the last contact or change of a parameter
@@ -16,10 +16,9 @@ from functools import partial
 
 import numpy as np
 
-from pmwvc_analysis.traces.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
-from pmwvc_analysis.traces.felt import closed_s
-from pmwvc_analysis.traces.reductions import spans
+from pmwvc_analysis.traces.felt import DEFAULT_BAND_HZ, bands, closed_s, encoder_noise_m_s
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.traces.sums import spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

@@ -2,20 +2,71 @@
 # SPDX-License-Identifier: Apache-2.0
 """Predictions beside what was measured: each a hit or a miss, with numbers and tolerance.
 
-Offsets of devices from their avatars: :mod:`.offsets`.
+F tau/(2b) is the offset of a device from its avatar in a press at rest that the channel alone
+decides: nothing is compared in a session that was not stable, where a limit has cut a force, or
+where the offset still changes.
 """
 
+import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-from pmwvc_analysis.budget.criterion import bounded, together
-from pmwvc_analysis.traces.stages import Stage, text_of
-from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
+from pmwvc_analysis.budget.criterion import bounded, passive_by_account, together
+from pmwvc_analysis.budget.result import SERVER
+from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
+from pmwvc_analysis.traces.stages import Stage, same_lag, text_of
 from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.master.count_bound import CountBound
+from pmwvc_core.network.effects import is_random
 from pmwvc_core.plural import listed
 from pmwvc_core.quantities import quantity
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.impedance import first_axis
+
+LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
+UNKNOWN = "is not known before."
+UNEVEN = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
+TOO_LATE = (
+    f"channel = zeroing loses the motion of packets that do not come in time, which {UNKNOWN}"
+)
+HELD = (
+    "channel = plain holds a wave until the next packet: what late and lost ones make of the "
+    f"motion {UNKNOWN}"
+)
+SKIPPED = (
+    "channel = plain uses the newest packet of a server step only: what the others carried of the "
+    f"motion is lost, how much {UNKNOWN}"
+)
+LATE = ("stall", "link", "damping")  # kinds of events behind which packets come late
+SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
+OFFSET = "offset of the device from its avatar at the end"
+OFFSET_M = 0.3e-3  # tolerance of an offset, and
+OFFSET_RATIO = 0.15  # that of its prediction
+HANDS = "hands damp, contacts can part, and a short session may end before it shows"
+TOOK_OVER = "these took over, so the prediction is open"
+STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
+    (True, True): (True, "Predicted stable: it was."),
+    (False, False): (True, "Predicted unstable: it was."),
+    (True, False): (False, "Predicted stable, but it was not (missed): see the events."),
+    (None, True): (None, "No stability was predicted; the session was stable."),
+    (None, False): (None, "No stability was predicted; the session was not stable."),
+    (False, True): (None, f"Predicted unstable, but it was stable: {HANDS}."),
+    (True, LIMITED): (None, f"Predicted stable, without limits of force and speed: {TOOK_OVER}."),
+}
+
+
+class Outcome(NamedTuple):
+    """One prediction; numbers are null where the prediction is none of a number."""
+
+    what: str
+    hit: bool | None  # None: nothing was predicted, or the outcome is unknown
+    text: str
+    owner: str = ""
+    predicted: float | None = None
+    measured: float | None = None
+    tolerance: float | None = None
+    unit: str = ""
+    until: float | None = None  # the other end, where a range is predicted
 
 
 def outcomes(
@@ -46,35 +97,23 @@ def outcomes(
     return found
 
 
-def passive_by_account(scenario: Scenario) -> bool:
-    """Tell whether every port is passive by the strict channel's accounts, whatever the network
-    does: the motion is exactly what the device reports, and no part gives out energy by its law.
-    """
-    exact = all(
-        user.device.is_simulated
-        and user.device.encoder_step_m <= 0.0
-        and not user.master.bank.as_published
-        for user in scenario.users
-    )
-    return exact and scenario.strict and scenario.coupling.passive(scenario.server)
-
-
 def _passivity(summary: dict[str, Any]) -> Outcome:
     ports = summary["passivity"]["ports"]
-    hit = together(port["passive"] for port in ports)
-    violated = [port for port in ports if port["passive"] is False]
-    if violated and all(port["held_j"] for port in violated):
-        who = listed(sorted({port["owner"] for port in violated}))
-        text = "Predicted that all ports are passive while loops run: open, the loop of"
-        text = f"{text} {who} stood still, and its last force stayed on."
+    of = {verdict: [p for p in ports if p["passive"] is verdict] for verdict in (False, None)}
+    owners = {verdict: listed(sorted({p["owner"] for p in own})) for verdict, own in of.items()}
+    if of[False] and all(port["held_j"] for port in of[False]):
+        text = (
+            "Predicted that all ports are passive while loops run: open, the loop of "
+            f"{owners[False]} stood still, and its last force stayed on."
+        )
         return Outcome("passivity", None, text)
-    left = sorted({port["owner"] for port in ports if port["passive"] is None})
     was = {
         True: "they were",
         False: "they were NOT",
-        None: f"not all were judged ({listed(left) or 'no port was recorded'})",
-    }[hit]
-    return Outcome("passivity", hit, f"Predicted that all ports are passive: {was}.")
+        None: f"not all were judged ({owners[None] or 'no port was recorded'})",
+    }
+    hit = together(port["passive"] for port in ports)
+    return Outcome("passivity", hit, f"Predicted that all ports are passive: {was[hit]}.")
 
 
 def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
@@ -97,28 +136,110 @@ def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
 
 def _stability(summary: dict[str, Any]) -> Outcome:
     predicted, was = summary["prediction"]["stable"], summary["stable"]
-    if was is not None and predicted is None and summary["prediction"]["environment_limited"]:
+    if was is None:
+        text = "Stability was not judged: the prediction is open."
+        return Outcome("stability", None, text)
+    if predicted is None and summary["prediction"]["environment_limited"]:
         limited = any(user["environment_limited"] for user in summary["users"])
         text = "it did." if limited else "it did not have to."
         text = f"Predicted that the server port limits the environment: {text}"
-        return Outcome("environment", True if limited else None, text)
-    hit: bool | None = None
-    if was is None:
-        text = "Stability was not judged: the prediction is open."
-    elif predicted is None:
-        text = f"No stability was predicted; the session was {'stable' if was else 'not stable'}."
-    elif predicted == was:
-        hit, text = True, f"Predicted {'stable' if was else 'unstable'}: it was."
-    elif was:
+        return Outcome("environment", limited or None, text)
+    kind = LIMITED if predicted and summary["instability"] == LIMITED else was
+    return Outcome("stability", *STABILITY[predicted, kind])
+
+
+def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
+    """Return what became of the predicted offset of every user who presses at the end."""
+    found = {entry["name"]: entry for entry in summary["users"]}
+    known = [(user, found[user.name]) for user in scenario.users if user.name in found]
+    return [_of_user(user, scenario, summary, entry) for user, entry in known if _presses(entry)]
+
+
+def _presses(entry: dict[str, Any]) -> bool:
+    force, drift = entry["force_final_n"], entry["drift_m"]  # lists, where there are several axes
+    known = isinstance(force, float) and isinstance(drift, float)
+    return known and abs(force) >= LEAST_FORCE_N
+
+
+def _of_user(
+    user: User, scenario: Scenario, summary: dict[str, Any], entry: dict[str, Any]
+) -> Outcome:
+    """Return the outcome of an offset. On a live strict channel the lag follows late packets: up
+    to F/(2b) times what they made it longer is added.
+    """
+    force, was_m, live = entry["force_final_n"], entry["drift_m"], summary["source"] == "live"
+    if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
+        far = f"the device moves {math.sqrt(transformer(user)):.3g} times as far."
+        text = "no offset of device and avatar is predicted: the ends have different impedance,"
+        text = f"{user.name}: {text} {far}"
+        return Outcome("offset", None, text, user.name)
+    m_per_s, late_s = force / (2.0 * first_axis(user.impedance)), entry["late_s"]
+    even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
+    reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
+    if reason := reason or (UNEVEN if ranges and late_s is None else ""):
+        begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
-            "Predicted unstable, but it was stable: hands damp, contacts can part, and a short "
-            "session may end before it shows."
+            f"{user.name}: {OFFSET}: measured {was_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are "
+            f"expected of the link{begins}. {reason}"
         )
-    elif summary["instability"] == LIMITED:
-        text = (
-            "Predicted stable, without limits of force and speed: these took over, so the "
-            "prediction is open."
-        )
-    else:
-        hit, text = False, "Predicted stable, but it was not (missed): see the events."
-    return Outcome("stability", hit, text)
+        return Outcome("offset", None, text, user.name)
+    until_m = even_m + m_per_s * late_s if ranges else None
+    low_m, high_m = sorted((even_m, even_m if until_m is None else until_m))
+    tolerance_m = _tolerance_m(even_m)
+    hit = low_m - tolerance_m <= was_m <= high_m + tolerance_m
+    text = (
+        f"{user.name}: {OFFSET}: predicted {predicted_words(even_m, until_m)}, measured "
+        f"{was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
+        f"tolerance {tolerance_m * 1e3:.2f} mm)."
+    )
+    late = f" Late packets made its lag up to {late_s * 1e3:.0f} ms longer." if ranges else ""
+    return Outcome("offset", hit, text + late, user.name, even_m, was_m, tolerance_m, "m", until_m)
+
+
+def predicted_words(predicted_m: float, until_m: float | None) -> str:
+    """Return a predicted offset, or the range of it, in words."""
+    until = "" if until_m is None else f" to {until_m * 1e3:+.2f}"
+    return f"{predicted_m * 1e3:+.2f}{until} mm"
+
+
+def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:
+    """Return in words what of the way of a user's packets no one knows before; else empty."""
+    live = summary["source"] == "live"
+    if user.master.deadband.is_on or user.contact.deadband.is_on:
+        saved = {entry["name"]: entry["left_out"] for entry in summary["receptions"]}
+        known = {way: saved.get(f"{user.name}/{way}") for way in ("up", "down")}
+        ways = [f"{n:.0%} of the packets {way}" for way, n in known.items() if n is not None]
+        left_out = " and ".join(ways) or "packets"
+        return f"A deadband left out {left_out}; the longest wait for one counts."
+    if is_random(user.link_up) or is_random(user.link_down) or (live and scenario.zeroing):
+        return UNEVEN if scenario.strict else TOO_LATE if scenario.zeroing else HELD
+    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
+        return SKIPPED
+    if live and not scenario.strict and (event := _held_up(user.name, summary)):
+        return f"{event['who']}, at {event['time_s']:.2f} s: {event['what']}. {HELD}"
+    return ""
+
+
+def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the first event in which packets of a user came late, or a loop did not run."""
+    own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
+    late = (each for each in summary["events"] if each["kind"] in LATE and each["who"] in own)
+    return next((event for event in late if event["time_s"] is not None), None)
+
+
+def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:
+    """Return why an offset is not that of a press at rest, in words; empty where it is."""
+    if summary["stable"] is False:
+        return "The session was not stable, so this is no press at rest."
+    force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
+    known = isinstance(avatar, float)
+    if known and abs(force - avatar) > SAME_FORCE * max(abs(force), abs(avatar)):
+        return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
+    change_m = entry["drift_change_m"]
+    if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
+        return f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
+    return ""
+
+
+def _tolerance_m(predicted_m: float) -> float:
+    return OFFSET_M + OFFSET_RATIO * abs(predicted_m)

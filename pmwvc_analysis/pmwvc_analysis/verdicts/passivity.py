@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The findings on passivity of one session (criterion: :mod:`..budget.criterion`).
+"""The findings on passivity of one session (criterion: :mod:`..budget.criterion`), and in words.
 
 Ports decide the verdict:
 
@@ -16,36 +16,40 @@ had not taken in is named with its amount.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Finding, judge, not_judged, together, tolerance
+from pmwvc_analysis.budget.criterion import Finding, together
+from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import Hole, holes
+from pmwvc_analysis.traces.holes import Hole, StoodStill, given_until, holes, stood_still
 from pmwvc_analysis.traces.server_starts import starts
-from pmwvc_analysis.traces.stretches import StoodStill, given_until, stood_still
 from pmwvc_analysis.traces.sums import running, sum_of
-from pmwvc_analysis.verdicts.open_balances import bounded, hidden, within
-from pmwvc_core.numeric import Array
-from pmwvc_core.quantities import quantity
+from pmwvc_core.quantities import quantity, share
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 # where the work of the force on the device counts
 AT_DEVICE = ("hand_port", "node", "node_and_link_down", "sample_hold")
+PORTS = {
+    "up": "link from the device to the server",
+    "down": "link from the server to the device",
+    "hand_port": "port of the hand",
+    SERVER: "server with its environment",
+}
 NO_SERVER = "the server's trace is missing"
 NO_SCENARIO = "without the scenario its declared storage is not known"
 
 
 @dataclass(frozen=True)
 class Passivity:
-    """All findings of a session."""
+    """All findings of a session, and the balances of its users that ports were judged by."""
 
     findings: tuple[Finding, ...]
+    balances: dict[str, energy.UserEnergy] = field(default_factory=dict)
 
     def of(self, owner: str) -> list[Finding]:
         """Return the ports of one owner."""
@@ -76,18 +80,19 @@ def passivity(
     found: list[Finding] = []
     for user in traces.users:
         if (entry := balances.get(user.name)) is None:
-            found.append(not_judged(user.name, "hand_port", NO_SERVER))
+            found.append(Finding(user.name, "hand_port", None, why=NO_SERVER))
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        of_user = (within(each, entry, open_s) for each in _of_user(entry, missing, open_s))
+        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing, open_s))
         found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
         found += energies.findings
     still = {user.name: stood_still(user) for user in traces.users}
-    return Passivity(tuple(_with_held(each, still.get(each.owner, [])) for each in found))
+    held = (_with_held(each, still.get(each.owner, [])) for each in found)
+    return Passivity(tuple(held), balances)
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
@@ -110,39 +115,18 @@ def _of_user(
 ) -> list[Finding]:
     of_server = [hole.unjudged for hole in missing]
     unknown = [*entry.stretches.unjudged, *of_server]
-    found = [
-        _port(entry, part, ways, declared_j=ways.storage_j, unjudged=hidden(ways, unknown))
-        for part, ways in (("up", entry.up), ("down", entry.down))
-        if ways is not None
-    ]
-    bounds = bounded(entry, of_server) if uncertain_s == 0.0 else {}
-    hand = _port(
-        entry,
-        "hand_port",
-        entry.joint,
-        declared_j=entry.storage_j,
-        open_j=entry.resolution_j,
-        counts_j=entry.counts_j,
-        unjudged=[interval for interval in unknown if interval not in bounds],
-    )
-    if hand.passive and entry.hand_passive is None:
-        most_mj = 1e3 * float(entry.resolution_j.max())
-        why = f"the steps of the encoder leave the work of the hand open by up to {most_mj:.3g} mJ"
-        hand = replace(hand, passive=None, why=why)
-    elif hand.passive and bounds:
+    bounds = energy.bounded(entry, of_server) if uncertain_s == 0.0 else {}
+    open_ = {part: energy.hidden(ways, unknown) for part, ways in entry.parts.items()}
+    open_["hand_port"] = [interval for interval in unknown if interval not in bounds]
+    found = [ways.judged(entry.name, part, open_[part]) for part, ways in entry.parts.items()]
+    if found[-1].passive and bounds:  # the port of the hand
         missing_s = sum(each.end_s - each.start_s for each in bounds)
         why = (
             f"in {missing_s:.2g} s {of_server[0].why} the port of the hand is bounded by the sums "
             f"at both ends, to {quantity(min(bounds.values()), 'J')} at least"
         )
-        hand = replace(hand, why=why)
-    return [*found, hand]
-
-
-def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: Any) -> Finding:
-    more["tolerance_j"] = balance.tolerance_j + more.pop("open_j", 0.0)
-    more["moved_j"] = _moved_j(balance.energy_in_j, balance.energy_out_j)
-    return judge(entry.name, part, balance.time_s, balance.balance_j, decides=True, **more)
+        found[-1] = replace(found[-1], why=why)
+    return found
 
 
 def _of_server(
@@ -157,17 +141,8 @@ def _of_server(
     if scenario is not None and scenario.coupling.black_box:
         compensation = COMPENSATIONS.of(scenario.server.compensation)
         allowance_j = compensation.allowance_j(scenario.server)
-    found = judge(
-        SERVER,
-        SERVER,
-        server.time_s,
-        taken - given,
-        tolerance_j=tolerance(taken),
-        moved_j=_moved_j(taken, given),
-        declared_j=allowance_j,
-        decides=True,
-        unjudged=[hole.unjudged for hole in missing],
-    )
+    balance = energy.Balance(server.time_s, taken, given, allowance_j)
+    found = balance.judged(SERVER, SERVER, [hole.unjudged for hole in missing])
     if scenario is None:
         return _excused(found, "without the scenario its environment is not known")
     return _excused(found, scenario.environment.own_energy(scenario.server))
@@ -180,6 +155,95 @@ def _excused(found: Finding, why: str) -> Finding:
     return replace(found, passive=None, why=f"it gave out {quantity(found.given_j, 'J')}; {why}")
 
 
-def _moved_j(came: Array, went: Array) -> float:
-    """Return the energy that a balance is small or large beside [J]."""
-    return float(max(np.abs(came).max(initial=0.0), np.abs(went).max(initial=0.0)))
+def verdict(found: Passivity, owner: str) -> str:
+    """Return the verdict of one user, or of the server, in one clause."""
+    ports = found.of(owner)
+    if not ports:
+        return "passivity not judged"
+    violated = [port for port in ports if port.passive is False]
+    if violated:
+        worst = min(violated, key=lambda port: port.least_j)
+        return f"NOT passive: {part_words(worst)}, {amount(worst)}"
+    unknown = [port for port in ports if port.passive is None]
+    if unknown:
+        why = unknown[0].why  # some texts begin with when
+        return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
+    least = min(ports, key=lambda port: port.least_j)
+    if least.by_counts:
+        bound = f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}"
+        return f"{bound}: {part_words(least)}, {amount(least)}"
+    return "; ".join([f"passive: {amount(least)}", *(port.why for port in ports if port.why)])
+
+
+def amount(finding: Finding) -> str:
+    """Return least balance, its ratio, tolerance and declared storage; 0 J: it is rounding."""
+    rounding = finding.passive and -finding.least_j <= finding.tolerance_j
+    least = quantity(0.0 if rounding else finding.least_j, "J")
+    text = f"least balance at server steps {least}"
+    if finding.passive is False:
+        text += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
+        text += f" ({_beside_moved(finding)})"
+    text += f", tolerance {quantity(finding.tolerance_j, 'J')}"
+    if finding.declared_j > 0.0:
+        text += f", declared storage {quantity(finding.declared_j, 'J')}"
+    return f"{text}; {finding.why}" if finding.held_j > 0.0 else text
+
+
+def components(found: Passivity) -> list[str]:
+    """Return the components that generated energy, each with its amount, worst first."""
+    return [component(each, found) for each in found.components]
+
+
+def component(finding: Finding, found: Passivity) -> str:
+    """Return what one component generated, and whether the ports, which decide, show it."""
+    where = "server" if finding.owner == SERVER else finding.owner
+    text = (
+        f"{where}: {words_of(finding.part)} generated {quantity(finding.given_j, 'J')} "
+        f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
+        f"first at {finding.since_s:.2f} s; tolerance {quantity(finding.tolerance_j, 'J')}"
+    )
+    text += f"; {finding.why}" if finding.held_j > 0.0 else ""
+    if not found.session:
+        return text
+    storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
+    others = "other components or the declared storage" if storage else "other components"
+    return f"{text}; the ports decide and all are passive: {others} covered it"
+
+
+def _beside_moved(finding: Finding) -> str:
+    """Return the energy given out as a ratio to the energy moved."""
+    if not finding.moved_j > 0.0:
+        return "no energy moved"
+    return f"{share(finding.ratio)} {quantity(finding.moved_j, 'J')} moved"
+
+
+def part_words(finding: Finding) -> str:
+    """Return a port in words."""
+    return PORTS.get(finding.part, finding.part.replace("_", " "))
+
+
+def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
+    """Return in words whether the budget closes and which components generated energy.
+
+    Each line is good or bad; None where the ports, which decide, show that others paid for it.
+    """
+    residual = quantity(float(np.abs(found.residual_j).max()), "J")
+    text = f"The energy budget closes to {residual}."
+    if not found.closes:
+        text = f"The energy budget does not close: {residual} are not explained."
+    lines: list[tuple[bool | None, str]] = [(found.closes, text)]
+    for part, hides in {each.part: each.hides for each in found.remainders}.items():
+        words = words_of(part)
+        lines.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
+    for port in judged.findings:
+        if port.decides and port.passive is False:
+            lines.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
+    paid = judged.session
+    lines += [
+        (None if paid else False, f"{component(each, judged)}.")
+        for each in judged.components or found.active
+    ]
+    if not found.active and paid:
+        limit = found.findings[0].tolerance_j
+        lines.append((True, f"No component generated energy beyond {quantity(limit, 'J')}."))
+    return lines

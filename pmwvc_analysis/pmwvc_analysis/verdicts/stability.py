@@ -8,16 +8,16 @@ In this order:
     a signal is not finite, a wave longer than receivers take, a position more than half the
     workspace outside of it, or an oscillation grows beyond 50 mm/s.
 ``limited by safety``
-    a fault, repeated braking for speed, or forces shortened again and again (limits.py).
+    a fault, repeated braking for speed, or forces shortened again and again (events/limits.py).
 ``environment lost``
-    the energy limit of a black box's port displaced the device too far (environment.py).
+    the energy limit of a black box's port displaced the device too far (events/limits.py).
 ``sustained oscillation``
     motion faster than anybody's on purpose that does not die out (oscillation.py), or one that
     the loop drove at any time (drive.py).
 
 Not judged is what fades too slowly to tell, what hands did where no exact model decays, contact
 made or lost or a parameter changed just before the end, packets that came unevenly
-(traces/arrivals.py) unless the loop is seen to keep the motion up (kept_up.py), and a device that
+(traces/arrivals.py) unless the loop is seen to keep the motion up (drive.py), and a device that
 never moved. Where a verdict contradicts the exact model, the words say so.
 """
 
@@ -26,15 +26,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.events import environment
+from pmwvc_analysis.events import limits
 from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.drive import drive, kept_driven
-from pmwvc_analysis.verdicts.kept_up import kept_up
-from pmwvc_analysis.verdicts.limits import often_shortened, taken_over
+from pmwvc_analysis.verdicts.drive import drive, kept_driven, kept_up
 from pmwvc_analysis.verdicts.oscillation import (
     OSCILLATION_M_S,
     SHORTEST_S,
@@ -101,15 +99,15 @@ def _judged(
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             model = _expected(traces, scenario)[1]
             return False, "diverged", "; ".join([why, model] if model else [why])
-    if took_over := taken_over(traces, scenario):
+    if took_over := limits.taken_over(traces, scenario):
         return False, LIMITED, took_over
-    shortened, saturated = often_shortened(traces)
+    shortened, saturated = limits.often_shortened(traces)
     if shortened and (own or not saturated):
         return False, LIMITED, shortened
     if shortened:
         why = "nothing oscillates, so a hand may have pushed harder than that"
         return _unknown(f"{shortened}, to the largest that is allowed; {why}")
-    if lost := environment.lost(traces, scenario):
+    if lost := limits.lost(traces, scenario):
         return False, "environment lost", lost
     explained = ""
     if lasting:

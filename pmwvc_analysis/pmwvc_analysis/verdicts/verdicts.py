@@ -10,20 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Finding
+from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_analysis.budget.result import Budget
-from pmwvc_analysis.events import environment, events
-from pmwvc_analysis.traces import arrivals, cut, holes, reductions
+from pmwvc_analysis.events import events, limits
+from pmwvc_analysis.traces import arrivals, holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
-from pmwvc_analysis.traces.holes import merged
-from pmwvc_analysis.traces.reductions import final, number, rms, swing
-from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
+from pmwvc_analysis.traces.stages import stages, until
+from pmwvc_analysis.traces.sums import final, merged, number, percentiles, rms, swing
+from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
-from pmwvc_analysis.verdicts.passivity import Passivity, passivity
+from pmwvc_analysis.verdicts.passivity import Passivity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
@@ -42,11 +41,10 @@ def summary(
 
     whole, seen = traces, events.complete(traces, scenario)
     ended = endings.endings(traces, seen, scenario)
-    traces = cut.until(traces, endings.judged_until_s(traces, ended))
+    traces = until(traces, endings.judged_until_s(traces, ended))
     judged = stability.verdict(traces, scenario)
-    found = passivity(traces, scenario, energies)
-    balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
-    limited = environment.limited(traces, scenario)
+    found = passivity.passivity(traces, scenario, energies)
+    limited = limits.withheld(traces, scenario)
     shorter = endings.shortened(whole, scenario)
     missing, counts = holes.holes(traces), list(traces.counts.items())
     result: dict[str, Any] = {
@@ -54,7 +52,7 @@ def summary(
         "source": traces.source,
         "duration_s": whole.duration_s,
         "judged_until_s": traces.duration_s,
-        "interrupted": [each.text for each in ended if each.what != endings.LEFT]
+        "interrupted": [each.text for each in ended if each.interrupts]
         + ([shorter] if shorter else []),
         "strangers": [str(each["what"]) for each in seen if each["kind"] == "stranger"],
         "controller": scenario.controller if scenario else None,
@@ -62,11 +60,11 @@ def summary(
         "stable": judged.stable,
         "instability": judged.instability,
         "stability": {"text": judged.why, "oscillation_m_s": number(judged.oscillation_m_s)},
-        "active": passivity_words.components(found) if energies else None,
+        "active": passivity.components(found) if energies else None,
         "passivity": _passivity(found),
         "object": _object(traces),
         "users": [
-            _user(user, traces, found, balances.get(user.name), limited.get(user.name))
+            _user(user, traces, found, limited.get(user.name))
             | felt(traces, user, scenario)._asdict()
             for user in traces.users
         ],
@@ -113,7 +111,7 @@ def _passivity(found: Passivity) -> dict[str, Any]:
         "ports": [_finding(each) for each in found.findings if each.decides],
         "components": [_finding(each) for each in found.components],
         "text": {
-            owner: passivity_words.verdict(found, owner)
+            owner: passivity.verdict(found, owner)
             for owner in dict.fromkeys(each.owner for each in found.findings if each.decides)
         },
     }
@@ -142,12 +140,11 @@ def _user(
     user: UserTraces,
     traces: SessionTraces,
     found: Passivity,
-    balance: energy.UserEnergy | None,
-    limited: environment.Limited | None,
+    limited: limits.Withheld | None,
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
     index = server.users.index(user.name) if server and user.name in server.users else None
-    away = apart(traces, user)
+    away, balance = apart(traces, user), found.balances.get(user.name)
     return {
         "name": user.name,
         "passive": found.passive(user.name),
@@ -165,8 +162,8 @@ def _user(
         "kept_apart_m": final(away.kept, away.time_s, end_s) if away else None,
         **_ticks(user),
         "late_s": arrivals.late_s(traces, user),
-        "lateness_us": reductions.percentiles(user.lateness_s, 1e6),
-        "compute_us": reductions.percentiles(user.compute_s, 1e6),
+        "lateness_us": percentiles(user.lateness_s, 1e6),
+        "compute_us": percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
         "environment_limited": {"energy_j": limited.energy_j, "position_m": limited.position_m}
         if limited
@@ -174,7 +171,7 @@ def _user(
     }
 
 
-def _last_balance(balance: energy.UserEnergy | None) -> float | None:
+def _last_balance(balance: UserEnergy | None) -> float | None:
     """Return what is left in the channel at the end, both ways [J]."""
     if balance is None or not len(balance.joint.time_s):
         return None

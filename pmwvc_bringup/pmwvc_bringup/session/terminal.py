@@ -133,7 +133,7 @@ def finish(
 
 def verdict_lines(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
-    from pmwvc_analysis.events import environment
+    from pmwvc_analysis.events import limits
     from pmwvc_analysis.verdicts import check
 
     state = check.state_text(summary["stable"], summary["instability"])
@@ -155,7 +155,7 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
             axes = force if isinstance(force, list) else [force]
             parts.append(f"force {' '.join(f'{number:.2f}' for number in axes)} N {when}")
         if user["environment_limited"]:
-            parts.append(environment.words(user["environment_limited"]))
+            parts.append(limits.words(user["environment_limited"]))
         if user["ticks_missing"]:
             parts.append(f"{count(user['ticks_missing'], 'tick')} not recorded")
         found.append(f"  {user['name']}: {'; '.join(parts)}")

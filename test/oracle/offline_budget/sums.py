@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.stretches import stretches
+from pmwvc_analysis.traces.holes import stretches
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import SessionTraces, UserTraces
 

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The limitation of a black box by its server port: energy withheld, and displacement by it.
+"""The limits that took over in a session: of safety, and of a black box by its server port.
 
-A compensation that shortens a returning wave from v = u - sqrt(2/b) F to v' takes energy from the
-user, and moves the device away from its avatar; a port that learns repays that::
+Safety: faults, braking for speed, forces limited again and again. A compensation of a black box
+that shortens a returning wave from v = u - sqrt(2/b) F to v' takes energy from the user, and moves
+the device away from its avatar; a port that learns repays that::
 
     energy_j   = sum (|v|^2 - |v'|^2) T_VE/2
     position_m = largest |sum (u + v' - (2b)^(1/2) xd) T_VE (2 b_m)^(-1/2)|
@@ -22,9 +23,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.reductions import begins
+from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
+from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
+from pmwvc_core.plural import count
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -35,9 +38,13 @@ WINDOW_S = 0.5
 LASTING_S = 1.0
 LOST_M = 2e-3
 LOST_RATIO = 3.0
+RETURN = "soft start"
+SPEED = ("faster than", RETURN)  # reasons that are the motion's and not the network's
+NEARLY = 0.9  # of a speed limit, which is judged between two rows as well
+LARGEST = 0.99  # of the largest force: a force that is as large as the limits allow
 
 
-class Limited(NamedTuple):
+class Withheld(NamedTuple):
     """Energy that the port withheld from one user, and the displacement by it."""
 
     energy_j: float
@@ -46,12 +53,12 @@ class Limited(NamedTuple):
     lost_s: float | None  # time from which the environment is lost; None: never
 
 
-def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limited]:
+def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Withheld]:
     """Return the users whose environment was limited, as far as scenario and trace show it."""
     server = traces.server
     if scenario is None or server is None or not has_waves(scenario.controller):
         return {}
-    known, found = {user.name: user for user in scenario.users}, dict[str, Limited]()
+    known, found = {user.name: user for user in scenario.users}, dict[str, Withheld]()
     for user in traces.users if "withheld" in server.accounts else []:
         if user.name not in known or user.name not in server.users:
             continue
@@ -60,22 +67,22 @@ def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limit
         u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
         whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
         half = 0.5 * server.periods_s
-        withheld = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
-        energy = float(withheld.sum())
+        kept_j = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
+        energy = float(kept_j.sum())
         if not energy > LEAST_J:
             continue
         off = u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)
         off = np.where(there[:, np.newaxis], off / root(2.0 * known[user.name].impedance), 0.0)
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
-        first_s = float(server.time_s[np.argmax(withheld > 0.01 * LEAST_J)])
+        first_s = float(server.time_s[np.argmax(kept_j > 0.01 * LEAST_J)])
         lost_s = _lost_s(user, server, index, moved)
-        found[user.name] = Limited(energy, float(_length(moved).max()), first_s, lost_s)
+        found[user.name] = Withheld(energy, float(_length(moved).max()), first_s, lost_s)
     return found
 
 
 def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
     """Return whose environment is lost, in words; empty if none is."""
-    for name, entry in limited(traces, scenario).items():
+    for name, entry in withheld(traces, scenario).items():
         if entry.lost_s is not None:
             return (
                 f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
@@ -87,7 +94,7 @@ def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
 def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, Any]]:
     """Return an event where the port first limits an environment, and one where it is lost."""
     found: list[dict[str, Any]] = []
-    for name, entry in limited(traces, scenario).items():
+    for name, entry in withheld(traces, scenario).items():
         whole = f"{_amount(entry.energy_j, entry.position_m)} by the end"
         times = [(entry.first_s, f"environment limited by the server port ({whole})")]
         if entry.lost_s is not None:
@@ -122,9 +129,9 @@ def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) ->
         natural = _length(_mean(travel, server.period_s))
         natural = natural + _length(_mean(apart - own, server.period_s))
         gone = _length(_mean(own, server.period_s)) > LOST_M + LOST_RATIO * natural
-        count = max(1, round(LASTING_S / server.period_s))
+        steps = max(1, round(LASTING_S / server.period_s))
         sums = np.concatenate([[0], np.cumsum(gone)])
-        lasting = np.flatnonzero(sums[count:] - sums[:-count] == count)
+        lasting = np.flatnonzero(sums[steps:] - sums[:-steps] == steps)
         if len(lasting):
             return float(server.time_s[rows[lasting[0]]])
     return None
@@ -132,11 +139,72 @@ def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) ->
 
 def _mean(values: Array, period_s: float) -> Array:
     """Return the mean over the last 0.5 s; before that, of the pause before the first value."""
-    count = max(1, round(WINDOW_S / period_s))
+    rows = max(1, round(WINDOW_S / period_s))
     sums = np.cumsum(values, axis=0)
-    before = np.concatenate([np.zeros_like(sums[:count]), sums[:-count]])[: len(sums)]
-    return np.asarray((sums - before) / count)
+    before = np.concatenate([np.zeros_like(sums[:rows]), sums[:-rows]])[: len(sums)]
+    return np.asarray((sums - before) / rows)
 
 
 def _length(vectors: Array) -> Array:
     return np.asarray(np.linalg.norm(vectors, axis=-1))
+
+
+def taken_over(traces: SessionTraces, scenario: Scenario | None) -> str:
+    """Return which safety layer took the force away, in words; empty when none did."""
+    known = scenario.users if scenario else ()
+    damped_m_s = {user.name: float(user.safety.damper_velocity) for user in known}
+    for user in traces.users:
+        faults = np.flatnonzero(user.state == FAULT)
+        if len(faults):
+            reason = user.reason[faults[0]] or "no reason given"
+            return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
+        braked, ratio = _braked(user, traces.duration_s, damped_m_s.get(user.name, 0.0))
+        if braked >= 3 or ratio > 0.05:
+            return (
+                f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
+                "device, or the force was ramping up after it"
+            )
+    return ""
+
+
+def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
+    """Return whose force was limited again and again, in words; whether mostly at the largest."""
+    words, at_most = "", True
+    for user in traces.users:
+        half, shortened = (user.time_s > traces.duration_s / 2) & unbraked(user), limited(user)
+        ratio = float((shortened & half).sum() / max(half.sum(), 1))
+        times = int(begins(shortened & half).sum())
+        if ratio > 0.05 and times >= 3:
+            limits = f"the force was limited {count(times, 'time')}"
+            words = words or f"{user.name}: {limits}, {ratio:.0%} of the second half"
+            size = np.linalg.norm(user.f_applied, axis=-1)
+            at_most &= bool(np.mean(size[shortened] > LARGEST * size.max()) > 0.5)
+    return words, at_most
+
+
+def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int, float]:
+    """Return how often, in the second half, a coupled device was braked for its speed, and the
+    ratio of that half in which it was braked or its force was returning from zero after it.
+
+    Braking can be shorter than a block; what is seen then is the return alone. A device that was
+    slower than the speed limit ``damped_m_s`` before it was not braked for its speed: the force
+    returns after a silence that was as short.
+    """
+    late = user.block_time_s > duration_s / 2
+    coupled = np.flatnonzero(user.state == COUPLED)
+    if not late.any() or not len(coupled):
+        return 0, 0.0
+    blocks = np.arange(len(late))
+    out = (user.state != COUPLED) & (blocks > coupled[0])
+    times, blocks_out = 0, 0
+    for span in spans(out):
+        start, reasons = span.start, user.reason[span]
+        if all(reason == RETURN for reason in reasons):  # of this block and the two before
+            rows = slice(int(user.block_rows[max(start - 2, 0)]), int(user.block_ends[start]))
+            speed_m_s = np.linalg.norm(user.xd_m[rows], axis=-1).max(initial=0.0)
+            if speed_m_s < NEARLY * damped_m_s:
+                continue
+        if all(reason.startswith(SPEED) for reason in reasons):
+            times += int(late[start])
+            blocks_out += int(late[span].sum())
+    return times, blocks_out / int(late.sum())
