@@ -28,7 +28,7 @@ QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception")
 
 
 @dataclass(frozen=True)
-class Finding:
+class Checked:
     """The result of one check: a warning is a declared loss, a problem damage, a note neither."""
 
     check: str
@@ -40,57 +40,57 @@ class Finding:
         return f"{self.status:8} {self.check:10} {self.text}"
 
 
-def check_recording(folder: str | Path) -> list[Finding]:
+def check_recording(folder: str | Path) -> list[Checked]:
     """Run every check on a session folder (or a bare ``.mcap`` file)."""
     folder = Path(folder)
     if not folder.exists():
-        return [Finding("file", PROBLEM, f"{folder} does not exist")]
+        return [Checked("file", PROBLEM, f"{folder} does not exist")]
     findings = list(_structure(folder))
     try:
         content = read_content(folder)
         traces = session_of(content, folder)
         findings += _losses(content, traces)
         scenario = read_scenario(folder)
-        wrong = [Finding("physics", PROBLEM, each) for each in inconsistencies(traces, scenario)]
-        findings += wrong or [Finding("physics", OK, "ports, powers and running sums agree")]
+        wrong = [Checked("physics", PROBLEM, each) for each in inconsistencies(traces, scenario)]
+        findings += wrong or [Checked("physics", OK, "ports, powers and running sums agree")]
         if scenario is not None:  # what ports behind counts may give out is no fault
             for user in (each for each in scenario.users if behind_counts(each, scenario)):
                 text = count_bound(user.master, user.device).text
-                findings.append(Finding("encoder", NOTE, f"{user.name}: {text}"))
+                findings.append(Checked("encoder", NOTE, f"{user.name}: {text}"))
     except PmwvcError as error:
-        findings.append(Finding("content", PROBLEM, str(error)))
+        findings.append(Checked("content", PROBLEM, str(error)))
     return findings
 
 
-def exit_code(findings: list[Finding]) -> int:
+def exit_code(findings: list[Checked]) -> int:
     """Return 0 for complete, 2 for complete but for declared losses, 3 for damaged."""
     statuses = {finding.status for finding in findings}
     return 3 if PROBLEM in statuses else 2 if WARNING in statuses else 0
 
 
-def _structure(folder: Path) -> Iterator[Finding]:
+def _structure(folder: Path) -> Iterator[Checked]:
     files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
     if not files and any(folder.glob("*.db3")):
         text = f"{folder} is no MCAP recording: its file is read, but not checked"
-        yield Finding("file", WARNING, text)
+        yield Checked("file", WARNING, text)
     elif not files:
-        yield Finding("file", PROBLEM, f"{folder} holds no .mcap file")
+        yield Checked("file", PROBLEM, f"{folder} holds no .mcap file")
     for path in files:
         try:
             structure = check_file(path)
         except RecordingError as error:
-            yield Finding("file", PROBLEM, str(error))
+            yield Checked("file", PROBLEM, str(error))
             continue
         size = f"{structure.messages} messages in {structure.chunks} chunks"
         if structure.whole:
-            yield Finding("file", OK, f"{path.name} is whole: {size}")
+            yield Checked("file", OK, f"{path.name} is whole: {size}")
         for status, texts in ((PROBLEM, structure.problems), (WARNING, structure.notes)):
-            yield from (Finding("file", status, f"{path.name}: {text}") for text in texts)
+            yield from (Checked("file", status, f"{path.name}: {text}") for text in texts)
     if folder.is_dir() and not (folder / "metadata.yaml").is_file():
-        yield Finding("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
+        yield Checked("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
 
 
-def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
+def _losses(content: Content, traces: SessionTraces) -> list[Checked]:
     """Name what is missing per topic and publisher; what an emulated link lost is not missing."""
     texts = []
     for topic, count in traces.counts.items():
@@ -104,5 +104,5 @@ def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
     strange = (e for e in traces.events if e["who"] == "recorder" or e.get("kind") == "stranger")
     texts += [str(event["what"]) for event in strange]
     complete = "nothing is missing: the numbers of every publisher are complete"
-    found = [Finding("missing", WARNING, text) for text in texts]
-    return found or [Finding("missing", OK, complete)]
+    found = [Checked("missing", WARNING, text) for text in texts]
+    return found or [Checked("missing", OK, complete)]

@@ -24,81 +24,81 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
-class Column(NamedTuple):
+class Field(NamedTuple):
     """The unit and the meaning of a column."""
 
     unit: str
     meaning: str
 
 
-_TIME = Column("s", "time since the start of the session")
-_LOOKED = Column(
+_TIME = Field("s", "time since the start of the session")
+_LOOKED = Field(
     "ns", "from the deadline to the look at the packets that had come; NaN where it is not known"
 )
-TICKS: Mapping[str, Column] = {
+TICKS: Mapping[str, Field] = {
     "time_s": _TIME,
-    "tick": Column("", "number of the tick of the force loop"),
-    "x_m": Column("m", "position of the device"),
-    "xd_m": Column("m/s", "velocity of the device"),
-    "f_h": Column("N", "force of the hand on the device; NaN where it is not known"),
-    "f_m": Column("N", "force asked for by the controller"),
-    "f_applied": Column("N", "force on the device, after the safety limits"),
-    "u_m": Column("sqrt(W)", "wave out of the master before its filter"),
-    "u_m_lp": Column("sqrt(W)", "wave out of the master after its filter"),
-    "v_m": Column("sqrt(W)", "wave into the master after the hold"),
-    "lateness_s": Column("s", "wake-up behind its deadline"),
-    "compute_s": Column("s", "time the tick took"),
+    "tick": Field("", "number of the tick of the force loop"),
+    "x_m": Field("m", "position of the device"),
+    "xd_m": Field("m/s", "velocity of the device"),
+    "f_h": Field("N", "force of the hand on the device; NaN where it is not known"),
+    "f_m": Field("N", "force asked for by the controller"),
+    "f_applied": Field("N", "force on the device, after the safety limits"),
+    "u_m": Field("sqrt(W)", "wave out of the master before its filter"),
+    "u_m_lp": Field("sqrt(W)", "wave out of the master after its filter"),
+    "v_m": Field("sqrt(W)", "wave into the master after the hold"),
+    "lateness_s": Field("s", "wake-up behind its deadline"),
+    "compute_s": Field("s", "time the tick took"),
     "looked_ns": _LOOKED,
 }
-BLOCKS: Mapping[str, Column] = {
-    "time_s": Column("s", "end of the block"),
-    "state": Column("", "0 starting, 1 coupled, 2 damping, 3 fault"),
+BLOCKS: Mapping[str, Field] = {
+    "time_s": Field("s", "end of the block"),
+    "state": Field("", "0 starting, 1 coupled, 2 damping, 3 fault"),
 }
-STEPS: Mapping[str, Column] = {
+STEPS: Mapping[str, Field] = {
     "time_s": _TIME,
-    "step": Column("", "number of the step of the server"),
-    "periods_s": Column("s", "how long the step lasts"),
-    "x_o": Column("m", "position of the object"),
-    "xd_o": Column("m/s", "velocity of the object"),
-    "target": Column("m", "where the task wants the object"),
-    "kinetic": Column("J", "kinetic energy of the object"),
-    "potential": Column("J", "energy stored in the springs of the contacts"),
-    "dissipated": Column("J", "heat of object and contacts so far"),
+    "step": Field("", "number of the step of the server"),
+    "periods_s": Field("s", "how long the step lasts"),
+    "x_o": Field("m", "position of the object"),
+    "xd_o": Field("m/s", "velocity of the object"),
+    "target": Field("m", "where the task wants the object"),
+    "kinetic": Field("J", "kinetic energy of the object"),
+    "potential": Field("J", "energy stored in the springs of the contacts"),
+    "dissipated": Field("J", "heat of object and contacts so far"),
     "looked_ns": _LOOKED,
 }
-AVATARS: Mapping[str, Column] = {
-    "x_s": Column("m", "position of the avatar"),
-    "xd_s": Column("m/s", "velocity of the avatar"),
-    "f_s": Column("N", "contact force on the avatar"),
-    "u_s": Column("sqrt(W)", "wave received by the server"),
-    "v_s": Column("sqrt(W)", "wave sent by the server"),
-    "contact": Column("", "1 in contact with the object"),
-    "state": Column("", "0 absent, 1 joining, 2 coupled, 3 damping"),
-    "energy_u_s": Column("J", "energy of the waves received so far"),
-    "energy_v_s": Column("J", "energy of the waves sent so far"),
+AVATARS: Mapping[str, Field] = {
+    "x_s": Field("m", "position of the avatar"),
+    "xd_s": Field("m/s", "velocity of the avatar"),
+    "f_s": Field("N", "contact force on the avatar"),
+    "u_s": Field("sqrt(W)", "wave received by the server"),
+    "v_s": Field("sqrt(W)", "wave sent by the server"),
+    "contact": Field("", "1 in contact with the object"),
+    "state": Field("", "0 absent, 1 joining, 2 coupled, 3 damping"),
+    "energy_u_s": Field("J", "energy of the waves received so far"),
+    "energy_v_s": Field("J", "energy of the waves sent so far"),
 }
-PACKETS: Mapping[str, Column] = {
-    "time_s": Column("s", "when the packet was recorded"),
-    "epoch": Column("", "which start of the sender sent it"),
-    "seq": Column("", "number of the packet"),
-    "sent_ns": Column("ns", "time of sending on the sender's monotonic clock"),
-    "wave": Column("sqrt(W)", "the wave in the packet"),
-    "integral": Column("sqrt(W) s", "running integral of the wave"),
-    "energy": Column("J", "energy sent so far"),
-    "position": Column("m", "position of the sending end; an avatar's in the frame of its device"),
+PACKETS: Mapping[str, Field] = {
+    "time_s": Field("s", "when the packet was recorded"),
+    "epoch": Field("", "which start of the sender sent it"),
+    "seq": Field("", "number of the packet"),
+    "sent_ns": Field("ns", "time of sending on the sender's monotonic clock"),
+    "wave": Field("sqrt(W)", "the wave in the packet"),
+    "integral": Field("sqrt(W) s", "running integral of the wave"),
+    "energy": Field("J", "energy sent so far"),
+    "position": Field("m", "position of the sending end; an avatar's in the frame of its device"),
 }
-FATES: Mapping[str, Column] = {
-    "number": Column("", "number of the packet on the link"),
-    "epoch": Column("", "which start of the sender sent it"),
-    "seq": Column("", "number given by the sender"),
-    "size_bytes": Column("bytes", "size of the packet"),
-    "time_in_ns": Column("ns", "when it came in, on the emulator's monotonic clock"),
-    "time_due_ns": Column("ns", "when it was due to go out"),
-    "time_out_ns": Column("ns", "when it went out; 0: never"),
-    "fate": Column(
+FATES: Mapping[str, Field] = {
+    "number": Field("", "number of the packet on the link"),
+    "epoch": Field("", "which start of the sender sent it"),
+    "seq": Field("", "number given by the sender"),
+    "size_bytes": Field("bytes", "size of the packet"),
+    "time_in_ns": Field("ns", "when it came in, on the emulator's monotonic clock"),
+    "time_due_ns": Field("ns", "when it was due to go out"),
+    "time_out_ns": Field("ns", "when it went out; 0: never"),
+    "fate": Field(
         "", "0 delivered, 1 lost, 2 duplicate, 3 dropped by the rate, 4 queue full, 5 invalid"
     ),
-    "cause": Column("", "0 none, else what decided the fate (PacketFate in docs/messages.md)"),
+    "cause": Field("", "0 none, else what decided the fate (PacketFate in docs/messages.md)"),
 }
 
 
@@ -108,7 +108,7 @@ class Table:
 
     name: str
     columns: Mapping[str, NDArray[Any]]  # (row,) or (row, dof)
-    meanings: Mapping[str, Column]
+    meanings: Mapping[str, Field]
 
 
 def tables(traces: SessionTraces) -> list[Table]:
@@ -129,8 +129,8 @@ def _of_user(user: UserTraces) -> Iterator[Table]:
     accounts = {f"account_{name}": values for name, values in user.accounts.items()}
     meanings = {
         **BLOCKS,
-        **dict.fromkeys(energies, Column("J", "energy so far, summed by the master")),
-        **dict.fromkeys(accounts, Column("J", "energy kept by the controller")),
+        **dict.fromkeys(energies, Field("J", "energy so far, summed by the master")),
+        **dict.fromkeys(accounts, Field("J", "energy kept by the controller")),
     }
     columns = {"time_s": user.block_time_s, "state": user.state, **energies, **accounts}
     yield Table(plain(f"{user.name}_blocks"), columns, meanings)
@@ -139,7 +139,7 @@ def _of_user(user: UserTraces) -> Iterator[Table]:
 def _of_server(server: ServerTraces) -> Iterator[Table]:
     steps = _table("server", server, STEPS)
     accounts = {f"account_{name}": values for name, values in server.accounts.items()}
-    meanings = {name: Column("J", "energy kept by the server") for name in accounts}
+    meanings = {name: Field("J", "energy kept by the server") for name in accounts}
     yield Table("server", {**steps.columns, **accounts}, {**STEPS, **meanings})
     for index, user in enumerate(server.users):
         columns = {name: np.asarray(getattr(server, name)[index]) for name in AVATARS}
@@ -148,7 +148,7 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
         yield Table(plain(f"server_{user}"), columns, {"time_s": _TIME, **AVATARS})
 
 
-def _table(name: str, traces: object, columns: Mapping[str, Column]) -> Table:
+def _table(name: str, traces: object, columns: Mapping[str, Field]) -> Table:
     values = {column: np.asarray(getattr(traces, column)) for column in columns}
     if "looked_ns" in values and not len(values["looked_ns"]):
         values["looked_ns"] = np.full(len(values["time_s"]), np.nan)

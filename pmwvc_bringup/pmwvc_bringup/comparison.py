@@ -17,7 +17,7 @@ from rich.console import Console
 
 from pmwvc_analysis.compare import settings
 from pmwvc_analysis.compare.files import JSON, read_comparison, read_entries
-from pmwvc_analysis.compare.measures import Entry, measured
+from pmwvc_analysis.compare.measures import Compared, measured
 from pmwvc_analysis.report.comparison_report import COLUMNS, PAGE, write
 from pmwvc_bringup.combinations import Combination
 from pmwvc_bringup.command import Result
@@ -49,7 +49,7 @@ def tuned(chosen: Sequence[Combination], show: Callable[[float], None]) -> list[
 
 def simulated(
     chosen: Sequence[Combination], folder: Path, show: Callable[[float], None]
-) -> list[Entry]:
+) -> list[Compared]:
     """Simulate all, batched; write each as a session without pictures."""
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.session_files import write_summary
@@ -70,7 +70,7 @@ def simulated(
 
 def live(
     chosen: Sequence[Combination], folder: Path, console: Console, *, figures: bool
-) -> list[Entry]:
+) -> list[Compared]:
     """Run one session of nodes after the other, each by a runner of its own."""
     from pmwvc_analysis.recording.reader import read_session
 
@@ -92,12 +92,12 @@ def live(
     return entries
 
 
-def _entry(one: Combination, traces: SessionTraces, below: str) -> Entry:
-    return measured(Entry(one.label, one.settings, traces, one.scenario, below, one.tuning))
+def _entry(one: Combination, traces: SessionTraces, below: str) -> Compared:
+    return measured(Compared(one.label, one.settings, traces, one.scenario, below, one.tuning))
 
 
 def report(
-    folder: Path, title: str, entries: Sequence[Entry], console: Console, *, notes: list[str],
+    folder: Path, title: str, entries: Sequence[Compared], console: Console, *, notes: list[str],
     figures: bool = True,
 ) -> Result:  # fmt: skip
     """Write tables and report, print table and notes; the document is ``comparison.json``."""

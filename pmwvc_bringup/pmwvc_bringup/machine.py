@@ -37,7 +37,7 @@ Outcome: TypeAlias = tuple[str, ...]  # status, text and, but where all is well,
 
 
 @dataclass(frozen=True)
-class Finding:
+class MachineCheck:
     """The result of a check: ``status`` is ok, warning (a session runs, less well) or problem."""
 
     check: str
@@ -51,16 +51,16 @@ class Finding:
         return f"{self.status:8} {self.check:11} {self.text}{remedy}"
 
 
-def examine() -> list[Finding]:
+def examine() -> list[MachineCheck]:
     """Run every check of this system; one that fails itself is a problem of its own."""
     live = platform.system() == LINUX and importlib.util.find_spec("rclpy") is not None
     findings = []
     for name, check in (CHECKS if live else NOT_LIVE).items():
         try:
-            findings.append(Finding(name, *check()))
+            findings.append(MachineCheck(name, *check()))
         except Exception as error:  # a broken machine must not end the doctor
             text = f"the check failed: {type(error).__name__}: {error}"
-            findings.append(Finding(name, PROBLEM, text, "report this as a bug"))
+            findings.append(MachineCheck(name, PROBLEM, text, "report this as a bug"))
     return findings
 
 

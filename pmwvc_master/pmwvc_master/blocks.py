@@ -49,7 +49,7 @@ class DeviceWork:
                 self.hand = self.hand + dot(f_h, moved)
 
 
-class Block:
+class FrameBlock:
     """The ticks of one frame, written one after the other into arrays made once: at most ``ticks``
     of them, with ``dof`` values of every signal.
 
@@ -115,9 +115,9 @@ class TraceBlocks:
     """
 
     def __init__(
-        self, rate_drop: int, dof: int, work: DeviceWork, publish: Callable[[Block], None]
+        self, rate_drop: int, dof: int, work: DeviceWork, publish: Callable[[FrameBlock], None]
     ) -> None:
-        self._filled, self._waiting = Block(rate_drop, dof), Block(rate_drop, dof)
+        self._filled, self._waiting = FrameBlock(rate_drop, dof), FrameBlock(rate_drop, dof)
         self._first: int | None = None  # grid number of the first tick
         self._work, self._publish = work, publish
 
@@ -147,7 +147,7 @@ class TraceBlocks:
             self._filled.close(report, self._work)
             self._filled, self._waiting = self._waiting, self._filled
         if self._filled.ticks != rate_drop:
-            self._filled = Block(rate_drop, self._filled.dof)
+            self._filled = FrameBlock(rate_drop, self._filled.dof)
 
     def publish(self) -> None:
         """Publish the block that waits, where there is one."""

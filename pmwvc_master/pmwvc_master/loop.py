@@ -15,7 +15,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
 from pmwvc_core.transport.packet import PacketLink
-from pmwvc_master.blocks import Block, DeviceWork, TraceBlocks
+from pmwvc_master.blocks import DeviceWork, FrameBlock, TraceBlocks
 from pmwvc_master.devices import DeviceSample, HapticDevice
 
 PRIORITY = 20
@@ -27,7 +27,7 @@ class MasterLoop:
 
     def __init__(
         self, protocol: UserEnd, device: HapticDevice, *, link: PacketLink,
-        publish_trace: Callable[["MasterLoop", Block], None],
+        publish_trace: Callable[["MasterLoop", FrameBlock], None],
         publish_motion: Callable[[DeviceSample, Value, int], None], tick_s: float, dof: int,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:  # fmt: skip

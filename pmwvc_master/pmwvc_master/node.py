@@ -35,7 +35,7 @@ from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.aliasing import warnings_of
-from pmwvc_master.blocks import Block
+from pmwvc_master.blocks import FrameBlock
 from pmwvc_master.devices import DeviceSample, make_device, warnings_of_device
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.settings import declare_settings
@@ -94,7 +94,7 @@ class Master:
             period_s=settings.master.frame_s,
         )  # fmt: skip
 
-    def _publish_trace(self, loop: MasterLoop, block: Block) -> None:
+    def _publish_trace(self, loop: MasterLoop, block: FrameBlock) -> None:
         """Publish the ticks of a frame."""
         self._seq += 1
         self._trace.publish(

@@ -27,7 +27,7 @@ PRIORITY = 20
 PHASE_NS = round(LIVE.server_s * 1e9)
 
 
-class Step(NamedTuple):
+class MadeStep(NamedTuple):
     """A step just made, with the packets of each user taken in at an instant."""
 
     row: ServerRow
@@ -46,7 +46,7 @@ class ServerLoop:
 
     def __init__(
         self, protocol: ServerEnd, *, links: Sequence[PacketLink],
-        publish_trace: Callable[["ServerLoop", Step], None],
+        publish_trace: Callable[["ServerLoop", MadeStep], None],
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:  # fmt: skip
         self.protocol, self._links, self._clock = protocol, links, clock
@@ -93,4 +93,4 @@ class ServerLoop:
             self._before = row.state
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
-        self._publish_trace(self, Step(row, tick, looked_ns, packets, compute_ns * 1e-9))
+        self._publish_trace(self, MadeStep(row, tick, looked_ns, packets, compute_ns * 1e-9))

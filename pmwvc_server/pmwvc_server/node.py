@@ -40,7 +40,7 @@ NEWS = {
 }
 
 
-class Server:
+class ServerNode:
     """The node: settings, environment and loop."""
 
     def __init__(self, node: Node) -> None:
@@ -171,7 +171,7 @@ class Server:
         return warning
 
 
-main = partial(run_node, "server", Server)
+main = partial(run_node, "server", ServerNode)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -21,7 +21,7 @@ from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.transport.admission import Admission
-from pmwvc_server.loop import ServerLoop, Step
+from pmwvc_server.loop import MadeStep, ServerLoop
 from pmwvc_server.settings import ServerSettings
 
 
@@ -49,7 +49,7 @@ class RosWires:
         trace_qos = offered(RECORDED_QOS, period_s)
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
 
-    def publish_trace(self, loop: ServerLoop, step: Step) -> None:
+    def publish_trace(self, loop: ServerLoop, step: MadeStep) -> None:
         """Publish a step."""
         tick = step.tick
         taken = [

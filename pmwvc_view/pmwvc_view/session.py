@@ -28,7 +28,7 @@ TEXT_EVERY = 8  # snapshots between two verdicts
 RATE = 0.5  # s of delay per s, where it changes in a running session
 
 
-class Answer(NamedTuple):
+class Handled(NamedTuple):
     """The answer to a request: whether it was done, and why not, or what holds now."""
 
     done: bool
@@ -40,7 +40,7 @@ class Session(ABC):
 
     ``can`` names the kinds of requests that it serves, each by the method of its name (``take``,
     ``let_go`` and ``seen`` are the server's own), which takes the fields of the request and gives
-    an ``Answer``; that of ``set`` and ``pause`` is awaited.
+    an ``Handled``; that of ``set`` and ``pause`` is awaited.
     """
 
     can: frozenset[str] = frozenset()
@@ -103,7 +103,7 @@ class Session(ABC):
         self._predictor.close()
 
 
-class State(NamedTuple):
+class SessionState(NamedTuple):
     """Whether time stands still, the network by name, and notices as long as they hold."""
 
     paused: bool
@@ -151,7 +151,7 @@ class RunningSession(Session):
         return snapshots
 
     @abstractmethod
-    def _state(self) -> State:
+    def _state(self) -> SessionState:
         """Return how it stands."""
 
     @abstractmethod
@@ -162,25 +162,25 @@ class RunningSession(Session):
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         """Change a parameter, to what is wanted then; return why not, or ""."""
 
-    async def set(self, path: str, value: Setting) -> Answer:
+    async def set(self, path: str, value: Setting) -> Handled:
         """Change a parameter; one change at a time."""
         try:
             control = controls.control_of(path)
             if control.path in controls.AT_RESTART:
-                return Answer(False, f"{path}: changes with a new beginning (restart)")
+                return Handled(False, f"{path}: changes with a new beginning (restart)")
             known = self.scenario()
             server, coupling = known.server, known.coupling
             fixed = why_fixed(control.path, strict=known.strict, server=server, coupling=coupling)
             if fixed:
-                return Answer(False, f"{control.path}: {fixed}")
+                return Handled(False, f"{control.path}: {fixed}")
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
                 self._notices.changed(self.scenario(), wanted)
                 self._feed.window.changed()
                 why = await self._change(control, wanted, value)
         except PmwvcError as error:
-            return Answer(False, str(error))
-        return Answer(not why, why or f"{path} = {value}")
+            return Handled(False, str(error))
+        return Handled(not why, why or f"{path} = {value}")
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""

@@ -24,9 +24,9 @@ from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.feed import traces
 from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import Block, Step
+from pmwvc_view.feed.traces import TraceBlock, TraceStep
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Answer, RunningSession, State, ramped
+from pmwvc_view.session import Handled, RunningSession, SessionState, ramped
 
 LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
@@ -96,7 +96,7 @@ class Simulation:
 
     def _show_step(self, _: int, now_ns: int, row: ServerRow) -> None:
         vector = self._vector
-        step = Step(
+        step = TraceStep(
             start_ns=now_ns,
             object=np.array([vector(getattr(row, name)) for name in traces.OBJECT]),
             avatars=np.array([[*map(vector, getattr(row, name))] for name in traces.AVATAR]),
@@ -120,7 +120,7 @@ class Simulation:
             kept = {name: _one(value) for name, value in report.accounts.items()}
             up, down = ways(_one(report.u_m), _one(report.u_tx), _one(report.v_m), kept)
         sums = MasterSums(times[-1], self._epoch, up, down, user.device.s.against_j)
-        block = Block(
+        block = TraceBlock(
             start_ns=times[0], period_ns=self.tick_ns, signals=signals[:, _COLUMNS].swapaxes(0, 1),
             lateness_s=[0.0] * len(times), state=int(report.state), reason=str(report.reason),
             missed=0, sums=sums,
@@ -159,9 +159,9 @@ class SimulatedSession(RunningSession):
         self._at_s = self._clock()
         self._left_s = self._lost_s = 0.0  # of real time, not simulated yet; never simulated
 
-    def _state(self) -> State:
+    def _state(self) -> SessionState:
         lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
-        return State(self._paused, self._preset, [lost] if self._lost_s >= 0.5 else [])
+        return SessionState(self._paused, self._preset, [lost] if self._lost_s >= 0.5 else [])
 
     def _remote(self) -> list[str]:
         return list(self._simulation.targets)
@@ -202,19 +202,19 @@ class SimulatedSession(RunningSession):
         """Return the scenario that settings are added to."""
         return self._wanted
 
-    async def pause(self, paused: bool) -> Answer:
+    async def pause(self, paused: bool) -> Handled:
         """Let time stand still, or go on."""
         self._paused = paused
-        return Answer(True, "paused" if paused else "running")
+        return Handled(True, "paused" if paused else "running")
 
-    def restart(self, values: Settings) -> Answer:
+    def restart(self, values: Settings) -> Handled:
         """Begin again with these settings."""
         try:
             scenario = controls.changed(self._wanted, values)
             self._begin(scenario)
         except PmwvcError as error:
-            return Answer(False, str(error))
+            return Handled(False, str(error))
         if controls.PRESET in values:
             self._preset = str(values[controls.PRESET])
         self._paused = False
-        return Answer(True, "begun again")
+        return Handled(True, "begun again")

@@ -24,7 +24,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pmwvc_analysis.maps.maps import Axis, Grid, compute
+from pmwvc_analysis.maps.maps import Grid, MapAxis, compute
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.replay.run import replay
 from pmwvc_analysis.session_files import finish
@@ -148,8 +148,8 @@ def bench_map(rows, numbers):
     """A stability map of 100 x 100 points, as batches and point by point (every tenth row)."""
     grid = Grid(
         load("carry_16ms", settings_texts=["server.coupling=one_frame_late"]),
-        Axis("server.contact_stiffness", tuple(np.linspace(10.0, 3000.0, 100).tolist())),
-        Axis("server.contact_damping", tuple(np.linspace(0.0, 20.0, 100).tolist())),
+        MapAxis("server.contact_stiffness", tuple(np.linspace(10.0, 3000.0, 100).tolist())),
+        MapAxis("server.contact_damping", tuple(np.linspace(0.0, 20.0, 100).tolist())),
     )
     batched = timed(lambda: compute(grid))
     plain = 10.0 * timed(

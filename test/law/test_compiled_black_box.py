@@ -9,15 +9,15 @@ import pytest
 
 from pmwvc_core.compiled import compiled
 from pmwvc_core.law.black_box import compensations
-from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.black_box import Accounts, BlackBoxParams, BoxState
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
 from pmwvc_core.law.black_box.secant import Seen, resting_secant
-from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
+from pmwvc_core.law.black_box.touched import FreeCube, Swing, Visitor, Wall
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.motion import Body, body_law
 from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
-from pmwvc_core.law.server.server_port import Came, Environment, UserPort, environment_step, joined
+from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, environment_step, joined
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.vectors import scaled, zero
 from pmwvc_core.law.wave.wave import impedance
@@ -68,8 +68,8 @@ def boxes(ports, axes):
     dents = tuple(Dent(False, 0.0, 0.0, 900.0, (s, *rest[1:])) for s in (1.0, -1.0))
     wall = Wall(visitors, Body(rest, rest), 0.0)
     return (
-        (wall, Drive((0.005, *rest[1:]), 9.0), False),
-        (wall, Drive(rest, 0.0), True),
+        (wall, Swing((0.005, *rest[1:]), 9.0), False),
+        (wall, Swing(rest, 0.0), True),
         (FreeCube(visitors, Body(rest, rest)), body_law(0.5, 1.0, H), False),
         (SoftBody(dents, Body(rest, rest)), SoftBodyParams(1.5, 20.0, 0.05), True),
     )
@@ -87,12 +87,12 @@ def test_every_black_box(axes):
         )
         users = tuple(Seen(resting_secant(rest, 12.5 / H, False), rest, rest, rest) for _ in ports)
         sums = Accounts(0.0, 0.0, 0.0, 0.0)
-        box = BlackBox(rest, rest, asked, treated, users, 0.0, -1.0, sums)
+        box = BoxState(rest, rest, asked, treated, users, 0.0, -1.0, sums)
         there = [
             joined(each, (0.055 * side, *rest[1:]), box)[0]
             for each, side in zip(ports, (-1, 1), strict=True)
         ]
-        given = (Environment(tuple(there), box, 0.0, 0), p, (1.0, 0.2, -0.1)[:axes])
+        given = (SharedScene(tuple(there), box, 0.0, 0), p, (1.0, 0.2, -0.1)[:axes])
         wanted = driven(*given)
         got = leaves(compiled(driven)(*given))
         assert np.allclose(got, leaves(wanted), rtol=1e-9, atol=1e-12)

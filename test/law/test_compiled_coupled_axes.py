@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pmwvc_core.compiled import compiled
-from pmwvc_core.law.server.server_port import Came, Environment, environment_step, joined
+from pmwvc_core.law.server.server_port import Came, SharedScene, environment_step, joined
 from pmwvc_core.law.vectors import each
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.scenario.reader import parse_scenario
@@ -59,7 +59,7 @@ def test_compiled_coupled_axes_are_the_same(coupling):
         joined(port, (-0.05 + 0.1 * k, 0.0, 0.0), rest.body)[0]
         for k, port in enumerate(rest.ports)
     )
-    start = Environment(ports, rest.body, rest.dissipated_j, 0)
+    start = SharedScene(ports, rest.body, rest.dissipated_j, 0)
     one, other = np.zeros((STEPS, 2, 10)), np.zeros((STEPS, 2, 10))
     driver(p.environment, start, (0, 1), one)
     compiled(driver)(p.environment, start, (0, 1), other)

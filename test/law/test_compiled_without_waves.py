@@ -21,7 +21,7 @@ from pmwvc_core.law.port.master import (
 from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import (
     Came,
-    Environment,
+    SharedScene,
     UserPort,
     environment_step,
     joined,
@@ -80,7 +80,7 @@ def test_both_ends(kind: str, axes: int) -> None:
     port = UserPort(avatar, kept, nothing, nothing, nothing, 0.0, 0.0, -1.0, ())
     body = Body(nothing, nothing)
     port, _ = joined(port, (-0.06, *nothing[1:]), body)
-    e = Environment((port,), body, 0.0, 0)
+    e = SharedScene((port,), body, 0.0, 0)
     end, p = DeviceEnd(nothing, nothing, state), DeviceEndParams(TICK_S, law)
     q = AvatarEndParams((law,), body_law(0.5, 1.0, H), kind in ("virtual_coupling", "pspm"))
     rules = ArrivalsParams(0.05, 1.0, False, False, PlayoutParams(1.0, 0.1, 0.0))
@@ -105,4 +105,4 @@ def test_both_ends(kind: str, axes: int) -> None:
         assert_same(bulk(*given), after, f"{kind} {n}")
         end, arrivals, e = after[:3]
         if n % 50 == 49:
-            e = Environment((after[3],), e.body, e.dissipated_j, 0)
+            e = SharedScene((after[3],), e.body, e.dissipated_j, 0)

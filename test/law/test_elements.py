@@ -29,7 +29,7 @@ def pushed(scenario, forces, *, edges):
     """Return the numbers of both ends under forces ``(ticks, users, elements)`` with friction,
     stops and limits that some of the elements reach: these decide otherwise than the rest.
     """
-    made = loop.Loop(scenario)
+    made = loop.LinearLoop(scenario)
     limits = {"max_force": 2.0, "slew": 0.6, "damper_velocity": 0.15, "fault_velocity": 3.0}
     loops, devices = list(made.p.loops), list(made.p.devices)
     for i in range(len(loops)):

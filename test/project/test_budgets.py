@@ -30,7 +30,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_977, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        4_103,
+        4_086,
         2_500,
         inside(
             "pmwvc_core",
@@ -38,9 +38,9 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_609, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_607, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_203,
+        5_185,
         4_700,
         (
             *inside(
@@ -51,7 +51,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_684, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_135,
+        5_129,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -65,7 +65,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_960,
+        3_954,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -73,11 +73,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_861, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_859, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_245, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_230, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_892, 3_000, ("pmwvc_view",)),
+    "command line": Room(4_244, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_220, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_890, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers, couplings, compensations, environments and link effects are asked for their
-properties: no code compares their names.
+"""Names: a class has its own, and no code compares those of controllers, couplings, compensations,
+environments and link effects, which are asked for their properties.
 """
 
 import ast
@@ -42,3 +42,18 @@ def test_a_comparison_with_a_name_is_found(tmp_path):
     file = tmp_path / "bad.py"
     file.write_text("def f(name):\n    return name == 'tdpa' or name in ('implicit', 'x')\n")
     assert list(compared_names(file)) == ["bad.py:2 tdpa", "bad.py:2 implicit"]
+
+
+def classes_of(files):
+    """Return the files that define each class, by its name."""
+    found = {}
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(file.name)
+    return found
+
+
+def test_a_name_of_a_class_is_used_once():
+    twice = {name: files for name, files in classes_of(PRODUCT).items() if len(files) > 1}
+    assert twice == {}

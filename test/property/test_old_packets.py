@@ -25,13 +25,13 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Verdict
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Receipt
 
 LEAST_J, LEAST = -1e-9, -1e-9
 PERIOD_S, STEP_S, RELEASE_S = 0.008, 0.004, 1.0
 PERIOD_NS = 8_000_000
 WILD_STEPS, CALM_STEPS = 500, 750  # the second longer than the longest delay
-COUNTED = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+COUNTED = (Receipt.ACCEPTED, Receipt.NEW_EPOCH)
 
 
 class Believing(Inbox):
@@ -46,7 +46,7 @@ class Believing(Inbox):
         epoch, seq, count = self.row
         count = count + 1 if packet.epoch == epoch and packet.seq > seq else 1
         self.row = packet.epoch, packet.seq, count
-        return Verdict.NEW_EPOCH if count >= 8 and self.silent(now_ns) else verdict
+        return Receipt.NEW_EPOCH if count >= 8 and self.silent(now_ns) else verdict
 
 
 def strict(inbox=Inbox):

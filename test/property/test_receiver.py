@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from support.packer import Packer
 
 from pmwvc_core.numeric import finite
-from pmwvc_core.transport.packet import Verdict
+from pmwvc_core.transport.packet import Receipt
 from pmwvc_core.transport.receiver import Receiver
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000
-ACCEPTING = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+ACCEPTING = (Receipt.ACCEPTED, Receipt.NEW_EPOCH)
 
 number, whole = st.floats(), st.integers(-(2**63), 2**63 - 1)
 signal = st.one_of(
@@ -27,7 +27,7 @@ FIELDS = {  # whatever bytes can be read as
     **dict.fromkeys(("period", "energy"), number),
     **dict.fromkeys(("wave", "integral", "position"), signal),
     **{"flags": st.integers(0, 2**16 - 1), "extra": st.lists(number, max_size=2).map(tuple)},
-    "refusal": st.sampled_from((None, *Verdict)[3:]),
+    "refusal": st.sampled_from((None, *Receipt)[3:]),
 }
 
 
@@ -46,7 +46,7 @@ def test_whatever_comes_in_the_answer_is_a_verdict_and_the_wave_is_finite(spoilt
     packets = stream(len(spoilt))
     for n, (good, change) in enumerate(zip(packets, spoilt, strict=True)):
         now_ns = n * PERIOD_NS
-        assert inbox.push(dataclasses.replace(good, **change), now_ns) in Verdict
+        assert inbox.push(dataclasses.replace(good, **change), now_ns) in Receipt
         newest = inbox.newest
         wave, position = (0.0, 0.0) if newest is None else (newest.wave, newest.position)
         assert np.size(wave) == 1 and finite(wave) and abs(wave) <= 100.0
@@ -79,11 +79,11 @@ def test_what_was_lost_duplicated_and_reordered_is_counted_exactly(data):
     seqs = [packet.seq for packet in order]
     came = set(seqs)
     assert inbox.lost == max(came) - len(came)
-    assert inbox.counts[Verdict.DUPLICATE] == len(seqs) - len(came)
+    assert inbox.counts[Receipt.DUPLICATE] == len(seqs) - len(came)
     highest = np.maximum.accumulate(seqs)
     first_time = [seq not in seqs[:n] for n, seq in enumerate(seqs)]
     late = sum(seq < top and new for seq, top, new in zip(seqs, highest, first_time, strict=True))
-    assert inbox.counts[Verdict.REORDERED] == late
+    assert inbox.counts[Receipt.REORDERED] == late
 
 
 @given(gaps=st.lists(st.integers(1, 5000), min_size=1, max_size=20))

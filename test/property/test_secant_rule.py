@@ -17,7 +17,7 @@ from support.laws import in_bulk
 
 from pmwvc_analysis.prediction.environment import rule
 from pmwvc_core.law.black_box import secant
-from pmwvc_core.law.black_box.secant import REPAID, Line, decoded
+from pmwvc_core.law.black_box.secant import REPAID, ExpectedForce, decoded
 from pmwvc_core.law.wave.wave import free_velocity, impedance, wave_v
 from pmwvc_core.params import ContactParams, ServerParams
 
@@ -40,7 +40,7 @@ def respond(k, damping, b, slope, repaid, found):
     for n in range(len(found)):
         u = 1.0 if n == 0 else 0.0
         free = free_velocity(port, (u,))[0] + undelivered * (repaid / PERIOD_S)
-        (xd,), _ = decoded(Line((force,), ((slope,),), apart), port, (free,))
+        (xd,), _ = decoded(ExpectedForce((force,), ((slope,),), apart), port, (free,))
         x += PERIOD_S * xd
         force = k * x + damping * xd
         v = wave_v(port, (u,), (force,))[0]

@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import F_APPLIED, Block
+from pmwvc_view.feed.traces import F_APPLIED, TraceBlock
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.simulated import SimulatedSession
@@ -114,7 +114,7 @@ def served(
     forces: dict[str, list[Array]] = {}
     on_master = Feed.on_master
 
-    def kept(feed: Feed, user: str, block: Block) -> None:
+    def kept(feed: Feed, user: str, block: TraceBlock) -> None:
         if user in silent:
             return
         forces.setdefault(user, []).append(block.signals[F_APPLIED])

@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from pmwvc_bringup import scenarios
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
-from pmwvc_view.session import Answer, Session
+from pmwvc_view.session import Handled, Session
 from pmwvc_view.web.server import PageServer
 
 PATIENCE_S = 100.0  # for an event that has to come
@@ -63,7 +63,7 @@ class HandmadeSession(Session):
         self.targets.put((user, position))
 
     async def pause(self, paused):
-        return Answer(True, "paused")
+        return Handled(True, "paused")
 
     def expect_questions(self):
         self.expected += 1

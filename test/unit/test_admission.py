@@ -16,7 +16,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.runtime.token_files import read_token, write_token
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
 from pmwvc_core.transport.admission import BURST, LARGEST_RATE_HZ, Admission, Token
-from pmwvc_core.transport.packet import Verdict, size_bytes
+from pmwvc_core.transport.packet import Receipt, size_bytes
 
 KEY = Token(0xABC, "", bytes(range(32)))
 MASTER = {"out": "up", "into": "down"}
@@ -48,12 +48,12 @@ def test_every_corrupted_bit_is_found(bit, keyed):
     master, server = ends(KEY if keyed else None)
     data = bytearray(master.sealed(message(dof=2)))
     data[bit // 8] ^= 1 << bit % 8
-    assert server.judge(bytes(data), 0) is Verdict.CORRUPTED
+    assert server.judge(bytes(data), 0) is Receipt.CORRUPTED
 
 
 def test_a_sender_without_a_checksum_is_taken_in_an_open_session_only():
     assert ends(None)[1].judge(message(), 0) is None
-    assert ends()[1].judge(message(), 0) is Verdict.OTHER_SESSION
+    assert ends()[1].judge(message(), 0) is Receipt.OTHER_SESSION
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_a_sender_without_a_checksum_is_taken_in_an_open_session_only():
     ids=["another user", "reflected", "guessed"],
 )
 def test_a_forged_packet_is_refused(forger):
-    assert ends()[1].judge(forger.sealed(message()), 0) is Verdict.FORGED
+    assert ends()[1].judge(forger.sealed(message()), 0) is Receipt.FORGED
 
 
 def test_a_true_packet_that_was_changed_and_given_a_new_checksum_is_forged():
@@ -75,15 +75,15 @@ def test_a_true_packet_that_was_changed_and_given_a_new_checksum_is_forged():
     data[52] ^= 1  # of the wave
     refreshed = Admission(None, **MASTER).sealed(bytes(data))
     data = bytes(data[:-20]) + refreshed[-20:-16] + bytes(data[-16:])
-    assert server.judge(data, 0) in (Verdict.FORGED, Verdict.CORRUPTED)
+    assert server.judge(data, 0) in (Receipt.FORGED, Receipt.CORRUPTED)
     data = data[:-20] + bytes(4) + data[-16:]  # says that it has no checksum
-    assert server.judge(data, 0) is Verdict.FORGED
+    assert server.judge(data, 0) is Receipt.FORGED
 
 
 def test_a_packet_of_another_session_is_refused_also_with_the_same_key():
     other = Admission(Token(0xDEF, "", KEY.key).of("user1"), **MASTER)
-    assert ends()[1].judge(other.sealed(message()), 0) is Verdict.OTHER_SESSION
-    assert ends(None)[1].judge(other.sealed(message()), 0) is Verdict.OTHER_SESSION
+    assert ends()[1].judge(other.sealed(message()), 0) is Receipt.OTHER_SESSION
+    assert ends(None)[1].judge(other.sealed(message()), 0) is Receipt.OTHER_SESSION
 
 
 @pytest.mark.parametrize("others", [1, 1000], ids=["one epoch", "an epoch a packet"])
@@ -95,7 +95,7 @@ def test_a_flood_is_refused_and_takes_nothing_from_the_user(others):
     for number in range(round(2e9 / step_ns)):
         now_ns = number * step_ns
         flood = message(number + 1, 1000 + number % others)
-        refused += server.judge(flood, now_ns) is Verdict.FLOOD
+        refused += server.judge(flood, now_ns) is Receipt.FLOOD
         if number % 160 == 0:
             user_refused += server.judge(message(number + 1), now_ns) is not None
     assert user_refused == 0
@@ -117,7 +117,7 @@ def test_a_replay_of_true_packets_takes_nothing_from_the_user():
 def test_packets_that_an_outage_held_back_are_no_flood():
     _, server = ends(None)
     assert all(server.judge(message(n + 1), 0) is None for n in range(BURST))
-    assert server.judge(message(BURST + 1), 0) is Verdict.FLOOD
+    assert server.judge(message(BURST + 1), 0) is Receipt.FLOOD
 
 
 def test_a_token_file_is_readable_by_its_owner_only_and_read_back(tmp_path):

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from support import handmade
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.chart import Band, Chart, Dots, Level, Line, Panel
+from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Level, Panel
 from pmwvc_analysis.charts.chart_files import (
     MOST_NUMBERS,
     envelope,
@@ -110,7 +110,7 @@ def test_no_curve_hides_another_that_it_coincides_with(count, dof):
 
 def test_a_solid_curve_of_the_same_width_would_hide_the_other():
     x = np.arange(3.0)
-    assert hides(Line("a", x, x, "u0"), Line("b", x, x, "u1"))
+    assert hides(Curve("a", x, x, "u0"), Curve("b", x, x, "u1"))
 
 
 def test_more_than_two_users_have_a_panel_each():
@@ -184,7 +184,7 @@ def test_thinning_keeps_the_extremes_of_every_column(values, column):
 
 def test_what_a_report_holds_is_exact_and_complete_while_it_is_small():
     x, y = np.arange(5000) * 0.001, np.random.default_rng(3).normal(size=5000)
-    chart = Chart("c", "C", "", [Panel("y", lines=[Line("a", x, y, "u0", period=0.001)])])
+    chart = Chart("c", "C", "", [Panel("y", lines=[Curve("a", x, y, "u0", period=0.001)])])
     data, complete = payload([chart], (0.0, 5.0), [])
     line = data["charts"][0]["panels"][0]["lines"][0]
     stored = np.frombuffer(base64.b64decode(data["arrays"][line["y"]]), dtype="<f4")
@@ -199,7 +199,7 @@ def test_a_long_session_is_thinned_and_keeps_peak_and_hole():
     y = np.sin(x)
     y[1_234_567], y[700_001] = 9.0, -9.0
     y[1_500_000:1_600_000] = np.nan
-    lines = [Line(f"{n}", x, y + 0.0 * n, "u0", period=0.001) for n in range(3)]
+    lines = [Curve(f"{n}", x, y + 0.0 * n, "u0", period=0.001) for n in range(3)]
     data, complete = payload([Chart("c", "C", "", [Panel("y", lines=lines)])], (0.0, 2000.0), [])
     assert not complete
     assert len(json.dumps(data)) < 6 * MOST_NUMBERS
@@ -228,7 +228,7 @@ def test_every_figure_is_valid_xml_with_all_its_curves(count, tmp_path):
 
 def test_long_labels_leave_the_axes_their_room(tmp_path):
     label = "server: " + ", ".join(["decoding with the force of the previous step"] * 4)
-    line = Line(label, np.arange(3.0), np.arange(3.0), "u0", period=1.0)
+    line = Curve(label, np.arange(3.0), np.arange(3.0), "u0", period=1.0)
     chart = Chart("long", "Long labels", "", [Panel("energy [mJ]", lines=[line])])
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # matplotlib's, where axes have no room left
@@ -271,7 +271,7 @@ def test_an_event_stands_at_its_time_in_every_figure(tmp_path):
 
 def test_the_script_draws_every_curve_with_its_gap_and_names_it_once(tmp_path):
     x = np.concatenate([np.arange(0.0, 1.0, 0.001), np.arange(2.0, 3.999, 0.001)])
-    lines = [Line("a < b", x, np.sin(x), "u0", period=0.001), Line("a < b", x, -x, "u1", (2, 3))]
+    lines = [Curve("a < b", x, np.sin(x), "u0", period=0.001), Curve("a < b", x, -x, "u1", (2, 3))]
     dots = [Dots("lost", np.ones(2), np.ones(2), "alarm", "cross")]
     levels, bands = [Level("limit", 0.5)], [Band("hole", (1.0, 2.0), "soft")]
     panel = Panel("y", lines=lines, dots=dots, levels=levels, bands=bands, title="user1")

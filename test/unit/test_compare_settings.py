@@ -10,7 +10,7 @@ from support.plain import load
 
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.files import row
-from pmwvc_analysis.compare.measures import MEASURES, Entry
+from pmwvc_analysis.compare.measures import MEASURES, Compared
 from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
 from pmwvc_analysis.figures.comparison_charts import measures
 from pmwvc_analysis.report import comparison_report
@@ -66,7 +66,9 @@ def entry(controller, delay_s=0.016, **measures):
     settings = {"link.delay_s": delay_s, "controller": controller}
     traces = SessionTraces(source="simulated", duration_s=1.0, users=[], server=None)
     rest = {"stable": True, "passive": True, **measures}
-    return Entry(controller, settings, traces, scenario, measures=dict.fromkeys(MEASURES) | rest)
+    return Compared(
+        controller, settings, traces, scenario, measures=dict.fromkeys(MEASURES) | rest
+    )
 
 
 def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():

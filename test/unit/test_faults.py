@@ -23,7 +23,7 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.transport.packet import Verdict
+from pmwvc_core.transport.packet import Receipt
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 SLEEPER = [sys.executable, "-c", "import time; time.sleep(60)"]
@@ -118,19 +118,19 @@ def test_receivers_count_what_links_do(channel):
             assert len(out) - len(came) < 10
             newest, seen, expected = 0, set(), Counter()
             for fate in came:
-                verdict = Verdict.ACCEPTED
+                verdict = Receipt.ACCEPTED
                 if fate.cause is Cause.CORRUPTION:
-                    verdict = Verdict.CORRUPTED
+                    verdict = Receipt.CORRUPTED
                 elif fate.number in seen:
-                    verdict = Verdict.DUPLICATE
+                    verdict = Receipt.DUPLICATE
                 elif fate.number < newest:
-                    verdict = Verdict.REORDERED
-                if verdict is not Verdict.CORRUPTED:
+                    verdict = Receipt.REORDERED
+                if verdict is not Receipt.CORRUPTED:
                     newest = max(newest, fate.number)
                     seen.add(fate.number)
                 expected[verdict] += 1
-            expected[Verdict.NEW_EPOCH] += 1  # the first one
-            expected[Verdict.ACCEPTED] -= 1
+            expected[Receipt.NEW_EPOCH] += 1  # the first one
+            expected[Receipt.ACCEPTED] -= 1
             assert {v: n for v, n in counts.items() if n} == dict(expected)
             first = next(f.number for f in came if f.cause is not Cause.CORRUPTION)
             numbers = {number for number in seen if number >= first}

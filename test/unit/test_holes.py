@@ -13,7 +13,7 @@ from support.handmade import FRAME_S
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, bounded, hidden
 from pmwvc_analysis.events.events import complete
-from pmwvc_analysis.traces.hand_work import Work
+from pmwvc_analysis.traces.hand_work import HandWork
 from pmwvc_analysis.traces.holes import Unjudged, holes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
@@ -96,7 +96,7 @@ def test_at_the_hand_a_hole_of_the_server_is_bridged_only_by_a_bound_that_holds(
     after = min(first + missing, len(steps) - 1)
     kept = [*range(first), *range(after, len(steps))]
     joint = Balance(times[kept], work[7::8][kept], (taken - given_j)[kept], limit_j)
-    hand = Work(0.001 * np.arange(len(work)) + 0.0005, work, np.zeros(len(work)))
+    hand = HandWork(0.001 * np.arange(len(work)) + 0.0005, work, np.zeros(len(work)))
     entry = UserEnergy("user1", None, None, joint, given_j=given_j[kept], hand=hand)
     hole = Unjudged(times[first - 1] + 0.004, times[after] - 0.004, "not recorded (server)")
     found = bounded(entry, [hole])

@@ -15,9 +15,9 @@ from support.map_points import point
 
 from pmwvc_analysis.figures.map_figure import draw
 from pmwvc_analysis.maps.maps import (
-    Axis,
     Grid,
-    Measured,
+    MapAxis,
+    MapPoint,
     boundary_of,
     compute,
     growth_per_s,
@@ -26,11 +26,11 @@ from pmwvc_analysis.maps.maps import (
 )
 from pmwvc_core.errors import PmwvcError
 
-STIFFNESS = Axis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))
-DELAY = Axis("link.delay_s", (0.0, 0.008, 0.016))
-DAMPING = Axis("server.contact_damping", (0.0, 10.0, 20.0))
-MANY = Axis(STIFFNESS.name, tuple(np.linspace(0.0, 3000.0, 17).tolist()))  # in threes
-TWO = Axis(DAMPING.name, (0.0, 10.0))
+STIFFNESS = MapAxis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))
+DELAY = MapAxis("link.delay_s", (0.0, 0.008, 0.016))
+DAMPING = MapAxis("server.contact_damping", (0.0, 10.0, 20.0))
+MANY = MapAxis(STIFFNESS.name, tuple(np.linspace(0.0, 3000.0, 17).tolist()))  # in threes
+TWO = MapAxis(DAMPING.name, (0.0, 10.0))
 
 
 def grid(x=STIFFNESS, y=DELAY):
@@ -62,7 +62,7 @@ def test_a_map_is_what_its_points_are_one_by_one(x, y):
 
 
 def test_the_boundary_of_the_map_is_that_of_app_b():
-    fine = Axis(STIFFNESS.name, tuple(np.linspace(2000.0, 2600.0, 61).tolist()))
+    fine = MapAxis(STIFFNESS.name, tuple(np.linspace(2000.0, 2600.0, 61).tolist()))
     of = grid(fine)
     crossings = boundary_of(of, compute(of))
     assert crossings[0] is None
@@ -95,7 +95,7 @@ def test_an_interrupted_map_goes_on_where_it_stopped(tmp_path):
 
 
 def test_a_folder_with_another_map_is_refused(tmp_path):
-    small = Grid(grid().scenario, Axis(STIFFNESS.name, (500.0,)), Axis(DELAY.name, (0.0,)))
+    small = Grid(grid().scenario, MapAxis(STIFFNESS.name, (500.0,)), MapAxis(DELAY.name, (0.0,)))
     compute(small, folder=tmp_path / "map")
     assert np.isfinite(unfinished(tmp_path / "map", small)).all()
     with pytest.raises(PmwvcError, match="holds a map of other parameters"):
@@ -104,7 +104,7 @@ def test_a_folder_with_another_map_is_refused(tmp_path):
 
 def test_every_file_holds_the_same_map(tmp_path):
     of, radius = grid(), computed()
-    measured = [Measured("one", 500.0, 0.008, True), Measured("two", 2900.0, 0.016, False)]
+    measured = [MapPoint("one", 500.0, 0.008, True), MapPoint("two", 2900.0, 0.016, False)]
     write_data(tmp_path, of, radius, measured)
     draw(tmp_path, of, radius, measured)
     with np.load(tmp_path / "map.npz") as stored:
@@ -146,7 +146,7 @@ def test_a_dask_cluster_computes_the_same():
 
 
 def test_a_period_that_is_no_multiple_of_the_tick_is_refused_before_anything_is_computed():
-    period = Axis("server.period_s", (0.008, 0.0085, 0.009))
+    period = MapAxis("server.period_s", (0.008, 0.0085, 0.009))
     with pytest.raises(PmwvcError, match=r"server\.period_s = 0\.0085: .* 0\.001 s .*8\.5 ticks"):
         compute(grid(STIFFNESS, period))
 
@@ -155,11 +155,11 @@ def test_growth_rates_compare_across_periods_where_radii_do_not():
     """Free motion braked by the device alone dies out at the rate b_hd/(m + b tau/2): a longer
     period changes the lag tau a little, the hyperperiod ninefold.
     """
-    period = Axis("server.period_s", (0.008, 0.009, 0.016))
+    period = MapAxis("server.period_s", (0.008, 0.009, 0.016))
     free = linear_loops.scenario(
         server__contact_stiffness=0.0, server__contact_damping=0.0, device__damping=0.01
     )
-    of = Grid(free, Axis("server.object_mass", (2.0,)), period)
+    of = Grid(free, MapAxis("server.object_mass", (2.0,)), period)
     found = compute(of)
     radius, rate = found[:, 0], growth_per_s(of, found)[:, 0]
     assert (1.0 - radius).max() > 5.0 * (1.0 - radius).min()  # hyperperiods of 8, 72 and 16 ms

@@ -8,7 +8,7 @@ from support.plain import load
 
 from pmwvc_analysis.compare.measures import (
     MEASURES,
-    Entry,
+    Compared,
     force_error,
     force_noise_n,
     measured,
@@ -108,8 +108,8 @@ def test_the_largest_stiffness_is_null_without_a_linear_model():
     )
     rough = parse_scenario(BASE | {"duration_s": 0.5, "device": {"friction": 0.1}})
     for each, expected in ((scenario, None), (rough, None)):
-        assert measured(Entry("", {}, simulate_one(each), each)).measures["k_max"] is expected
-    limited = measured(Entry("", {}, simulate_one(naive), naive)).measures["k_max"]
+        assert measured(Compared("", {}, simulate_one(each), each)).measures["k_max"] is expected
+    limited = measured(Compared("", {}, simulate_one(naive), naive)).measures["k_max"]
     assert 1e3 < limited < 1e4
 
 
@@ -151,7 +151,7 @@ def test_an_unstable_session_has_no_rendered_stiffness():
         overrides={"controller": "direct", "link.delay_s": 0.02, "device.damping": 0.0},
         duration_s=4.0,
     )
-    row = measured(Entry("", {}, simulate_one(naive), naive)).measures
+    row = measured(Compared("", {}, simulate_one(naive), naive)).measures
     assert not row["stable"]
     assert row["k_felt"] is None and row["first_peak_hz"] is None
 

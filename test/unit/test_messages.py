@@ -14,8 +14,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.transport.packet import FLAG_LEAVING, Verdict, WavePacket, refused
-from pmwvc_master.blocks import Block
+from pmwvc_core.transport.packet import FLAG_LEAVING, Receipt, WavePacket, refused
+from pmwvc_master.blocks import FrameBlock
 
 DEFINITIONS = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"
 STAMP_NS = 1_700_000_000_123_456_789
@@ -40,11 +40,11 @@ def a_packet(value=0.5):
 
 def a_block(ticks=8, dof=1, *, filled=None):
     """Fill a block with numbers that differ from field to field, tick to tick and axis to axis."""
-    block = Block(ticks, dof)
+    block = FrameBlock(ticks, dof)
     for k in range(ticks if filled is None else filled):
         values = [100.0 * field + 10.0 * k for field in range(8)]
         axes = values if dof == 1 else [value + np.arange(dof) for value in values]
-        packets = [a_packet(), refused(Verdict.CORRUPTED)] if k == 1 else []
+        packets = [a_packet(), refused(Receipt.CORRUPTED)] if k == 1 else []
         block.put(axes, 0.001 * k, 0.002 * k, looked_ns=1000 * k, packets=packets)
     return block
 
@@ -220,7 +220,7 @@ def test_a_full_block_takes_no_more():
 
 
 def test_writing_ticks_leaves_nothing_allocated():
-    block = Block(8, 1)
+    block = FrameBlock(8, 1)
     values = [0.1 * n for n in range(8)]
 
     def frame():

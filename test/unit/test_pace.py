@@ -7,7 +7,7 @@ import pytest
 
 from pmwvc_core.law.channel import pace
 from pmwvc_core.law.channel.playout import (
-    Moved,
+    Energies,
     PlayoutParams,
     add,
     play,
@@ -24,7 +24,7 @@ def played(late_s, *, store_j=2e-3, wave=lambda t: WAVE, frames=FRAMES):
     by how much its time is behind that of the sender.
     """
     p = PlayoutParams(1.0, 1e-9, store_j)
-    playout = resting_playout((0.0,), Moved())
+    playout = resting_playout((0.0,), Energies())
     sums = np.concatenate(
         [[0.0], np.cumsum([wave(k * PACKET_S) * PACKET_S for k in range(frames)])]
     )

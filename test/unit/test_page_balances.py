@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_view.feed.accounts import Account, Accounts, MasterSums, ServerSums
+from pmwvc_view.feed.accounts import MasterSums, PageBalance, PageBalances, ServerSums
 
 sums = st.lists(st.floats(0.0, 1.0), min_size=4, max_size=40).map(
     lambda parts: list(itertools.accumulate(parts))
@@ -21,7 +21,7 @@ def test_passive_channel_is_never_below_zero_whoever_reports_late(sent, late, be
     """What arrives at a step was sent ``late`` blocks before; the blocks of the master are told
     ``behind`` frames after the steps, or before them.
     """
-    accounts = Accounts()
+    accounts = PageBalances()
     calls = []
     for number, energy in enumerate(sent):
         arrived = sent[number - 1 - late] if number > late else 0.0
@@ -37,7 +37,7 @@ def test_passive_channel_is_never_below_zero_whoever_reports_late(sent, late, be
 
 @pytest.mark.parametrize(("moved_j", "violated"), [(0.0, True), (100.0, False)])
 def test_a_deficit_is_judged_by_what_had_moved_at_its_time(moved_j, violated):
-    account = Account()
+    account = PageBalance()
     account.at(1, moved_j, moved_j + 2e-6, judged=True)
     assert (account.margin_j < 0.0) is violated
     account.at(2, 1e3, 1e3, judged=True)
@@ -50,7 +50,7 @@ def test_counters_without_waves_are_judged_where_the_hand_has_given_what_the_ser
     work_j, judged
 ):
     """The wave of a packet of the strict channel is not the one that it was paid for."""
-    accounts = Accounts()
+    accounts = PageBalances()
     accounts.step(ServerSums(2, 1, 0.5, 0.2))
     accounts.block(MasterSums(7, 1, math.nan, math.nan, work_j))
     accounts.step(ServerSums(10, 1, 0.5, 0.2))
@@ -59,7 +59,7 @@ def test_counters_without_waves_are_judged_where_the_hand_has_given_what_the_ser
 
 
 def test_counter_that_begins_anew_is_counted_on_and_not_judged():
-    accounts = Accounts()
+    accounts = PageBalances()
     for number in range(20):
         epoch = 1 if number < 10 else 2
         since = number if epoch == 1 else number - 10

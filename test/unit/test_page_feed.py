@@ -13,7 +13,7 @@ from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_view.feed.feed import PATIENCE_NS, Feed
-from pmwvc_view.feed.traces import F_APPLIED, SIGNALS, Block, Step
+from pmwvc_view.feed.traces import F_APPLIED, SIGNALS, TraceBlock, TraceStep
 from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.recorded.rows import packets_of, rows_of
@@ -31,7 +31,7 @@ def block(start_ms, forces, **changes):
     signals = np.zeros((len(SIGNALS), count, 1))
     signals[SIGNALS.index("x_m")] = times
     signals[F_APPLIED, :, 0] = forces
-    made = Block(
+    made = TraceBlock(
         start_ns=start_ms * MS,
         period_ns=MS,
         signals=signals,
@@ -46,7 +46,7 @@ def block(start_ms, forces, **changes):
 
 def step(at_ms, users=2):
     place, each = np.full((3, 1), float(at_ms)), np.full((3, users, 1), float(at_ms))
-    return Step(at_ms * MS, place, each, [2] * users, [True] * users, 0.0, {})
+    return TraceStep(at_ms * MS, place, each, [2] * users, [True] * users, 0.0, {})
 
 
 def feed_of(users=USERS):

@@ -28,7 +28,7 @@ from pmwvc_view.protocol import (
     Request,
     read,
 )
-from pmwvc_view.session import Answer
+from pmwvc_view.session import Handled
 from pmwvc_view.simulated import SimulatedSession
 from pmwvc_view.web.access import Access, Allowance, why_refused
 from pmwvc_view.web.client import MOST_AT_ONCE, SETTLED
@@ -311,7 +311,7 @@ class StandstillSession(HandmadeSession):
 
     async def pause(self, paused):
         threading.Event().wait(2.0 * SILENCE_S)
-        return Answer(True)
+        return Handled(True)
 
 
 def test_hand_is_not_let_go_because_the_machine_stood_still():
@@ -337,7 +337,7 @@ class SlowSession(HandmadeSession):
         return None
 
     def restart(self, values):
-        return Answer(True, "beginning again")
+        return Handled(True, "beginning again")
 
 
 def test_page_that_asks_for_too_much_at_once_is_told_and_hands_go_on():

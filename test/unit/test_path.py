@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.packer import Packer
 
-from pmwvc_core.transport.path import Least, Path, clock_line
+from pmwvc_core.transport.path import Path, Shortest, clock_line
 
 MS = 1_000_000
 FRAME_NS = 8 * MS
@@ -197,7 +197,7 @@ def test_a_drift_is_within_its_bound_whatever_the_noise_of_the_least_passages_is
         for sign in (1, -1):
             times = np.arange(count) * 1e9 + random.uniform(0.0, 9e8, count)
             passages = 8e6 + draw() + sign * (1e13 + rate * times)
-            ends.append([Least(int(t), int(p)) for t, p in zip(times, passages, strict=True)])
+            ends.append([Shortest(int(t), int(p)) for t, p in zip(times, passages, strict=True)])
         line = clock_line(*ends)
         outside += line is not None and abs(line.rate - rate) > line.rate_open
     assert outside == 0

@@ -8,7 +8,7 @@ import pytest
 from support.packer import Packer
 
 from pmwvc_core.runtime.watch import Peers, WrongTokens
-from pmwvc_core.transport.packet import Verdict, refused
+from pmwvc_core.transport.packet import Receipt, refused
 from pmwvc_core.transport.receiver import Receiver
 
 DOWN, UP = "/user1/wave_down", "/user1/wave_up"
@@ -78,10 +78,10 @@ def test_packets_of_another_sender_are_reported_once_and_stay_in_the_values():
 @pytest.mark.parametrize(
     ("verdict", "text"),
     [
-        (Verdict.FORGED, "2 packets without the user's token refused"),
-        (Verdict.OTHER_SESSION, "2 packets of another session refused"),
-        (Verdict.FLOOD, "2 packets beyond the rate of a sender refused"),
-        (Verdict.CORRUPTED, "2 packets corrupted on their way"),
+        (Receipt.FORGED, "2 packets without the user's token refused"),
+        (Receipt.OTHER_SESSION, "2 packets of another session refused"),
+        (Receipt.FLOOD, "2 packets beyond the rate of a sender refused"),
+        (Receipt.CORRUPTED, "2 packets corrupted on their way"),
     ],
 )
 def test_packets_refused_at_the_door_are_reported_once(verdict, text):
@@ -97,7 +97,7 @@ def test_a_wrong_token_is_named_when_it_begins_and_again_after_a_pause():
     inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
     tokens = WrongTokens({"user1/up": inbox})
     found = []
-    for verdict in (Verdict.FORGED, Verdict.FORGED, Verdict.CORRUPTED, Verdict.FORGED):
+    for verdict in (Receipt.FORGED, Receipt.FORGED, Receipt.CORRUPTED, Receipt.FORGED):
         inbox.push(refused(verdict), 1)
         found.append(tokens.look())
     assert [len(sentences) for sentences in found] == [1, 0, 0, 1]

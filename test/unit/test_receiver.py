@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.packer import Packer
 
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Verdict
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Receipt
 from pmwvc_core.transport.receiver import AHEAD, Receiver
 
 PERIOD_S = 0.008
@@ -42,8 +42,8 @@ def test_before_the_first_packet_there_is_no_wave_and_silence():
 def test_the_newest_packet_is_given_out_with_its_position():
     inbox = receiver()
     first, second = stream(2)
-    assert inbox.push(first, 0) is Verdict.NEW_EPOCH
-    assert inbox.push(second, 1) is Verdict.ACCEPTED
+    assert inbox.push(first, 0) is Receipt.NEW_EPOCH
+    assert inbox.push(second, 1) is Receipt.ACCEPTED
     assert inbox.newest is second
 
 
@@ -53,9 +53,9 @@ def test_a_second_copy_is_a_duplicate_and_an_older_packet_is_reordered():
     inbox.push(packets[0], 0)
     inbox.push(packets[3], 1)
     assert inbox.lost == 2
-    assert inbox.push(packets[3], 2) is Verdict.DUPLICATE
-    assert inbox.push(packets[1], 3) is Verdict.REORDERED
-    assert inbox.push(packets[1], 4) is Verdict.DUPLICATE
+    assert inbox.push(packets[3], 2) is Receipt.DUPLICATE
+    assert inbox.push(packets[1], 3) is Receipt.REORDERED
+    assert inbox.push(packets[1], 4) is Receipt.DUPLICATE
     assert inbox.lost == 1  # packet 3 alone never came
     assert taken(inbox) == 4.0
 
@@ -71,12 +71,12 @@ def test_a_restarted_sender_begins_anew_and_its_former_life_stays_over():
     for n in range(3):
         inbox.push(old[n], n)
     later = 10**8
-    assert inbox.push(new[0], later) is Verdict.STRANGER
-    assert inbox.push(proving(new[1], 2), later + 1) is Verdict.STRANGER  # sent, then taken
-    assert inbox.push(proving(new[2], later), later + 2) is Verdict.NEW_EPOCH
+    assert inbox.push(new[0], later) is Receipt.STRANGER
+    assert inbox.push(proving(new[1], 2), later + 1) is Receipt.STRANGER  # sent, then taken
+    assert inbox.push(proving(new[2], later), later + 2) is Receipt.NEW_EPOCH
     for n in range(40):  # whatever comes of the former life, and however long
-        assert inbox.push(proving(old[3 + n % 2], 2), 20 * later + n) is Verdict.STRANGER
-    assert inbox.push(new[3], later + 5) is Verdict.ACCEPTED
+        assert inbox.push(proving(old[3 + n % 2], 2), 20 * later + n) is Receipt.STRANGER
+    assert inbox.push(new[3], later + 5) is Receipt.ACCEPTED
     assert taken(inbox) == 4.0 and inbox.newest.epoch == 2
 
 
@@ -84,28 +84,28 @@ def test_an_echo_of_what_was_never_sent_yet_proves_nothing():
     inbox = receiver()
     inbox.push(stream(1)[0], 0)
     (new,) = stream(1, epoch=2)
-    assert inbox.push(proving(new, 1 << 62), 10**9) is Verdict.STRANGER
+    assert inbox.push(proving(new, 1 << 62), 10**9) is Receipt.STRANGER
 
 
 @pytest.mark.parametrize(
     "change, verdict",
     [
-        ({"wave": math.nan}, Verdict.NOT_FINITE),
-        ({"integral": math.inf}, Verdict.NOT_FINITE),
-        ({"energy": -math.inf}, Verdict.NOT_FINITE),
-        ({"position": math.nan}, Verdict.NOT_FINITE),
-        ({"period": math.nan}, Verdict.NOT_FINITE),
-        ({"wave": np.array([1.0, math.nan])}, Verdict.NOT_FINITE),
-        ({"wave": np.array([1.0, 2.0])}, Verdict.WRONG_LENGTH),
-        ({"wave": np.array([])}, Verdict.WRONG_LENGTH),
-        ({"position": np.array([1.0, 2.0])}, Verdict.WRONG_LENGTH),
-        ({"wave": np.array(1.0)}, Verdict.WRONG_LENGTH),
-        ({"period": 0.004}, Verdict.WRONG_PERIOD),
-        ({"period": 0.0}, Verdict.WRONG_PERIOD),
-        ({"wave": 10.1}, Verdict.TOO_LARGE),
-        ({"wave": -10.1}, Verdict.TOO_LARGE),
-        ({"seq": 0}, Verdict.MALFORMED),
-        ({"seq": 1 << 32}, Verdict.MALFORMED),
+        ({"wave": math.nan}, Receipt.NOT_FINITE),
+        ({"integral": math.inf}, Receipt.NOT_FINITE),
+        ({"energy": -math.inf}, Receipt.NOT_FINITE),
+        ({"position": math.nan}, Receipt.NOT_FINITE),
+        ({"period": math.nan}, Receipt.NOT_FINITE),
+        ({"wave": np.array([1.0, math.nan])}, Receipt.NOT_FINITE),
+        ({"wave": np.array([1.0, 2.0])}, Receipt.WRONG_LENGTH),
+        ({"wave": np.array([])}, Receipt.WRONG_LENGTH),
+        ({"position": np.array([1.0, 2.0])}, Receipt.WRONG_LENGTH),
+        ({"wave": np.array(1.0)}, Receipt.WRONG_LENGTH),
+        ({"period": 0.004}, Receipt.WRONG_PERIOD),
+        ({"period": 0.0}, Receipt.WRONG_PERIOD),
+        ({"wave": 10.1}, Receipt.TOO_LARGE),
+        ({"wave": -10.1}, Receipt.TOO_LARGE),
+        ({"seq": 0}, Receipt.MALFORMED),
+        ({"seq": 1 << 32}, Receipt.MALFORMED),
     ],
 )
 def test_what_is_wrong_with_a_packet_is_named_and_the_packet_dropped(change, verdict):
@@ -115,20 +115,20 @@ def test_what_is_wrong_with_a_packet_is_named_and_the_packet_dropped(change, ver
     assert inbox.push(dataclasses.replace(other, **change), 1) is verdict
     assert inbox.counts[verdict] == 1
     assert taken(inbox) == 1.0
-    assert inbox.push(other, 3) is Verdict.ACCEPTED
+    assert inbox.push(other, 3) is Receipt.ACCEPTED
 
 
 def test_a_wave_just_below_the_limit_is_legal():
     inbox = receiver(max_wave=10.0)
-    assert inbox.push(dataclasses.replace(stream(1)[0], wave=9.9), 0) is Verdict.NEW_EPOCH
+    assert inbox.push(dataclasses.replace(stream(1)[0], wave=9.9), 0) is Receipt.NEW_EPOCH
 
 
 def test_the_zero_of_a_start_fits_any_number_of_axes():
     inbox = receiver(dof=3)
     packer = Packer(1, period=PERIOD_S)
-    assert inbox.push(packer.pack(0.0, 0.0, 0), 0) is Verdict.NEW_EPOCH
-    assert inbox.push(packer.pack(np.ones(3), np.zeros(3), 1), 1) is Verdict.ACCEPTED
-    assert inbox.push(packer.pack(1.0, np.zeros(3), 2), 2) is Verdict.WRONG_LENGTH
+    assert inbox.push(packer.pack(0.0, 0.0, 0), 0) is Receipt.NEW_EPOCH
+    assert inbox.push(packer.pack(np.ones(3), np.zeros(3), 1), 1) is Receipt.ACCEPTED
+    assert inbox.push(packer.pack(1.0, np.zeros(3), 2), 2) is Receipt.WRONG_LENGTH
 
 
 @pytest.mark.parametrize("timeout_s, silence_ns", [(0.03, 30_000_000), (0.001, 3 * PERIOD_NS)])
@@ -168,7 +168,7 @@ def test_one_poisoned_packet_cannot_lock_the_receiver(poison, refused):
     for n, packet in enumerate(packets[2:], start=2):
         verdicts.append(inbox.push(proving(packet, (n - 5) * PERIOD_NS), n * PERIOD_NS))
     # until one was made after the poisoned one came
-    assert verdicts == [Verdict.REORDERED] * refused + [Verdict.ACCEPTED] * (38 - refused)
+    assert verdicts == [Receipt.REORDERED] * refused + [Receipt.ACCEPTED] * (38 - refused)
     assert taken(inbox) == 40.0
 
 
@@ -179,11 +179,11 @@ def test_after_the_last_number_they_begin_anew():
     packets = [packer.pack(float(n), 0.0, n * PERIOD_NS) for n in range(6)]
     assert [packet.seq for packet in packets[2:4]] == [LAST_NUMBER, 1]
     for packet in (packets[0], *packets[2:]):
-        assert inbox.push(packet, 0) in (Verdict.NEW_EPOCH, Verdict.ACCEPTED)
+        assert inbox.push(packet, 0) in (Receipt.NEW_EPOCH, Receipt.ACCEPTED)
     assert inbox.lost == 1
-    assert inbox.push(packets[1], 1) is Verdict.REORDERED
+    assert inbox.push(packets[1], 1) is Receipt.REORDERED
     assert inbox.lost == 0
-    assert {inbox.push(packet, 10**9) for packet in packets} == {Verdict.DUPLICATE}
+    assert {inbox.push(packet, 10**9) for packet in packets} == {Receipt.DUPLICATE}
     assert taken(inbox) == 5.0
 
 
@@ -193,15 +193,15 @@ def test_a_sender_that_has_left_comes_back_only_by_a_proof():
     inbox.push(packets[0], 0)
     inbox.push(dataclasses.replace(packets[10], flags=FLAG_LEAVING), 1)
     for n, packet in enumerate([*packets[1:10], *packets[11:]]):
-        assert inbox.push(packet, 10**9 + n) is Verdict.STALE
+        assert inbox.push(packet, 10**9 + n) is Receipt.STALE
     assert inbox.challenges(10**9 + 30) and taken(inbox) == 11.0
-    assert inbox.push(proving(packets[12], 10**9 + 30), 10**9 + 40) is Verdict.ACCEPTED
+    assert inbox.push(proving(packets[12], 10**9 + 30), 10**9 + 40) is Receipt.ACCEPTED
 
 
 def test_a_challenge_is_heard_and_never_followed():
     inbox = receiver()
     challenge = dataclasses.replace(stream(1)[0], flags=FLAG_CHALLENGE)
-    assert inbox.push(challenge, 50) is Verdict.STRANGER
+    assert inbox.push(challenge, 50) is Receipt.STRANGER
     assert inbox.newest is None
     assert inbox.echo(80) == (1, 0, 30)
 
@@ -210,7 +210,7 @@ def test_late_packets_in_a_row_are_not_believed_while_newer_ones_come():
     inbox = receiver()
     packets = stream(40)
     inbox.push(packets[39], 0)
-    assert {inbox.push(p, 1) for p in packets[:39]} == {Verdict.REORDERED}
+    assert {inbox.push(p, 1) for p in packets[:39]} == {Receipt.REORDERED}
     assert taken(inbox) == 40.0
 
 
@@ -220,8 +220,8 @@ def test_old_packets_are_not_believed_however_many_come_in_a_silence():
     inbox.push(packets[30], 0)
     for now_ns in range(10**9, 2 * 10**9, 10**8):
         assert {inbox.push(p, now_ns) for p in packets[:30]} <= {
-            Verdict.REORDERED,
-            Verdict.DUPLICATE,
+            Receipt.REORDERED,
+            Receipt.DUPLICATE,
         }
     assert inbox.silent(2 * 10**9) and taken(inbox) == 31.0
 

@@ -29,7 +29,7 @@ from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import FateTraces, ReceptionTraces
-from pmwvc_core.transport.packet import Verdict, refused
+from pmwvc_core.transport.packet import Receipt, refused
 from pmwvc_core.transport.receiver import PASSAGE, Receiver, counts, passage
 
 FRAME_NS = 8_000_000
@@ -58,7 +58,7 @@ def received_of(rows):
     packer = Packer(1, period=0.008)
     packets = [packer.pack(0.1, 0.0, n * FRAME_NS) for n in range(60)]
     for n, (seq, bad) in enumerate(rows):
-        inbox.push(refused(Verdict.CORRUPTED) if bad else packets[seq - 1], n)
+        inbox.push(refused(Receipt.CORRUPTED) if bad else packets[seq - 1], n)
     return ReceptionTraces("user1/up", 1, counts(inbox), passage(None))
 
 
@@ -141,7 +141,7 @@ def test_the_path_says_what_is_known_and_what_is_not(changed, words):
 
 def test_refused_packets_are_named_by_their_reason():
     inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
-    inbox.push(refused(Verdict.FORGED), 0)
+    inbox.push(refused(Receipt.FORGED), 0)
     received = ReceptionTraces("user1/up", 1, counts(inbox), passage(None))
     assert "refused: 1 without the user's token" in counts_text(received, None)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pmwvc_analysis.replay.run import Limit
+from pmwvc_analysis.replay.run import Inexact
 from pmwvc_bringup.commands.compare import lead
 
 
@@ -23,8 +23,8 @@ def user(force, first=None, **others):
     return found | others
 
 
-LOST = Limit(0.5, "user1: 3 blocks of its trace were not recorded")
-LATER = Limit(0.8, "the server was started again")
+LOST = Inexact(0.5, "user1: 3 blocks of its trace were not recorded")
+LATER = Inexact(0.8, "the server was started again")
 CASES = [
     ([user(0.0)], True, "is exact: force and position of all 900 ticks of user1 are equal."),
     ([user(0.0, missing=24)], True, "not exact: forces differ by up to 0 N; 24 ticks of"),

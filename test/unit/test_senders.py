@@ -7,7 +7,7 @@ import random
 
 from support.packer import Packer
 
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Receipt
 from pmwvc_core.transport.receiver import REMEMBERED, Receiver
 
 PERIOD_NS = 8_000_000
@@ -56,7 +56,7 @@ def test_a_second_sender_at_full_rate_never_takes_over_while_the_first_one_sends
     inbox = receiver()
     found = followed(inbox, Sender(1), Sender(2, begin_ns=1000))
     assert {epoch for _, epoch in found} == {1}
-    assert inbox.counts[Verdict.STRANGER] == inbox.strangers[2] == 1250
+    assert inbox.counts[Receipt.STRANGER] == inbox.strangers[2] == 1250
 
 
 def test_another_sender_takes_over_after_the_silence_of_the_first_one():
@@ -88,9 +88,9 @@ def test_a_stray_that_comes_during_an_outage_does_not_take_over():
     followed(inbox, before)
     for now_ns, packet in stray.packets():
         if SECOND_NS < now_ns < 2 * SECOND_NS:
-            assert inbox.push(packet, now_ns) is Verdict.STRANGER
+            assert inbox.push(packet, now_ns) is Receipt.STRANGER
     back = before.packer.pack(1.0, 0.0, 2 * SECOND_NS)
-    assert inbox.push(back, 2 * SECOND_NS) is Verdict.ACCEPTED
+    assert inbox.push(back, 2 * SECOND_NS) is Receipt.ACCEPTED
 
 
 def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
@@ -100,12 +100,12 @@ def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
     for n in range(100):
         now_ns = n * PERIOD_NS
         good = packer.pack(1.0, 0.0, now_ns)
-        assert inbox.push(good, now_ns) in (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+        assert inbox.push(good, now_ns) in (Receipt.ACCEPTED, Receipt.NEW_EPOCH)
         for _ in range(50):
             wild = dataclasses.replace(good, epoch=draw.getrandbits(64), wave=5.0)
-            assert inbox.push(wild, now_ns + 1) is Verdict.STRANGER
+            assert inbox.push(wild, now_ns + 1) is Receipt.STRANGER
         assert inbox.newest.wave == 1.0
-    assert inbox.counts[Verdict.STRANGER] == 5000
+    assert inbox.counts[Receipt.STRANGER] == 5000
     assert len(inbox.strangers) == REMEMBERED
 
 
@@ -130,10 +130,10 @@ def test_after_a_goodbye_the_next_sender_begins_as_soon_as_it_was_challenged():
         inbox.push(old.packet(n), n)
     inbox.push(old.packet(5, FLAG_LEAVING), 5)
     assert not inbox.challenges(6)
-    assert inbox.push(new.packer.pack(2.0, 0.0, 6), 6) is Verdict.STRANGER
+    assert inbox.push(new.packer.pack(2.0, 0.0, 6), 6) is Receipt.STRANGER
     assert inbox.challenges(7)
     answer = new.packer.pack(2.0, 0.0, 8, echo=(1, 7, 0))
-    assert inbox.push(answer, 9) is Verdict.NEW_EPOCH
+    assert inbox.push(answer, 9) is Receipt.NEW_EPOCH
     assert not inbox.challenges(10)
 
 
@@ -159,5 +159,5 @@ def test_a_goodbye_of_another_sender_is_none():
     for n in range(5):
         inbox.push(mine.pack(1.0, 0.0, n), n)
     goodbye = Sender(2).packer.pack(0.0, 0.0, 6, FLAG_LEAVING)
-    assert inbox.push(goodbye, 6) is Verdict.STRANGER
-    assert inbox.push(mine.pack(1.0, 0.0, 7), 7) is Verdict.ACCEPTED
+    assert inbox.push(goodbye, 6) is Receipt.STRANGER
+    assert inbox.push(mine.pack(1.0, 0.0, 7), 7) is Receipt.ACCEPTED

@@ -12,7 +12,7 @@ import pytest
 from support.plain import load
 
 from pmwvc_analysis.budget.criterion import judge
-from pmwvc_analysis.maps.maps import Axis, Grid, boundary_words
+from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_words
 from pmwvc_analysis.models.answer import sentences
 from pmwvc_analysis.verdicts.passivity import amount
 from pmwvc_bringup import cli, scenarios
@@ -168,7 +168,10 @@ def test_a_growing_mode_is_not_called_the_slowest():
     ],
 )
 def test_a_map_is_told_by_its_boundary(radius, words):
-    x, y = Axis("server.contact_stiffness", (1000.0, 2000.0)), Axis("link.delay_s", (0.0, 0.016))
+    x, y = (
+        MapAxis("server.contact_stiffness", (1000.0, 2000.0)),
+        MapAxis("link.delay_s", (0.0, 0.016)),
+    )
     assert boundary_words(Grid(load("wall"), x, y), np.array(radius)) == words
 
 

@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
-from pmwvc_core.transport.packet import FLAG_SHORT, Verdict, WavePacket
+from pmwvc_core.transport.packet import FLAG_SHORT, Receipt, WavePacket
 
 STAMP_NS = 1_700_000_000_123_456_789
 LIVE = messages.live_types()
@@ -79,7 +79,7 @@ def test_what_is_not_a_number_is_read_as_it_is():
 def test_a_wave_whose_lengths_differ_is_malformed(lengths):
     fields = dict(zip(("wave", "integral", "position"), ([1.0] * n for n in lengths), strict=True))
     found = packet_of(serialize_message(LIVE.Wave(**fields)))
-    assert found.refusal is Verdict.MALFORMED
+    assert found.refusal is Receipt.MALFORMED
 
 
 @given(data=st.binary(max_size=400), packet=packets(), at=st.integers(0, 300))
@@ -93,10 +93,10 @@ def test_any_bytes_are_refused_or_read_as_the_middleware_reads_them(data, packet
             for name in ("epoch", "seq", "sent_ns", "period", "wave", "integral", "position"):
                 np.testing.assert_array_equal(getattr(found, name), getattr(message, name))
         else:
-            assert found.refusal is Verdict.MALFORMED
+            assert found.refusal is Receipt.MALFORMED
 
 
 @given(packet=packets(), cut=st.integers(1, 100))
 def test_a_message_that_is_cut_is_malformed(packet, cut):
     data = wave_bytes(packet, STAMP_NS, dof=axes_of(packet))
-    assert packet_of(data[:-cut]).refusal is Verdict.MALFORMED
+    assert packet_of(data[:-cut]).refusal is Receipt.MALFORMED

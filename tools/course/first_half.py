@@ -9,7 +9,7 @@ import numpy as np
 from course.step import MJ, MM, PLAIN, Numbers, Question, Run, Session, Step
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.charts.chart import DASHES, Chart, Line, Panel
+from pmwvc_analysis.charts.chart import DASHES, Chart, Curve, Panel
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.prediction.lag import lag_s
 
@@ -90,8 +90,8 @@ def _waves_chart(found: Sessions) -> Chart:
         if balance is not None
     )
     sums = [
-        Line("to the server", *up, BLUE, width=2.0),
-        Line("back to the device", *down, GREEN, DASHES[1]),
+        Curve("to the server", *up, BLUE, width=2.0),
+        Curve("back to the device", *down, GREEN, DASHES[1]),
     ]
     panels = [
         Panel("force on the first device [N]", lines=forces),
@@ -142,7 +142,7 @@ def _price_chart(found: Sessions) -> Chart:
         ahead = (device - server.x_s[0][:, 0]) * MM
         joined = server.time_s > 1.0
         label = f"{delay} ms each way"
-        lines.append(Line(label, server.time_s[joined], ahead[joined], user_tint(index)))
+        lines.append(Curve(label, server.time_s[joined], ahead[joined], user_tint(index)))
     panel = Panel("device ahead of its avatar [mm]", lines=lines, with_zero=True)
     return Chart("price", "The price of the delay", "", [panel])
 
@@ -208,7 +208,7 @@ def _aliasing_chart(found: Sessions) -> Chart:
         assert server is not None
         joined = server.time_s > 0.2
         moved = (server.x_s[0][joined, 0] - server.x_s[0][joined, 0][0]) * MM
-        lines.append(Line(label, server.time_s[joined], moved, tint))
+        lines.append(Curve(label, server.time_s[joined], moved, tint))
     panel = Panel("motion of the avatar [mm]", lines=lines)
     return Chart("aliasing", "A hum of 122 Hz, sampled 125 times a second", "", [panel])
 
@@ -252,9 +252,9 @@ def _adding_chart(found: Sessions) -> Chart:
     lines = []
     for index, user in enumerate(user_energies(found["three"].traces)):
         kept = user.joint.balance_j * MJ
-        lines.append(Line(user.name, user.joint.time_s, kept, user_tint(index), DASHES[index]))
+        lines.append(Curve(user.name, user.joint.time_s, kept, user_tint(index), DASHES[index]))
     total = np.sum([line.y for line in lines], axis=0)
-    lines.append(Line("all together", lines[0].x, total, "object", width=1.0))
+    lines.append(Curve("all together", lines[0].x, total, "object", width=1.0))
     panel = Panel("energy kept by the channel [mJ]", lines=lines, with_zero=True)
     return Chart("adding", "Three channels and their sum", "", [panel])
 

@@ -9,7 +9,7 @@ import numpy as np
 import pmwvc
 from course.first_half import BLUE, GREEN, ORANGE, PURPLE
 from course.step import MM, PLAIN, Numbers, Question, Run, Session, Step
-from pmwvc_analysis.charts.chart import DASHES, Chart, Dots, Level, Line, Panel
+from pmwvc_analysis.charts.chart import DASHES, Chart, Curve, Dots, Level, Panel
 from pmwvc_analysis.prediction.lag import lag_s, series_stiffness
 from pmwvc_analysis.transparency.transparency import transparency
 
@@ -108,7 +108,7 @@ def _loss_chart(found: Sessions) -> Chart:
         joined = server.time_s > 1.0
         device = np.interp(server.time_s, user.time_s, user.x_m[:, 0])
         ahead = (device - server.x_s[0][:, 0])[joined] * MM
-        lines.append(Line(label, server.time_s[joined], ahead, tint))
+        lines.append(Curve(label, server.time_s[joined], ahead, tint))
     panel = Panel("first device ahead of its avatar [mm]", lines=lines, with_zero=True)
     return Chart("loss", "Lost packets", "", [panel])
 
@@ -163,7 +163,10 @@ def _felt_chart(found: Sessions) -> Chart:
     dots = np.array([numbers[f"felt{each}"] for each in WALLS])
     panel = Panel(
         "rendered stiffness [N/m]",
-        lines=[Line("1/(1/K + tau/2b)", k, rule, BLUE), Line("K itself", k, k, "soft", DASHES[1])],
+        lines=[
+            Curve("1/(1/K + tau/2b)", k, rule, BLUE),
+            Curve("K itself", k, k, "soft", DASHES[1]),
+        ],
         dots=[Dots("measured in a press", np.array(WALLS, dtype=float), dots, ORANGE, "ring")],
         levels=[Level("2b/tau", numbers["most"], GREEN)],
         x_label="stiffness of the wall K [N/m]",
@@ -210,7 +213,7 @@ def _choice_chart(found: Sessions) -> Chart:
     pressed = np.array([numbers[f"pressed{each}"] for each in IMPEDANCES])
     above = Panel(
         "rendered stiffness [N/m]",
-        lines=[Line("exact model", b, stiffness, BLUE)],
+        lines=[Curve("exact model", b, stiffness, BLUE)],
         dots=[Dots("measured in a press", b, pressed, ORANGE, "ring")],
         x_label="wave impedance b [N s/m]",
         with_zero=True,
@@ -218,7 +221,7 @@ def _choice_chart(found: Sessions) -> Chart:
     )
     below = Panel(
         "rendered mass [kg]",
-        lines=[Line("exact model, free space", b, mass, PURPLE)],
+        lines=[Curve("exact model, free space", b, mass, PURPLE)],
         x_label="wave impedance b [N s/m]",
         with_zero=True,
         height=140.0,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import pmwvc
-from pmwvc_analysis.charts.chart import Chart, Line
+from pmwvc_analysis.charts.chart import Chart, Curve
 from pmwvc_bringup.cli import build_parser
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
@@ -99,10 +99,10 @@ class Session:
         found = [p["least_balance_j"] for p in ports if p["owner"] != "server"]
         return float(min(found)) * MJ
 
-    def curve(self, label: str, signal: str, tint: str, *, width: float = 1.4) -> Line:
+    def curve(self, label: str, signal: str, tint: str, *, width: float = 1.4) -> Curve:
         """Return a signal of the first user over time as a curve, every fourth tick."""
         values = getattr(self.user, signal)[::4, 0]
-        return Line(label, self.user.time_s[::4], values, tint, width=width)
+        return Curve(label, self.user.time_s[::4], values, tint, width=width)
 
 
 def simulated(run: Run) -> Session:

@@ -14,7 +14,7 @@ from pmwvc_bringup import scenarios
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
-from pmwvc_core.transport.packet import Verdict
+from pmwvc_core.transport.packet import Receipt
 from pmwvc_core.wave.impedance import first_axis
 
 DURATION_S = 18.0
@@ -179,7 +179,7 @@ def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
     )
 
 
-def counted(link: str, verdict: Verdict, *settings: str) -> Outcome:
+def counted(link: str, verdict: Receipt, *settings: str) -> Outcome:
     """Return whether the receivers count what the links did, and the session holds."""
     session = carried(*CALM, "link.keep_order=false", *settings)
     seen, done = 0, 0
@@ -222,19 +222,19 @@ SESSIONS = (
         "F08a",
         "three of ten packets overtake others",
         "counted as injected, and as F05d",
-        lambda: counted("reordered", Verdict.REORDERED, "link.reorder=0.3"),
+        lambda: counted("reordered", Receipt.REORDERED, "link.reorder=0.3"),
     ),
     Fault(
         "F08b",
         "every packet comes twice",
         "as F08a",
-        lambda: counted("duplicated", Verdict.DUPLICATE, "link.duplicate=1"),
+        lambda: counted("duplicated", Receipt.DUPLICATE, "link.duplicate=1"),
     ),
     Fault(
         "F09a",
         "one bit of every twentieth packet is flipped",
         "as F08a",
-        lambda: counted("corrupted", Verdict.CORRUPTED, "link.corrupt=0.05"),
+        lambda: counted("corrupted", Receipt.CORRUPTED, "link.corrupt=0.05"),
     ),
     Fault(
         "F22a",

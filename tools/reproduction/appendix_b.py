@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.maps.maps import Axis, Grid, compute
+from pmwvc_analysis.maps.maps import Grid, MapAxis, compute
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
@@ -24,7 +24,7 @@ EXPERIMENT_DELAYS = (0, 2, 3)
 def region(of: Scenario, *, largest: float, points: int) -> Values:
     """Return spectral radii over both contact stiffnesses, and the largest equal stiffness."""
     axis = tuple(np.linspace(0.0, largest, points).tolist())
-    grid = Grid(of, Axis(STIFFNESSES[0], axis), Axis(STIFFNESSES[1], axis))
+    grid = Grid(of, MapAxis(STIFFNESSES[0], axis), MapAxis(STIFFNESSES[1], axis))
     radius = compute(grid, workers=1)
     limit = k_max(of, bound=BOUND)
     return {"k_n_per_m": axis, "radius": radius, "k_max": limit.first, "islands": limit.islands}

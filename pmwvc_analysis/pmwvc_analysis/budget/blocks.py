@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.budget.parts import accounted
-from pmwvc_analysis.budget.result import Series, Sums
+from pmwvc_analysis.budget.result import Sums, Totals
 from pmwvc_analysis.traces.hand_work import complete, hand_work, true_motion
 from pmwvc_analysis.traces.holes import gaps
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
@@ -80,7 +80,7 @@ class Channel(NamedTuple):
     port: Account  # of the device's port
     parts: Sums  # of the port with its safety limits, and of what lies behind it
     remainders: frozenset[str] = frozenset()  # those of the parts
-    frames: Mapping[str, Series] = MappingProxyType({})  # parts known exactly at frames' ends
+    frames: Mapping[str, Totals] = MappingProxyType({})  # parts known exactly at frames' ends
 
 
 def channel(
@@ -152,7 +152,7 @@ def _plain(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -
     remainder = "bank" if "bank_low_in" in user.accounts else "filter_and_hold"
     # The packet that a frame's filter output becomes is the next one sent: none after the last.
     ends_s = user.block_time_s[:-1]
-    frames = {name: Series(ends_s, of[:-1]) for name, of in around.items()}
+    frames = {name: Totals(ends_s, of[:-1]) for name, of in around.items()}
     parts = {**parts, **own, "filter_and_hold": rest, **kept}
     return Channel(port, parts, frozenset([remainder]), frames)
 

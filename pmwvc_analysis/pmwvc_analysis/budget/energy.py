@@ -33,7 +33,7 @@ from pmwvc_analysis.budget.criterion import (
     together,
     tolerance,
 )
-from pmwvc_analysis.traces.hand_work import Work, hand_work
+from pmwvc_analysis.traces.hand_work import HandWork, hand_work
 from pmwvc_analysis.traces.holes import AGAIN, Stretches, Unjudged, stretches
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
 from pmwvc_analysis.traces.sums import UserSums, running
@@ -106,7 +106,7 @@ class UserEnergy:
     joint: Balance  # E_hand
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
     given_j: Array = field(default_factory=lambda: np.zeros(0))  # of v_s, at the times of joint
-    hand: Work | None = None  # the hand's work tick by tick; None where it is known by blocks only
+    hand: HandWork | None = None  # tick by tick; None where it is known by blocks only
 
     @property
     def parts(self) -> dict[str, Balance]:

@@ -39,7 +39,7 @@ PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
 Sums = dict[str, Array]  # running sums [J] by part
 
 
-class Series(NamedTuple):
+class Totals(NamedTuple):
     """A running sum [J] over time."""
 
     time_s: Array
@@ -54,7 +54,7 @@ class Budget:
     hands: dict[str, Array]
     parts: dict[str, Sums]
     residuals: dict[str, Array]
-    at_frames: dict[str, dict[str, Series]] = field(default_factory=dict)  # known better then
+    at_frames: dict[str, dict[str, Totals]] = field(default_factory=dict)  # known better then
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, Declared] = field(default_factory=dict)  # by user
@@ -85,10 +85,10 @@ class Budget:
         """Tell whether the residual was never larger than that."""
         return bool(np.abs(self.residual_j).max(initial=0.0) <= self.tolerance_j)
 
-    def judged(self) -> Iterator[tuple[str, str, Series]]:
+    def judged(self) -> Iterator[tuple[str, str, Totals]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            known = {part: Series(self.time_s, sums) for part, sums in parts.items()}
+            known = {part: Totals(self.time_s, sums) for part, sums in parts.items()}
             known.pop(SKIPPED, None)  # the hand's work then is not known
             known |= self.at_frames.get(owner, {})
             if owner in self.counts:
@@ -104,7 +104,7 @@ class Budget:
                 for part in ("position_spent", "late_decoding", "withheld"):
                     known.pop(part, None)
                 paid = [part for part in (*PAID, *PAID_PORT) if part in parts]
-                known |= _joined({part: Series(self.time_s, parts[part]) for part in paid})
+                known |= _joined({part: Totals(self.time_s, parts[part]) for part in paid})
             for part, found in known.items():
                 yield owner, part, found
 
@@ -181,10 +181,10 @@ class Budget:
         return [(t, [None if s is None else _last(s) for s in row]) for t, row in lines]
 
 
-def _joined(members: dict[str, Series]) -> dict[str, Series]:
+def _joined(members: dict[str, Totals]) -> dict[str, Totals]:
     """Return series of the same times as the one of their sum, named after all of them."""
     time_s = next(iter(members.values())).time_s
-    return {"_and_".join(members): Series(time_s, sum_of(each.sums for each in members.values()))}
+    return {"_and_".join(members): Totals(time_s, sum_of(each.sums for each in members.values()))}
 
 
 def _last(sums: Array) -> float:

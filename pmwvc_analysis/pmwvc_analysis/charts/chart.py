@@ -22,7 +22,7 @@ Span = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Line:
+class Curve:
     """A curve. Where ``x`` steps by more than 1.5 ``period``, it is interrupted (0: never)."""
 
     label: str
@@ -89,7 +89,7 @@ class Panel:
     """One pair of axes. Logarithmic axes show positive values only."""
 
     y_label: str
-    lines: Sequence[Line] = ()
+    lines: Sequence[Curve] = ()
     dots: Sequence[Dots] = ()
     layers: Sequence[Layer] = ()
     bands: Sequence[Band] = ()

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.chart import Chart, Line, Panel, Span
+from pmwvc_analysis.charts.chart import Chart, Curve, Panel, Span
 from pmwvc_analysis.charts.style import LIGHT
 from pmwvc_core.numeric import Array, Integers
 
@@ -97,7 +97,7 @@ def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
     style.legend(axes)
 
 
-def _line(axes: "Axes", line: Line, column: float) -> None:
+def _line(axes: "Axes", line: Curve, column: float) -> None:
     parts = reduced(line.x, line.y, period=line.period, column=column)
     hole = np.array([-1])
     rows = np.concatenate([hole, *(each for part in parts for each in (part, hole))])

@@ -9,7 +9,7 @@ other. Without controllers to compare, all sessions make one paragraph.
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from pmwvc_analysis.compare.measures import Entry
+from pmwvc_analysis.compare.measures import Compared
 from pmwvc_core.network.effects import amounts
 from pmwvc_core.plural import listed
 from pmwvc_core.quantities import quantity
@@ -25,11 +25,11 @@ SOURCES = {
 }
 
 
-def conclusion(entries: Sequence[Entry]) -> list[str]:
+def conclusion(entries: Sequence[Compared]) -> list[str]:
     """Return one paragraph per condition, the conditions of all first."""
     if len(entries) < 2:
         return []
-    groups: dict[str, list[Entry]] = {}
+    groups: dict[str, list[Compared]] = {}
     for entry in entries:
         of = entry.settings if CONTROLLER in entry.settings else {}
         heading = ", ".join(f"{name} = {v}" for name, v in of.items() if name != CONTROLLER)
@@ -43,7 +43,7 @@ def conclusion(entries: Sequence[Entry]) -> list[str]:
     return paragraphs
 
 
-def _conditions(entries: Sequence[Entry]) -> str:
+def _conditions(entries: Sequence[Compared]) -> str:
     first = entries[0].scenario
 
     def contact(of: Scenario) -> str:
@@ -67,7 +67,7 @@ def _conditions(entries: Sequence[Entry]) -> str:
     return text + ". Another task, hand or delay may order the controllers differently."
 
 
-def _over(entries: Sequence[Entry], text: Callable[[Scenario], str]) -> str:
+def _over(entries: Sequence[Compared], text: Callable[[Scenario], str]) -> str:
     return _joined(dict.fromkeys(text(entry.scenario) for entry in entries), "or")
 
 
@@ -85,14 +85,14 @@ def _delay(of: Scenario) -> str:
     return ", ".join([f"delay {delay}", *([f"{lost:g} % lost"] if lost else []), *others])
 
 
-def _unstable(group: Sequence[Entry]) -> str:
+def _unstable(group: Sequence[Compared]) -> str:
     judged = [(entry, entry.measures["stable"]) for entry in group]
     bad = [f"{_name(e)} ({e.measures['instability']})" for e, ok in judged if ok is False]
     named = {"Not stable": bad, "Not judged": [_name(e) for e, ok in judged if ok is None]}
     return _listed(named) or "All sessions were stable."
 
 
-def _stiffest(stable: Sequence[Entry]) -> list[str]:
+def _stiffest(stable: Sequence[Compared]) -> list[str]:
     known = sorted(_with(stable, "k_felt"), key=lambda entry: -entry.measures["k_felt"])
     if not known:
         return ["No stiffness at rest is known."] if stable else []
@@ -112,7 +112,7 @@ def _stiffest(stable: Sequence[Entry]) -> list[str]:
     return found
 
 
-def _free(stable: Sequence[Entry]) -> str:
+def _free(stable: Sequence[Compared]) -> str:
     ranked = []  # by force per velocity of the swing [N s/m]
     for entry in _with(stable, "mass_free_kg"):
         found = entry.measures
@@ -126,7 +126,7 @@ def _free(stable: Sequence[Entry]) -> str:
     return f"In free space {least} takes the least force to move, {most} the most."
 
 
-def _passive(group: Sequence[Entry]) -> str:
+def _passive(group: Sequence[Compared]) -> str:
     active = [
         f"{_name(e)} ({e.measures['active_part']}, {quantity(e.measures['energy_min_j'], 'J')})"
         for e in group
@@ -145,18 +145,18 @@ def _listed(groups: Mapping[str, Sequence[str]]) -> str:
     return " ".join(f"{words}: {_joined(named)}." for words, named in groups.items() if named)
 
 
-def _with(entries: Sequence[Entry], measure: str) -> list[Entry]:
+def _with(entries: Sequence[Compared], measure: str) -> list[Compared]:
     """Return the sessions of which a measure is known."""
     return [entry for entry in entries if entry.measures[measure] is not None]
 
 
-def _stiffness(entry: Entry) -> str:
+def _stiffness(entry: Compared) -> str:
     contact = float(entry.scenario.users[0].contact.contact_stiffness)
     stiffness = float(entry.measures["k_felt"])
     return f"{stiffness:.4g} N/m ({100.0 * stiffness / contact:.0f} % of the contact's)"
 
 
-def _name(entry: Entry) -> str:
+def _name(entry: Compared) -> str:
     return str(entry.settings.get(CONTROLLER, entry.label))
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from pmwvc_analysis.arrays import write_arrays
 from pmwvc_analysis.compare.conclusion import conclusion
-from pmwvc_analysis.compare.measures import MEASURES, Entry, measured
+from pmwvc_analysis.compare.measures import MEASURES, Compared, measured
 from pmwvc_analysis.compare.settings import parameters_of
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_core.errors import RecordingError, file_errors
@@ -26,7 +26,7 @@ OF_SERVER = ("time_s", "x_o", "xd_o", "target")
 
 
 def write_tables(
-    folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any]
+    folder: Path, title: str, entries: Sequence[Compared], about: dict[str, Any]
 ) -> dict[str, Any]:
     """Write tables and traces into a folder and return the content of ``comparison.json``, of
     which ``about`` are further keys: ``kind``; ``notes``, a list of sentences for the report.
@@ -42,7 +42,7 @@ def write_tables(
     return result
 
 
-def row(entry: Entry) -> dict[str, Any]:
+def row(entry: Compared) -> dict[str, Any]:
     """Return one session of ``comparison.json``."""
     return {
         "label": entry.label,
@@ -55,7 +55,7 @@ def row(entry: Entry) -> dict[str, Any]:
     }
 
 
-def _write_table(path: Path, entries: Sequence[Entry]) -> None:
+def _write_table(path: Path, entries: Sequence[Compared]) -> None:
     names = list(dict.fromkeys(name for entry in entries for name in entry.settings))
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.DictWriter(stream, ["label", "source", *names, *MEASURES])
@@ -66,7 +66,7 @@ def _write_table(path: Path, entries: Sequence[Entry]) -> None:
             table.writerow(about | entry.settings | numbers)
 
 
-def _write_arrays(folder: Path, entries: Sequence[Entry]) -> None:
+def _write_arrays(folder: Path, entries: Sequence[Compared]) -> None:
     arrays: dict[str, Array] = {}
     for number, entry in enumerate(entries, start=1):
         for user in entry.traces.users:
@@ -101,7 +101,7 @@ def session_folders(folder: Path) -> list[Path]:
     return [folder / str(session["folder"]) for session in read_comparison(folder)["sessions"]]
 
 
-def read_entries(folder: Path) -> list[Entry]:
+def read_entries(folder: Path) -> list[Compared]:
     """Return the sessions of a comparison, read and measured anew."""
     entries = []
     for session in read_comparison(folder)["sessions"]:
@@ -110,5 +110,5 @@ def read_entries(folder: Path) -> list[Entry]:
             raise RecordingError(f"{path} holds no scenario.yaml")
         label, place = str(session["label"]), str(session["folder"])
         own = dict(session["settings"]), read_session(path), scenario
-        entries.append(measured(Entry(label, *own, place, session["tuning"])))
+        entries.append(measured(Compared(label, *own, place, session["tuning"])))
     return entries

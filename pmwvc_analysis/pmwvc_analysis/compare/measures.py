@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.compare.rendered import Rendered, free_space, rendering
+from pmwvc_analysis.compare.rendered import RenderedCurve, free_space, rendering
 from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.arrivals import left_out
@@ -38,7 +38,7 @@ MEASURES = (
 )  # fmt: skip
 
 
-class Least(NamedTuple):
+class LeastBalance(NamedTuple):
     """Lowest balance [J], of which port, and whether all are passive; None: unknown."""
 
     energy_j: float | None
@@ -46,7 +46,7 @@ class Least(NamedTuple):
     passive: bool | None
 
 
-def least_balance(traces: SessionTraces, scenario: Scenario | None) -> Least:
+def least_balance(traces: SessionTraces, scenario: Scenario | None) -> LeastBalance:
     """Return the lowest balance over every port that decides, and the session's verdict.
 
     The links alone do not decide: a server that decodes a step late, or a compensation that
@@ -55,15 +55,15 @@ def least_balance(traces: SessionTraces, scenario: Scenario | None) -> Least:
     found = passivity(traces, scenario, budget(traces, scenario))
     ports = [finding for finding in found.findings if finding.decides and finding.judged_s]
     if not ports:
-        return Least(None, None, None)
+        return LeastBalance(None, None, None)
     worst = min(ports, key=lambda finding: finding.least_j)
     owner = "" if worst.part == SERVER else f"{worst.owner}: "
     part = f"{owner}{part_words(worst)}" if worst.least_j < 0.0 else None
-    return Least(worst.least_j, part, found.session)
+    return LeastBalance(worst.least_j, part, found.session)
 
 
 @dataclass
-class Entry:
+class Compared:
     """One session of a comparison.
 
     ``settings`` are the parameters by which it differs from the others; ``folder`` is where it is
@@ -78,10 +78,10 @@ class Entry:
     folder: str = ""
     tuning: str | None = None
     measures: dict[str, Any] = field(default_factory=dict)
-    rendered: Rendered | None = None
+    rendered: RenderedCurve | None = None
 
 
-def measured(entry: Entry) -> Entry:
+def measured(entry: Compared) -> Compared:
     """Fill in the measures of an entry and return it."""
     traces, scenario = entry.traces, entry.scenario
     found = entry.measures = measures(traces, scenario)

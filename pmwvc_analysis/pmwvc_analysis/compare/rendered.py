@@ -174,7 +174,7 @@ def _responses(
 
 
 @dataclass(frozen=True)
-class Rendered:
+class RenderedCurve:
     """Rendered stiffness [N/m], first peak [Hz] and the curve |x/f| [m/N] they come from."""
 
     source: str = ""  # "model", "measured", "press"; empty where nothing is known
@@ -184,33 +184,33 @@ class Rendered:
     admittance: Array = field(default_factory=lambda: np.zeros(0))  # (points,)
 
 
-NOTHING = Rendered()
+NOTHING = RenderedCurve()
 
 
-def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Rendered:
+def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> RenderedCurve:
     """Return stiffness and resonance rendered to the first user in a session."""
     found = _modelled(scenario, live=live) or measured_rendering(traces, scenario)
     if found is None and (stiffness := pressed_stiffness(scenario)) is not None:
-        found = Rendered("press", stiffness)
+        found = RenderedCurve("press", stiffness)
     return found or NOTHING
 
 
-def ideal_rendering(scenario: Scenario) -> Rendered:
+def ideal_rendering(scenario: Scenario) -> RenderedCurve:
     """Return the same for direct coupling at every tick without delay."""
     return _modelled(ideal_of(scenario), live=False) or NOTHING
 
 
-def _modelled(scenario: Scenario, *, live: bool) -> Rendered | None:
+def _modelled(scenario: Scenario, *, live: bool) -> RenderedCurve | None:
     highest = min(SHOWN_HZ[1], 0.25 / scenario.tick_s)
     try:
         found = transparency(scenario, np.geomspace(SHOWN_HZ[0], highest, 300), live=live)
     except (PmwvcError, np.linalg.LinAlgError):  # not linear, not stable, or singular
         return None
     own, size = found.rendered, np.abs(found.admittance)
-    return Rendered("model", own.k_felt, own.first_peak_hz, found.frequency_hz, size)
+    return RenderedCurve("model", own.k_felt, own.first_peak_hz, found.frequency_hz, size)
 
 
-def measured_rendering(traces: SessionTraces, scenario: Scenario) -> Rendered | None:
+def measured_rendering(traces: SessionTraces, scenario: Scenario) -> RenderedCurve | None:
     """Return the same from the chirp of a session; None without one."""
     if not scenario.users[0].operator.is_chirp or not traces.users:
         return None
@@ -238,4 +238,4 @@ def measured_rendering(traces: SessionTraces, scenario: Scenario) -> Rendered | 
         (k, _, _), *_ = np.linalg.lstsq(weight[:, np.newaxis] * powers, values)
         stiffness = float(k)
     size = np.abs(found.admittance)
-    return Rendered("measured", stiffness, peak_hz, found.frequency_hz, size)
+    return RenderedCurve("measured", stiffness, peak_hz, found.frequency_hz, size)

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
+from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Panel
 from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.charts.style import user_tint
-from pmwvc_analysis.compare.measures import Entry
+from pmwvc_analysis.compare.measures import Compared
 from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.model_charts import OVER_FREQUENCY
@@ -38,7 +38,7 @@ MOST_ADMITTANCES = 8  # curves that can be distinguished
 WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
 
-def draw_all(entries: Sequence[Entry], folder: Path) -> list[tuple[Chart, Path]]:
+def draw_all(entries: Sequence[Compared], folder: Path) -> list[tuple[Chart, Path]]:
     """Write every figure as PNG and SVG; return the figures with their PNG in reading order."""
     found = [measures(entries)]
     if len(entries) == 2:
@@ -53,12 +53,12 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[tuple[Chart, Path]]
 
 
 def signals(
-    entries: Sequence[Entry],
+    entries: Sequence[Compared],
     name: str,
     heading: str,
     caption: str,
     y_label: str,
-    lines_of: Callable[[Entry], list[Line]],
+    lines_of: Callable[[Compared], list[Curve]],
 ) -> Chart:
     """Return one panel per session, all with the same axes: they hold every signal of the stable
     sessions (of all if none is).
@@ -81,7 +81,7 @@ def signals(
     return Chart(name, heading, caption, panels)
 
 
-def _forces(entry: Entry) -> list[Line]:
+def _forces(entry: Compared) -> list[Curve]:
     traces = entry.traces
     return [
         replace(line, label=f"{user.name}, {line.label}", tint=recorded.tint(traces, user.name))
@@ -91,11 +91,11 @@ def _forces(entry: Entry) -> list[Line]:
     ]
 
 
-def _position_errors(entry: Entry) -> list[Line]:
+def _position_errors(entry: Compared) -> list[Curve]:
     traces = entry.traces
     found = ((user.name, apart(traces, user)) for user in traces.users)
     return [
-        Line(name, away.time_s, away.error[:, 0] * 1e3, recorded.tint(traces, name))
+        Curve(name, away.time_s, away.error[:, 0] * 1e3, recorded.tint(traces, name))
         for name, away in found
         if away is not None
     ]
@@ -126,7 +126,7 @@ SIGNALS = (
 )
 
 
-def overlay(first: Entry, second: Entry) -> Chart:
+def overlay(first: Compared, second: Compared) -> Chart:
     """Return each user's force and position, both sessions in the same panel."""
     panels = []
     others = {user.name: user for user in second.traces.users}
@@ -138,8 +138,8 @@ def overlay(first: Entry, second: Entry) -> Chart:
         ):
             ours, theirs = (scale * getattr(each, signal)[:, 0] for each in (user, other))
             lines = [
-                Line(first.label, user.time_s, ours, tint, (), 2.6, user.tick_s),
-                Line(second.label, other.time_s, theirs, "object", (6, 4), 1.4, other.tick_s),
+                Curve(first.label, user.time_s, ours, tint, (), 2.6, user.tick_s),
+                Curve(second.label, other.time_s, theirs, "object", (6, 4), 1.4, other.tick_s),
             ]
             panels.append(Panel(y_label, lines, title=user.name, tint=tint))
     return Chart(
@@ -151,7 +151,7 @@ def overlay(first: Entry, second: Entry) -> Chart:
     )
 
 
-def measures(entries: Sequence[Entry]) -> Chart:
+def measures(entries: Sequence[Compared]) -> Chart:
     """Return the measures of all sessions, with a mark by the verdict on stability."""
     names = [entry.label.replace(", ", "\n") for entry in entries]
     stable = np.array([entry.measures["stable"] for entry in entries], dtype=object)
@@ -170,7 +170,7 @@ def measures(entries: Sequence[Entry]) -> Chart:
     return Chart("measures", "Measures", caption, panels)
 
 
-def admittances(entries: Sequence[Entry]) -> list[Chart]:
+def admittances(entries: Sequence[Compared]) -> list[Chart]:
     """Return |x/f| over frequency, lines from models and rings from chirps; empty without any."""
     known = [(entry, own) for entry in entries if (own := entry.rendered) is not None]
     shown = [(entry, own) for entry, own in known if len(own.frequency_hz)][:MOST_ADMITTANCES]
@@ -180,13 +180,13 @@ def admittances(entries: Sequence[Entry]) -> list[Chart]:
     ideal = ideal_rendering(shown[0][0].scenario)
     if ideal.source:
         label = "ideal: direct at every tick, no delay"
-        lines.append(Line(label, ideal.frequency_hz, ideal.admittance, "object", (2, 3)))
+        lines.append(Curve(label, ideal.frequency_hz, ideal.admittance, "object", (2, 3)))
     for index, (entry, own) in enumerate(shown):
         hertz, size, tint = own.frequency_hz, own.admittance, user_tint(index)
         if own.source == "measured":
             dots.append(Dots(entry.label, hertz, size, tint, "ring"))
         else:
-            lines.append(Line(entry.label, hertz, size, tint))
+            lines.append(Curve(entry.label, hertz, size, tint))
     panel = OVER_FREQUENCY("|x / f| [m/N]", lines, dots, y_log=True, height=315.0)
     return [
         Chart(

@@ -7,7 +7,7 @@ import numpy as np
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import account_words, group_of, words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.charts.chart import DASHES, Chart, Layer, Line, Panel
+from pmwvc_analysis.charts.chart import DASHES, Chart, Curve, Layer, Panel
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
@@ -33,7 +33,7 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
     groups = {name: sums for name, sums in groups.items() if np.abs(sums).max() > smallest}
     unit, scale = _unit(np.concatenate([*groups.values(), given]))
     time_s = found.time_s[kept]
-    hands = [Line("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)]
+    hands = [Curve("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)]
     layers = _stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()})
     panels = [Panel(f"energy [{unit}]", hands, layers=layers, with_zero=True, height=280.0)]
     active = [(entry.owner, entry.part) for entry in found.worth_drawing]
@@ -72,7 +72,7 @@ def _active(found: Budget, active: list[tuple[str, str]], kept: slice) -> Panel:
         series = judged[owner, part]
         sums = series.sums[kept] * scale
         label = f"{owner}: {words_of(part)}"
-        lines.append(Line(label, series.time_s[kept], sums, user_tint(index), DASHES[index]))
+        lines.append(Curve(label, series.time_s[kept], sums, user_tint(index), DASHES[index]))
     title = "Components that generated energy"
     return Panel(f"energy taken in [{unit}]", lines=lines, title=title, with_zero=True)
 
@@ -102,7 +102,7 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         for index, (account, sums) in enumerate(own.items()):
             again, at = divmod(index, len(DASHES))
             look = user_tint(index), DASHES[at], 1.8 - 0.8 * again
-            lines.append(Line(account_words(account), time_s, sums * scale, *look))
+            lines.append(Curve(account_words(account), time_s, sums * scale, *look))
         tint = recorded.tint(traces, name)
         panels.append(Panel(f"energy [{unit}]", lines, title=name, tint=tint, with_zero=True))
     if not panels:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
-from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
+from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Curve, Dots, Note, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.links import DROPPED
 from pmwvc_analysis.traces.sums import runs
@@ -37,7 +37,7 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
             period = 3.0 * traces.server.period_s if traces.server else 0.0  # steps come late
             sums, found = balance.balance_j * scale, balance.judged(entry.name, label)
             below = balance.balance_j < balance.limit_j
-            lines.append(Line(label, balance.time_s, sums, tint, dash, 1.8 - 0.2 * order, period))
+            lines.append(Curve(label, balance.time_s, sums, tint, dash, 1.8 - 0.2 * order, period))
             bands += [
                 Band(f"{label}: more out than in", tuple(balance.time_s[[first, last]].tolist()))
                 for first, last in runs(below, balance.time_s, join_s=JOIN_S)
@@ -117,7 +117,7 @@ def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         median, most = np.percentile(late, (50, 99))
         label = f"{user.name}: median {median:.0f} µs, 99th percentile {most:.0f} µs"
         seen = np.where(counts > 0, counts, np.nan).astype(float)
-        often.append(Line(label, centres, seen, tint, DASHES[order % len(DASHES)]))
+        often.append(Curve(label, centres, seen, tint, DASHES[order % len(DASHES)]))
     return Chart(
         "loop",
         "Lateness of the force loop",

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.figures.recorded import conditions, title
-from pmwvc_analysis.maps.maps import Grid, Measured, growth_per_s
+from pmwvc_analysis.maps.maps import Grid, MapPoint, growth_per_s
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of
 
@@ -17,7 +17,7 @@ SMOOTH = 12  # rows and columns from which a boundary is drawn as a line
 SPREAD_PER_S = 10.0  # growth rates over which colour goes, either way
 
 
-def draw(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
+def draw(folder: Path, grid: Grid, radius: Array, measured: list[MapPoint]) -> list[Path]:
     """Write a map as PNG and SVG; return the files."""
     import matplotlib
 
@@ -25,7 +25,7 @@ def draw(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> l
         return style.save(_figure(grid, radius, measured), folder, "map")
 
 
-def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
+def _figure(grid: Grid, radius: Array, measured: list[MapPoint]) -> Any:
     model = "exact model" + (", phases of a live session" if grid.live else "")
     varied = {"seed", *(axis.name.rpartition(".")[2] for axis in (grid.x, grid.y))}
     figure, (axes,) = style.canvas(

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.charts.chart import Chart, Dots, Level, Line, Panel
+from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Level, Panel
 from pmwvc_analysis.figures.recorded import conditions, title
 from pmwvc_analysis.filters.velocity_filter import VelocityFilter
-from pmwvc_analysis.transparency.measured import TRUSTED, Measured
+from pmwvc_analysis.transparency.measured import TRUSTED, Admittance
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.scenario.scenario import Scenario
@@ -23,7 +23,7 @@ OVER_FREQUENCY = partial(Panel, x_label="frequency [Hz]", x_log=True)
 
 
 def transparency(
-    found: Transparency, measured: Measured | None, scenario: Scenario, *, live: bool
+    found: Transparency, measured: Admittance | None, scenario: Scenario, *, live: bool
 ) -> Chart:
     """Return magnitude and phase of x/f: link, ideal coupling and, with its coherence, the
     measurement.
@@ -33,8 +33,8 @@ def transparency(
         ("link, exact model", found.admittance, "u0", ()),
         ("ideal: direct, no delay", found.ideal_admittance, "object", DOTTED),
     )
-    size = [Line(label, hertz, np.abs(x), tint, dash) for label, x, tint, dash in curves]
-    phase = [Line(label, hertz, _degrees(x), tint, dash) for label, x, tint, dash in curves]
+    size = [Curve(label, hertz, np.abs(x), tint, dash) for label, x, tint, dash in curves]
+    phase = [Curve(label, hertz, _degrees(x), tint, dash) for label, x, tint, dash in curves]
     size_dots: list[Dots] = []
     phase_dots: list[Dots] = []
     coherence: list[Panel] = []
@@ -57,7 +57,7 @@ def transparency(
     if rendered.first_peak_hz is not None:
         across: Array = np.full(2, rendered.first_peak_hz)
         label = f"first peak {rendered.first_peak_hz:.3g} Hz"
-        size.append(Line(label, across, np.array(y_range), "target", DASH_DOT, 1.0))
+        size.append(Curve(label, across, np.array(y_range), "target", DASH_DOT, 1.0))
     along = f" along axis {found.axis + 1}" if scenario.dof > 1 else ""
     sizes = OVER_FREQUENCY("|x / f| [m/N]", size, size_dots, levels=levels, y_range=y_range)
     source = "phases of a live session" if live else "phases of the simulator"
@@ -88,12 +88,12 @@ def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
     hertz, passive = margins["frequency_hz"], [Level("passive up to here", 1.0, "object")]
     look: dict[str, Any] = {"with_zero": True, "height": 200.0}
     margin_lines = [
-        Line("in phase, |H_LP + s H_HP|²", hertz, margins["in_phase"], "u0"),
-        Line("any environment, |H_LP| + s |H_HP|", hertz, margins["any_environment"], "u1"),
+        Curve("in phase, |H_LP + s H_HP|²", hertz, margins["in_phase"], "u0"),
+        Curve("any environment, |H_LP| + s |H_HP|", hertz, margins["any_environment"], "u1"),
     ]
     if own.in_force:
         label = "1 less the damping at the device / b"
-        margin_lines.append(Line(label, hertz, 1.0 - found.port, "target", DASH_DOT))
+        margin_lines.append(Curve(label, hertz, 1.0 - found.port, "target", DASH_DOT))
     design = f"α = {own.alpha:.5f}" if own.alpha is not None else f"{own.cutoff_hz:.4g} Hz"
     note = (
         f"{own.kind}, order {own.order}, {design}, s = {own.share:g} ({found.designed})",
@@ -108,7 +108,7 @@ def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
         [
             OVER_FREQUENCY("gain", margin_lines, levels=passive, **look),
             OVER_FREQUENCY(
-                "velocity in the force", [Line("|F_m / (b ẋ)|", hertz, found.gain, "u0")], **look
+                "velocity in the force", [Curve("|F_m / (b ẋ)|", hertz, found.gain, "u0")], **look
             ),
         ],
         title("Velocity filter", scenario),

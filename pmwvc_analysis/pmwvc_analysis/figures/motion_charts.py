@@ -9,7 +9,7 @@ import itertools
 
 import numpy as np
 
-from pmwvc_analysis.charts.chart import DASHES, Chart, Dash, Level, Line, Panel
+from pmwvc_analysis.charts.chart import DASHES, Chart, Curve, Dash, Level, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -51,7 +51,7 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     )
 
 
-def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Line]:
+def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Curve]:
     """Return target, object and, for the users of a group, device and avatar along an axis."""
     server, lines, avatars = traces.server, [], []
     if server is not None:
@@ -64,7 +64,7 @@ def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[L
             dash = DASHES[(0, 6)[order]] if len(group) <= TOGETHER else DASHES[order % len(DASHES)]
             look = tint, dash, 1.8 - 0.1 * order, user.tick_s
             x_m = user.x_m[:, axis]
-            lines.append(Line(f"{name} device", user.time_s, x_m * 1e3, *look))
+            lines.append(Curve(f"{name} device", user.time_s, x_m * 1e3, *look))
         if server is not None and name in server.users:
             index, dash = server.users.index(name), (3.0 + 0.5 * order, 3.0 + order)
             x_m = np.where(server.state[index] > 0, server.x_s[index][:, axis], np.nan)
@@ -74,11 +74,11 @@ def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[L
 
 def _of_server(
     traces: SessionTraces, label: str, values: Array, tint: str, dash: Dash, width: float
-) -> Line:
+) -> Curve:
     """Return a signal of the server up to the end of the users."""
     assert traces.server is not None
     rows, time_s = recorded.until_users_end(traces), traces.server.time_s
-    return Line(label, time_s[rows], values[rows], tint, dash, width, traces.server.period_s)
+    return Curve(label, time_s[rows], values[rows], tint, dash, width, traces.server.period_s)
 
 
 def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
@@ -113,13 +113,13 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     )
 
 
-def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Line]:
+def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Curve]:
     """Return the forces at hand, device and avatar of a user along an axis."""
     lines, server = [], traces.server
     f_h, f_m, tint = user.f_h[:, axis], user.f_applied[:, axis], recorded.tint(traces, user.name)
     if np.isfinite(f_h).any():
-        lines.append(Line("hand on device", user.time_s, f_h, "hand", (), 4.0, user.tick_s))
-    lines.append(Line("rendered by the device", user.time_s, f_m, tint, (), 1.8, user.tick_s))
+        lines.append(Curve("hand on device", user.time_s, f_h, "hand", (), 4.0, user.tick_s))
+    lines.append(Curve("rendered by the device", user.time_s, f_m, tint, (), 1.8, user.tick_s))
     if server is not None and user.name in server.users:
         f_s = server.f_s[server.users.index(user.name)][:, axis]
         lines.append(_of_server(traces, "contact on avatar", f_s, "object", (6, 4), 1.2))

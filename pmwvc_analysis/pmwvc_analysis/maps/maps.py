@@ -36,7 +36,7 @@ PARTS = "finished.npz"
 
 
 @dataclass(frozen=True)
-class Axis:
+class MapAxis:
     """A parameter by dotted name, and its values."""
 
     name: str
@@ -53,8 +53,8 @@ class Grid:
     """A scenario with two parameters varied: x over the columns of the map, y over its rows."""
 
     scenario: Scenario
-    x: Axis
-    y: Axis
+    x: MapAxis
+    y: MapAxis
     live: bool = False
 
     @property
@@ -82,7 +82,7 @@ class Grid:
         return [tuple(row[i : i + step]) for row in alike.tolist() for i in range(0, width, step)]
 
 
-class Measured(NamedTuple):
+class MapPoint(NamedTuple):
     """A session as a point of the map."""
 
     name: str
@@ -184,7 +184,7 @@ def boundary_words(grid: Grid, radius: Array) -> str:
     return "boundary: " + "; ".join(words)
 
 
-def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
+def write_data(folder: Path, grid: Grid, radius: Array, measured: list[MapPoint]) -> list[Path]:
     """Write NPZ, CSV, MAT and JSON; return the files."""
     x, y = np.array(grid.x.values), np.array(grid.y.values)
     flags, growth = stable(radius), growth_per_s(grid, radius)

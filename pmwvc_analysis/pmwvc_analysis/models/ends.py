@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import lifted, stacked
-from pmwvc_analysis.models.links import Line, UnderWay
+from pmwvc_analysis.models.links import LinkTimes, UnderWay
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
 from pmwvc_core.law.port.counts import resting_counts
@@ -32,7 +32,7 @@ class Params(NamedTuple):
     server: Any
 
 
-class State(NamedTuple):
+class LoopState(NamedTuple):
     """State of all that is stepped, and each user's packets under way."""
 
     loops: tuple[Any, ...]
@@ -42,7 +42,9 @@ class State(NamedTuple):
     down: tuple[UnderWay, ...]
 
 
-def made(runs: Sequence[Scenario], lines: Sequence[Line], dof: int) -> tuple[State, Params]:
+def made(
+    runs: Sequence[Scenario], lines: Sequence[LinkTimes], dof: int
+) -> tuple[LoopState, Params]:
     """Return both ends of scenarios as one: numbers that differ are arrays ``(runs,)``."""
     kept: dict[tuple[int, ...], Any] = {}
     # With a position feedback, be it of no gain, where any run has one.
@@ -50,17 +52,17 @@ def made(runs: Sequence[Scenario], lines: Sequence[Line], dof: int) -> tuple[Sta
         any(user.master.position.is_on for user in of)
         for of in zip(*(run.users for run in runs), strict=True)
     ]
-    found: tuple[State, Params] = stacked([_made(run, lines, fed, dof, kept) for run in runs])
+    found: tuple[LoopState, Params] = stacked([_made(run, lines, fed, dof, kept) for run in runs])
     return found
 
 
 def _made(
     scenario: Scenario,
-    lines: Sequence[Line],
+    lines: Sequence[LinkTimes],
     fed: Sequence[bool],
     dof: int,
     kept: dict[tuple[int, ...], Any],
-) -> tuple[State, Params]:
+) -> tuple[LoopState, Params]:
     """Return both ends of one run; those of users with the same parameters are made once."""
     server = scenario.server
     if not scenario.coupling.black_box and not scenario.environment.known:
@@ -83,7 +85,7 @@ def _made(
     states, params, devices, of_devices = zip(*ends, strict=True)
     none = ((),) * len(lines)
     q = q._replace(environment=_unlimited(q.environment))
-    return State(states, devices, at_server, none, none), Params(params, of_devices, q)
+    return LoopState(states, devices, at_server, none, none), Params(params, of_devices, q)
 
 
 def _opened(s: Any, p: Any) -> tuple[Any, Any]:
@@ -119,7 +121,7 @@ def _touching(user: User, fed: bool) -> User:
     return changed(user, master=master, contact=changed(user.contact, contact="bilateral"))
 
 
-def followed(s: State, lines: Sequence[Line], black_box: bool) -> State:
+def followed(s: LoopState, lines: Sequence[LinkTimes], black_box: bool) -> LoopState:
     """Put avatars where contacts and object are; equal users are with the first of them."""
     server, environment = s.server, s.server.environment
     guests, ports, box = list(server.guests), list(environment.ports), environment.body

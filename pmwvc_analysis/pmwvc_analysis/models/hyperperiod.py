@@ -18,7 +18,7 @@ from pmwvc_analysis.models.elements import Path
 from pmwvc_analysis.models.ends import followed
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.links import SIGNALS
-from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -35,8 +35,8 @@ WATCHING = ("still_s", "slow_s", "way_m")  # of counts and jumps: without any, n
 StateName: TypeAlias = tuple[str, int]  # name and axis
 
 
-class Hyperperiod(Loop):
-    """A loop with its states; see :class:`.loop.Loop` for the parameters."""
+class Hyperperiod(LinearLoop):
+    """A loop with its states; see :class:`.loop.LinearLoop` for the parameters."""
 
     def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
         super().__init__(*runs, live=live, weights=weights)

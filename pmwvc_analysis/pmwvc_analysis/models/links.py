@@ -62,7 +62,7 @@ def times_of(user: User, scenario: Scenario, *, live: bool) -> tuple[Times, Time
     return Times(frame, 0), Times(frame, answer), Times(period, serve)
 
 
-class Line(NamedTuple):
+class LinkTimes(NamedTuple):
     """When a user's end and the server talk to each other."""
 
     user: User
@@ -75,16 +75,16 @@ class Line(NamedTuple):
     tick_s: float
 
 
-def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: bool) -> Line:
+def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: bool) -> LinkTimes:
     """Return the line of a user."""
     up, down = (
         delay_ticks(link, tick_s=scenario.tick_s, live=live)
         for link in (user.link_up, user.link_down)
     )
-    return Line(user, ports, *times_of(user, scenario, live=live), up, down, scenario.tick_s)
+    return LinkTimes(user, ports, *times_of(user, scenario, live=live), up, down, scenario.tick_s)
 
 
-class Sent(NamedTuple):
+class PacketUnderWay(NamedTuple):
     """A packet under way."""
 
     tick: int  # of its sending
@@ -92,7 +92,7 @@ class Sent(NamedTuple):
     packet: Packet
 
 
-UnderWay = tuple[Sent, ...]
+UnderWay = tuple[PacketUnderWay, ...]
 
 
 def arrived(way: UnderWay, tick: int) -> tuple[UnderWay, list[Packet]]:

@@ -20,7 +20,7 @@ from typing import Any
 
 from pmwvc_analysis.models import links
 from pmwvc_analysis.models.elements import lifted
-from pmwvc_analysis.models.ends import State, made
+from pmwvc_analysis.models.ends import LoopState, made
 from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
@@ -40,7 +40,7 @@ SETTLED_S = 30.0  # many times as long as the lag takes to follow
 STORE_S = 0.1  # more than a settled playout has in store
 
 
-class Loop:
+class LinearLoop:
     """Both ends of scenarios and the links in between, brought to rest up to tick 0.
 
     Scenarios differ in what is :func:`.variation.stackable`. ``live`` takes the phases of a live
@@ -98,7 +98,7 @@ class Loop:
                 p = self.p.loops[i]
                 loops[i], packet, _ = send_(loops[i], now_ns, samples[i], False, p)
                 loops[i] = begin_(loops[i], number, p)
-                up[i] += (links.Sent(tick, tick + line.delay_up, packet),)
+                up[i] += (links.PacketUnderWay(tick, tick + line.delay_up, packet),)
         if self.lines[0].serve.due(tick):
             came: list[list[Packet]] = []  # by port: equal users have the same
             for i, line in enumerate(self.lines):
@@ -109,7 +109,7 @@ class Loop:
             for i, line in enumerate(self.lines):
                 packet, sends = answers[line.ports[0]]
                 if sends:
-                    down[i] += (links.Sent(tick, tick + line.delay_down, packet),)
+                    down[i] += (links.PacketUnderWay(tick, tick + line.delay_down, packet),)
         out = []
         for i, sample in enumerate(samples):
             down[i], packets = links.arrived(down[i], tick)
@@ -117,11 +117,11 @@ class Loop:
             loops[i], f_m, f = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
             devices[i], _, _ = device_(devices[i], forces[i], f, self.p.devices[i])
             out.append((sample.x, sample.xd, f_m))
-        self.s = State(tuple(loops), tuple(devices), server, tuple(up), tuple(down))
+        self.s = LoopState(tuple(loops), tuple(devices), server, tuple(up), tuple(down))
         return out
 
 
-def _with_paces(s: State, lines: list[links.Line]) -> State:
+def _with_paces(s: LoopState, lines: list[links.LinkTimes]) -> LoopState:
     """Return both ends with playouts whose clocks have settled."""
 
     def settled(end: Any, pace: Pace) -> Any:
@@ -138,7 +138,7 @@ def _with_paces(s: State, lines: list[links.Line]) -> State:
     return s._replace(loops=tuple(loops), server=s.server._replace(guests=tuple(guests)))
 
 
-def settled_paces(line: links.Line) -> tuple[Pace, Pace]:
+def settled_paces(line: links.LinkTimes) -> tuple[Pace, Pace]:
     """Return a user's settled clocks where a hyperperiod begins: at server and device."""
     up = _settled(line.frame, line.delay_up % line.frame.period, line.serve, line.tick_s)
     down = line.serve, line.delay_down % line.serve.period, links.Times(1, 0)

@@ -43,7 +43,7 @@ class UnknownError(PmwvcError, ValueError):
     """A question needs more work than it may."""
 
 
-class Work:
+class StabilityWork:
     """Work done for a question about a scenario; that about several is as many questions."""
 
     def __init__(self, scenario: Scenario, questions: int = 1) -> None:
@@ -69,7 +69,7 @@ class Work:
             )
 
 
-class Limit(NamedTuple):
+class StabilityLimit(NamedTuple):
     """The limit of stability along one parameter.
 
     ``first`` is where stability is lost: 0: the lowest value is unstable, None: none up to
@@ -88,14 +88,14 @@ def radii(*runs: Scenario, live: bool = False) -> Array:
     """
     for run in runs[1:]:  # the first one is looked at by each loop
         require_linear(run)
-    models = list(_models(runs, Work(runs[0], len(runs)), live=live, circles=RADIUS))
+    models = list(_models(runs, StabilityWork(runs[0], len(runs)), live=live, circles=RADIUS))
     ticks = math.lcm(*(model.ticks for model in models))
     found = [model.radii() ** (ticks // model.ticks) for model in models]
     return np.asarray(np.max(found, axis=0))
 
 
 def _models(
-    runs: Sequence[Scenario], work: Work, *, live: bool, circles: int
+    runs: Sequence[Scenario], work: StabilityWork, *, live: bool, circles: int
 ) -> Iterator[Linear | Opened]:
     """Yield the models of the smaller problems of scenarios; work is counted before it is done, so
     many circles for one that is open at long delays.
@@ -116,9 +116,9 @@ def _models(
             yield dense
 
 
-def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
+def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> StabilityLimit:
     """Return the largest contact stiffness [N/m], all in proportion; unknown: too much work."""
-    work, fine = Work(scenario), 0.2
+    work, fine = StabilityWork(scenario), 0.2
 
     def at(stiffness: Array) -> Flags:
         """Tell where the loop is stable: quicker than radii at long delays."""
@@ -135,10 +135,10 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
         grid = np.geomspace(LOWEST, bound, points)
         changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
     except UnknownError as error:
-        return Limit(None, bound, [], str(error))
+        return StabilityLimit(None, bound, [], str(error))
     values = [*(value for value, _ in changes), bound]
     islands = list(zip(values[1::2], values[2::2], strict=False))
-    return Limit(values[0] if changes else None, bound, islands)
+    return StabilityLimit(values[0] if changes else None, bound, islands)
 
 
 def crossings(
@@ -165,7 +165,7 @@ def crossings(
 
 def z_width(
     scenario: Scenario, damping: Sequence[float], *, live: bool = False, bound: float = BOUND
-) -> list[Limit]:
+) -> list[StabilityLimit]:
     """Return the largest stiffness for each contact damping [N s/m] that can be rendered."""
     walls = (varied(scenario, "server.contact_damping", b) for b in damping)
     return [k_max(wall, live=live, bound=bound) for wall in walls]

@@ -30,7 +30,7 @@ WILL_LIMIT = (
 )
 
 
-class Rule(NamedTuple):
+class WallRule(NamedTuple):
     """K T_VE + 2B of a wall, and b, c and G of its port [N s/m]."""
 
     needed: float
@@ -56,7 +56,7 @@ class Rule(NamedTuple):
         return f"{name}{plus} = {self.share * self.b + self.slope:.3g} N s/m"
 
 
-def rule(user: User, scenario: Scenario) -> Rule | None:
+def rule(user: User, scenario: Scenario) -> WallRule | None:
     """Return the rule of a user's port that may limit; None where none is known: it is for a wall
     that does not report its slope, with backward Euler.
     """
@@ -68,7 +68,7 @@ def rule(user: User, scenario: Scenario) -> Rule | None:
     b = smallest(user.server_impedance)
     share = 1.0 - 0.5 * REPAID if server.learns else 1.0
     learned = stiff if server.learns and stiff > SOFT * b else 0.0
-    return Rule(least_impedance(server, user.contact), b, share, learned)
+    return WallRule(least_impedance(server, user.contact), b, share, learned)
 
 
 def decodes_late(scenario: Scenario) -> bool:

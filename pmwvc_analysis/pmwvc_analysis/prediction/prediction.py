@@ -38,10 +38,10 @@ class Exact(NamedTuple):
 
     spectral_radius: float
     stable: bool
-    limit: stability.Limit
+    limit: stability.StabilityLimit
 
 
-class Answer(NamedTuple):
+class StabilityAnswer(NamedTuple):
     """Everything known about the stability of a scenario."""
 
     near: Relative | None  # the nearest linear scenario, of one that is not linear
@@ -82,13 +82,13 @@ def exact(scenario: Scenario, *, live: bool) -> Exact | str:
 
 
 @functools.lru_cache(maxsize=64)
-def answer(scenario: Scenario, *, live: bool) -> Answer:
+def answer(scenario: Scenario, *, live: bool) -> StabilityAnswer:
     """Return everything known about the stability of a scenario."""
     near = relative(scenario)
     found = exact(near.scenario if near else scenario, live=live)
     model, unknown = (None, found) if isinstance(found, str) else (found, "")
     proof = any_delay(scenario, live=live)
-    return Answer(near, model, unknown, proof, environment.limited(scenario))
+    return StabilityAnswer(near, model, unknown, proof, environment.limited(scenario))
 
 
 def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:

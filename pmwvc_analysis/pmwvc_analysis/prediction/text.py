@@ -53,7 +53,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     return found + _device_lines(scenario) + encoder_lines(scenario)
 
 
-def _delay_lines(known: prediction.Answer) -> list[str]:
+def _delay_lines(known: prediction.StabilityAnswer) -> list[str]:
     """Return the proof for any constant delay with its condition, or the reasons against it."""
     proof = known.at_any_delay
     if proof is None:
@@ -130,7 +130,7 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
     return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
 
 
-def _stability_lines(scenario: Scenario, known: prediction.Answer) -> list[str]:
+def _stability_lines(scenario: Scenario, known: prediction.StabilityAnswer) -> list[str]:
     """Return stability by the exact model: of the scenario, or of the nearest linear one."""
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]

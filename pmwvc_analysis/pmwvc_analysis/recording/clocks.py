@@ -29,7 +29,7 @@ from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import LinkState, MasterTrace, PacketFate, ServerTrace, Trace, Wave
 from pmwvc_core.traces import FateTraces
-from pmwvc_core.transport.path import Least, latest_line
+from pmwvc_core.transport.path import Shortest, latest_line
 
 WINDOW_NS = 1_000_000_000
 MOST_WINDOWS = 120  # longer sessions have longer windows
@@ -157,7 +157,7 @@ def align(
     windows = []
     for start in range(first, last + 1, window_ns):
         least = [
-            Least(*part[np.argmin(part[:, 1])].tolist())
+            Shortest(*part[np.argmin(part[:, 1])].tolist())
             for seen in (rising, falling)
             if len(part := seen[(seen[:, 0] >= start) & (seen[:, 0] < start + window_ns)])
             >= LEAST_PAIRS

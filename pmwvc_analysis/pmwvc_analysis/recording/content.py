@@ -23,7 +23,7 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.own import Series, Topics, keep_own
+from pmwvc_analysis.recording.own import TopicMessages, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
@@ -41,7 +41,7 @@ Decode = Callable[[bytes, str], Any]
 class Content:
     """Decoded messages by topic, and all other content of the files."""
 
-    by_topic: Topics = field(default_factory=lambda: defaultdict(Series))
+    by_topic: Topics = field(default_factory=lambda: defaultdict(TopicMessages))
     types: dict[str, str] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     counter: GapCounter = field(default_factory=GapCounter)

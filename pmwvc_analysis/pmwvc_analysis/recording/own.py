@@ -38,7 +38,7 @@ CLOCK_NS = 1_000_000_000  # a single message whose clock differs by this much fr
 
 
 @dataclass
-class Series:
+class TopicMessages:
     """The decoded messages of one topic, their numbers, and when each was recorded [ns]."""
 
     log_ns: list[int] = field(default_factory=list)
@@ -46,7 +46,7 @@ class Series:
     numbers: list[Numbered] = field(default_factory=list)
 
 
-Topics = dict[str, Series]
+Topics = dict[str, TopicMessages]
 Events = list[dict[str, Any]]
 
 
@@ -71,7 +71,7 @@ def keep_own(by_topic: Topics, types: Mapping[str, str]) -> Events:
     return found
 
 
-def _keep(topic: str, series: Series, own: list[bool], why: str) -> Events:
+def _keep(topic: str, series: TopicMessages, own: list[bool], why: str) -> Events:
     """Keep the messages of a topic for which ``own`` is true; return an event of the others."""
     if not (left_out := own.count(False)):
         return []
@@ -109,7 +109,7 @@ def _sender(topic: str) -> str:
     return "server" if kind == "wave_down" else owner
 
 
-def _spans(series: Series) -> dict[int, tuple[int, int, int]]:
+def _spans(series: TopicMessages) -> dict[int, tuple[int, int, int]]:
     """Return per epoch the first and the last log time [ns] and the number of messages."""
     times: dict[int, list[int]] = defaultdict(list)
     for log_ns, message in zip(series.log_ns, series.messages, strict=True):
@@ -127,7 +127,7 @@ def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> 
     return set(accepted)
 
 
-def _continuing(series: Series, kind: str) -> list[bool]:
+def _continuing(series: TopicMessages, kind: str) -> list[bool]:
     """Tell which messages continue one another, publisher by publisher."""
     numbers = np.array([entry.first for entry in series.numbers], dtype=np.int64)
     trace = kind in (schemas.MASTER_TRACE, schemas.SERVER_TRACE)

@@ -87,7 +87,7 @@ def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Arr
     return due_s, due_s + trace.nearest_look_ns[rows] * 1e-9
 
 
-class _Reader:
+class _FieldReader:
     """Reads one field of a message after the other; alignment counts from the encapsulation on."""
 
     def __init__(self, data: bytes) -> None:
@@ -123,7 +123,7 @@ class _Reader:
 def parameter_change(data: bytes) -> ParameterChange | None:
     """Return a message's changed parameters, or None where it is no such message."""
     try:
-        reader = _Reader(data)
+        reader = _FieldReader(data)
         seconds, nanoseconds, node = reader.number("i"), reader.number("I"), reader.text()
         reader.each(reader.parameter)  # new ones
         values = dict(reader.each(reader.parameter))

@@ -8,7 +8,7 @@ from typing import Any
 
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.compare.files import write_tables
-from pmwvc_analysis.compare.measures import Entry
+from pmwvc_analysis.compare.measures import Compared
 from pmwvc_analysis.compare.settings import parameters_of
 from pmwvc_analysis.figures.comparison_charts import draw_all
 from pmwvc_analysis.report.page import data_uri, filled
@@ -34,7 +34,7 @@ COLUMNS = (  # measure, heading of the report and of a terminal (empty: not ther
 
 
 def write(
-    folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any], *, figures: bool
+    folder: Path, title: str, entries: Sequence[Compared], about: dict[str, Any], *, figures: bool
 ) -> dict[str, Any]:
     """Write tables, traces and, with ``figures``, pictures and ``comparison.html``; return the
     content of ``comparison.json`` (:func:`pmwvc_analysis.compare.files.write_tables`).
@@ -49,7 +49,7 @@ def write(
 
 def render(
     title: str,
-    entries: Sequence[Entry],
+    entries: Sequence[Compared],
     about: dict[str, Any],
     figures: Sequence[tuple[Chart, Path]],
 ) -> str:

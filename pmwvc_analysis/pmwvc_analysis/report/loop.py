@@ -34,7 +34,7 @@ ALL_USERS = ("decoder", "contact", "object")
 SMALL_J = 5e-9  # shown as zero
 
 
-class Block(NamedTuple):
+class LoopBlock(NamedTuple):
     """One block: its title, its numbers, and the energy it took in [J] (None: not known)."""
 
     title: str
@@ -42,7 +42,7 @@ class Block(NamedTuple):
     energy_j: float | None = None
 
 
-def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str, Block]:
+def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str, LoopBlock]:
     """Return the blocks of one user's loop by name."""
     master, server, contact, device = user.master, scenario.server, user.contact, user.device
     operator, waves = user.operator, has_waves(scenario.controller)
@@ -90,7 +90,7 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
         "object": (server.environment.replace("_", " "), object_mass),
     }
     taken = _energies(user.name, energies)
-    return {name: Block(*text, taken.get(name)) for name, text in texts.items()}
+    return {name: LoopBlock(*text, taken.get(name)) for name, text in texts.items()}
 
 
 def _link(link: LinkParams) -> list[str]:
@@ -139,13 +139,13 @@ def _number(value: float) -> str:
     return f"{float(value):.4g}"
 
 
-def drawing(found: Mapping[str, Block], *, name: str, waves: bool) -> str:
+def drawing(found: Mapping[str, LoopBlock], *, name: str, waves: bool) -> str:
     """Return the drawing of one user's loop."""
     rows = {key: _rows(block, shared=key in ALL_USERS) for key, block in found.items()}
     return filled("loop.svg.j2", blocks=rows, name=name, waves=waves)
 
 
-def _rows(block: Block, *, shared: bool) -> list[tuple[str, str]]:
+def _rows(block: LoopBlock, *, shared: bool) -> list[tuple[str, str]]:
     """Return the lines of a block, each with its kind of text."""
     rows = [(block.title, "loop-title"), *((line, "") for line in block.lines)]
     if block.energy_j is not None:

@@ -26,7 +26,7 @@ SAME_J = 1e-12
 ROUNDING_M = 1e-9
 
 
-class Work(NamedTuple):
+class HandWork(NamedTuple):
     """The work of the hand as sums after known rows; ``ran_s`` is when these had run."""
 
     ran_s: Array
@@ -39,7 +39,7 @@ class Work(NamedTuple):
         return up_to(self.sums, count), up_to(self.resolution, count)
 
 
-def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
+def hand_work(user: UserTraces, device: DeviceParams | None) -> HandWork:
     """Return the work of one user's hand: tick by tick where the recorded positions are what the
     master counted, else at the ends of blocks. Without a ``device`` positions are exact.
     """
@@ -52,7 +52,7 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     counted = np.concatenate([[0.0], np.cumsum(per_tick)])
     recorded = user.energy.get("device")
     if recorded is None or not len(recorded):
-        return Work(ran, counted[1:], resolution)
+        return HandWork(ran, counted[1:], resolution)
     after = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
     there = np.diff(after, prepend=0) > 0
     recorded, after = recorded[there], after[there]
@@ -64,13 +64,13 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     whole = follows & np.append(follows[1:], False)  # the next position is there as well
     rounding = SAME_J + 1e-12 * len(per_tick) * np.abs(per_tick).max(initial=0.0)
     if not np.allclose(own[whole], recorded_own[whole], rtol=SAME_RELATIVE, atol=rounding):
-        return Work(ran[after - 1], recorded, np.zeros(len(recorded)))
+        return HandWork(ran[after - 1], recorded, np.zeros(len(recorded)))
     start = recorded - np.where(follows, recorded_own, own)
     block = np.searchsorted(after, np.arange(len(per_tick)), side="right")
     block = np.minimum(block, len(after) - 1)
     sums = start[block] + counted[1:] - counted[before[block]]
     sums[after - 1] = recorded
-    return Work(ran, sums, resolution)
+    return HandWork(ran, sums, resolution)
 
 
 class TrueMotion(NamedTuple):

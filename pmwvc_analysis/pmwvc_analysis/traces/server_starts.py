@@ -32,7 +32,7 @@ class ServerStart(NamedTuple):
     begins_s: float
 
 
-class ServerEnd(NamedTuple):
+class KilledServer(NamedTuple):
     """The end of a server before a start: until when it is known to have run [s], and the energy
     of v_s that it and those before it sent to each user [J].
     """
@@ -60,9 +60,9 @@ def ran_s(server: ServerTraces, traces: SessionTraces) -> Array:
     return np.asarray(server.time_s + late_s)
 
 
-def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
+def ends(server: ServerTraces, traces: SessionTraces) -> list[KilledServer]:
     """Return the end of the server before each start, by its record, its packets and its users."""
-    found: list[ServerEnd] = []
+    found: list[KilledServer] = []
     sent_j, since_s, before = dict.fromkeys(server.users, 0.0), -np.inf, -1
     for start in starts(server):
         died_s = float(ran_s(server, traces)[start.last])
@@ -85,7 +85,7 @@ def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
             received_j, received_s = _received(traces, user, until_s)
             if received_j > sent_j[user] + ROUNDING_J:
                 sent_j[user], died_s = received_j, max(died_s, received_s)
-        found.append(ServerEnd(died_s, dict(sent_j)))
+        found.append(KilledServer(died_s, dict(sent_j)))
         since_s, before = until_s, start.last
     return found
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.arrays import write_arrays, write_table
-from pmwvc_analysis.transparency.measured import TRUSTED, Measured
+from pmwvc_analysis.transparency.measured import TRUSTED, Admittance
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.errors import file_errors
 from pmwvc_core.numeric import Array, Complex
@@ -23,7 +23,10 @@ RENDERED = (
 
 
 def answer(
-    name: str, found: Transparency, measured: Measured | None = None, model: Complex | None = None
+    name: str,
+    found: Transparency,
+    measured: Admittance | None = None,
+    model: Complex | None = None,
 ) -> dict[str, Any]:
     """Return the document of ``--json``; ``model`` is that at the frequencies measured."""
     compared = None
@@ -75,7 +78,7 @@ def sentences(document: dict[str, Any]) -> list[str]:
     return found + [f"  {note}" for note in document["notes"]]
 
 
-def write(folder: Path, found: Transparency, measured: Measured | None) -> list[Path]:
+def write(folder: Path, found: Transparency, measured: Admittance | None) -> list[Path]:
     """Write all curves, complex ones in two parts, as NPZ, MAT and CSV (measured: its own)."""
     curves = {key: getattr(found, key) for key in ("frequency_hz", "admittance", "impedance")}
     curves["ideal_admittance"] = found.ideal_admittance

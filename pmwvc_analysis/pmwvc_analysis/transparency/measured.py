@@ -37,7 +37,7 @@ TRUSTED = 0.9  # coherence above which a value is worth comparing
 
 
 @dataclass(frozen=True)
-class Measured:
+class Admittance:
     """Admittance of one user from a recording."""
 
     user: str
@@ -47,7 +47,7 @@ class Measured:
     stretches: int  # averaged over
 
 
-def measure(user: UserTraces, known: User) -> Measured:
+def measure(user: UserTraces, known: User) -> Admittance:
     """Return the admittance that a session with a given force shows; PmwvcError if a hand answers,
     the force was not recorded, ticks are missing, or there is too little of it.
     """
@@ -126,7 +126,7 @@ def _require_given(known: User) -> None:
         )
 
 
-def _over_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Measured:
+def _over_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Admittance:
     from scipy import signal
 
     length = int(min(STRETCH_S / user.tick_s, 2 * len(force) / (LEAST_STRETCHES + 1)))
@@ -148,7 +148,7 @@ def _over_frequency(user: UserTraces, force: Array, position: Array, known: User
     return _ratio(user, frequency[asked], cross[asked], power[asked], moved[asked], stretches)
 
 
-def _at_one_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Measured:
+def _at_one_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Admittance:
     """Return the one value, from stretches of whole periods."""
     frequency_hz = float(known.operator.frequency_hz)
     settled = round(SETTLE_S / user.tick_s)
@@ -179,8 +179,8 @@ def _at_one_frequency(user: UserTraces, force: Array, position: Array, known: Us
 
 def _ratio(
     user: UserTraces, hertz: Array, cross: Complex, power: Array, moved: Array, stretches: int
-) -> Measured:
+) -> Admittance:
     """Return the admittance of the cross spectrum and the power of force and position."""
     least = np.finfo(float).tiny
     coherence = np.minimum(np.abs(cross) ** 2 / np.maximum(power * moved, least), 1.0)
-    return Measured(user.name, hertz, cross / np.maximum(power, least), coherence, stretches)
+    return Admittance(user.name, hertz, cross / np.maximum(power, least), coherence, stretches)

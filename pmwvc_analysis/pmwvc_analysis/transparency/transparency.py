@@ -42,7 +42,7 @@ STEADY = 0.05  # relative change per octave above which there is no limit but fr
 
 
 @dataclass(frozen=True)
-class Rendered:
+class Rendering:
     """Rendered quantities of one coupling; None where there is no such limit."""
 
     admittance_dc: float | None = None  # [m/N]
@@ -61,8 +61,8 @@ class Transparency:
     frequency_hz: Array  # (points,)
     admittance: Complex  # (points,) [m/N]
     ideal_admittance: Complex  # NaN where the ideal coupling is not stable
-    rendered: Rendered
-    ideal: Rendered
+    rendered: Rendering
+    ideal: Rendering
     notes: list[str]
 
     @property
@@ -106,7 +106,7 @@ def transparency(
     if balanced and model.loop.dof > 1:
         notes.append(_across(model, own, axis, forces[first], link.first_peak_hz))
     direct = ideal_of(scenario)
-    ideal, ideal_admittance = Rendered(), np.full(len(frequency_hz), np.nan + 0j)
+    ideal, ideal_admittance = Rendering(), np.full(len(frequency_hz), np.nan + 0j)
     if stable(float(stability.radii(direct)[0])):
         perfect = build(ideal_of(pressed), weights=weights)
         steady = pressing(direct, user, axis)[first]
@@ -163,7 +163,7 @@ def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float |
     )
 
 
-def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendered:
+def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendering:
     of: dict[str, Any] = {"user": user, "axis": axis}
     peak = first_peak_hz(partial(response, model, forces=forces, **of), model.loop.tick_s)
     frequency = low_hz(peak)
@@ -178,4 +178,4 @@ def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendered:
     if stable(spectral_radius(free)):
         moved = response(free, frequency, **of)
         mass = limit_at_rest(-(1.0 / moved).real / omega**2)
-    return Rendered(dc, None if dc is None or dc <= 0.0 else 1.0 / dc, damping, mass, peak)
+    return Rendering(dc, None if dc is None or dc <= 0.0 else 1.0 / dc, damping, mass, peak)

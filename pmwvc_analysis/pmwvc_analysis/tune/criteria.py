@@ -33,7 +33,7 @@ from pmwvc_analysis.models.linear import axes_of, outside, relative
 from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
-from pmwvc_analysis.transparency.transparency import Rendered, transparency, untouched
+from pmwvc_analysis.transparency.transparency import Rendering, transparency, untouched
 from pmwvc_analysis.verdicts import passivity
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.params import FilterParams
@@ -125,7 +125,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     chosen = choice.applied(scenario)
     user = chosen.users[0]
     linear, in_touch, free = radii_of(chosen, live=live)
-    own, k_ideal, mass_ideal = Rendered(), None, None
+    own, k_ideal, mass_ideal = Rendering(), None, None
     if stable(max(in_touch, free)):
         found = transparency(linear, np.ones(1), live=live)  # at rest is all
         own = found.rendered

@@ -72,7 +72,7 @@ class Drive(NamedTuple):
 UNKNOWN = Drive(0.0, 0.0, 0.0, False)
 
 
-class Work(NamedTuple):
+class LoopWork(NamedTuple):
     """What the loop gave to a device in motion beyond half a hertz, tick by tick [J], with the
     parts of force [N] and position [m] beyond it, ``(tick, dof)``.
     """
@@ -84,7 +84,7 @@ class Work(NamedTuple):
     given_j: Array
 
 
-def works(traces: SessionTraces, scenario: Scenario | None) -> list[Work]:
+def works(traces: SessionTraces, scenario: Scenario | None) -> list[LoopWork]:
     """Return the work on every device of a session; none where the environment has energy of its
     own, or a user of the scenario was not recorded.
     """
@@ -97,7 +97,7 @@ def works(traces: SessionTraces, scenario: Scenario | None) -> list[Work]:
             return []
         force, x = (beyond(a, user.tick_s, REST_BAND_HZ) for a in (user.f_applied, user.x_m))
         given_j = -np.sum(force * np.diff(x, axis=0, append=x[-1:]), axis=-1)
-        found.append(Work(user, known[user.name].device.mass, force, x, given_j))
+        found.append(LoopWork(user, known[user.name].device.mass, force, x, given_j))
     return found if len(found) >= len(known) else []
 
 
@@ -106,7 +106,7 @@ def drive(
     scenario: Scenario | None,
     start_s: float,
     end_s: float,
-    done: Sequence[Work] | None = None,
+    done: Sequence[LoopWork] | None = None,
 ) -> Drive:
     """Return who drove the motion between two instants [s]; ``UNKNOWN`` where no :func:`works`
     are known (``done``, if they were asked for already), or ticks were not recorded.

@@ -148,7 +148,7 @@ def _reported(
     result: "Replay", source: Path, folder: Path, times_real_time: float, *, figures: bool
 ) -> list[str]:
     """Write summary, reports and tables; return the lines for a terminal."""
-    from pmwvc_analysis.compare.measures import Entry, measured
+    from pmwvc_analysis.compare.measures import Compared, measured
     from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, exact, reproduced
     from pmwvc_analysis.report.comparison_report import write
     from pmwvc_analysis.session_files import finish, write_summary
@@ -160,8 +160,8 @@ def _reported(
     else:
         write_summary(folder, summary(result.replayed, result.scenario))
     path = str(source.resolve())
-    recorded = Entry("recorded", {}, result.recorded, result.recorded_scenario, path)
-    replayed = Entry("replayed", result.changes, result.replayed, result.scenario, ".")
+    recorded = Compared("recorded", {}, result.recorded, result.recorded_scenario, path)
+    replayed = Compared("replayed", result.changes, result.replayed, result.scenario, ".")
     before = result.recorded_scenario.flat()
     changes = {name: [before.get(name), new] for name, new in result.changes.items()}
     hands = result.prescribed.hands

@@ -14,7 +14,7 @@ from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError, RecordingError
 
 if TYPE_CHECKING:
-    from pmwvc_analysis.maps.maps import Axis, Grid, Measured, Points
+    from pmwvc_analysis.maps.maps import Grid, MapAxis, MapPoint, Points
     from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -93,11 +93,11 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result(document=(folder / "map.json").read_text("utf-8"))
 
 
-def axis_of(scenario: "Scenario", text: str, option: str = "") -> "Axis":
+def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
     """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError, which begins with the
     option, where it is neither.
     """
-    from pmwvc_analysis.maps.maps import Axis
+    from pmwvc_analysis.maps.maps import MapAxis
     from pmwvc_core.scenario.names import value_of, varied
 
     name, equals, span = text.partition("=")
@@ -115,7 +115,7 @@ def axis_of(scenario: "Scenario", text: str, option: str = "") -> "Axis":
     except ValueError:
         form = "must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
         raise PmwvcError(f"{option}{text}: {form}") from None
-    return Axis(name, values)
+    return MapAxis(name, values)
 
 
 def _usual(scenario: "Scenario", name: str, value: float | None) -> tuple[float, ...]:
@@ -141,7 +141,7 @@ def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
     return tuple(float(f"{first + step * i:.12g}") for i in range(count))
 
 
-def points_in(folders: Sequence[Path], grid: "Grid") -> list["Measured"]:
+def points_in(folders: Sequence[Path], grid: "Grid") -> list["MapPoint"]:
     """Return sessions as points of a map; RecordingError with every folder that is none."""
     found, wrong = [], []
     for folder in folders:
@@ -154,9 +154,9 @@ def points_in(folders: Sequence[Path], grid: "Grid") -> list["Measured"]:
     return found
 
 
-def measured_in(folder: Path, grid: "Grid") -> "Measured":
+def measured_in(folder: Path, grid: "Grid") -> "MapPoint":
     """Return a session as a point of a map; RecordingError where it has no scenario or verdict."""
-    from pmwvc_analysis.maps.maps import Measured
+    from pmwvc_analysis.maps.maps import MapPoint
     from pmwvc_analysis.recording.reader import read_scenario
     from pmwvc_core.scenario.names import value_of
 
@@ -170,7 +170,7 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
         raise RecordingError(f"{folder}: not a point of this map: {'; '.join(wrong)}")
     x, y = value_of(scenario, grid.x.name), value_of(scenario, grid.y.name)
     assert x is not None and y is not None  # a grid has no other parameters
-    return Measured(folder.name, x, y, bool(stable))
+    return MapPoint(folder.name, x, y, bool(stable))
 
 
 def differences(scenario: "Scenario", grid: "Grid") -> list[str]:

@@ -51,14 +51,14 @@ def run(arguments: argparse.Namespace) -> cli.Result:
 
         require_address(page)
     scenario, folder = prepared(arguments)
-    from pmwvc_bringup.session.runner import LiveSession, StartError
+    from pmwvc_bringup.session.runner import NodeSession, StartError
 
     console, recorded = terminal(), []
     how: Any = {"console": console, "browser": arguments.browser}
     try:
         while True:
             announce(console, scenario, folder, live=True)
-            session = LiveSession(scenario, folder, page=page, **how)
+            session = NodeSession(scenario, folder, page=page, **how)
             if session.run():
                 recorded.append((folder, scenario))
             elif not recorded:

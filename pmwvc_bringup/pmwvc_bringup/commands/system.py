@@ -14,8 +14,8 @@ from pmwvc_bringup import command as cli
 from pmwvc_core.errors import PmwvcError, file_errors
 
 if TYPE_CHECKING:
-    from pmwvc_analysis.doctor import Finding as RecordingFinding
-    from pmwvc_bringup.machine import Finding
+    from pmwvc_analysis.doctor import Checked as RecordingFinding
+    from pmwvc_bringup.machine import MachineCheck
 
 
 MEND = "write the intact part of a damaged recording into a new session folder"
@@ -39,7 +39,7 @@ only losses that it declares, 3 when it is damaged
 )
 def doctor(arguments: argparse.Namespace) -> cli.Result:
     """Examine the machine or a recording."""
-    findings: Sequence[Finding | RecordingFinding]
+    findings: Sequence[MachineCheck | RecordingFinding]
     if arguments.mend and not arguments.folder:
         raise PmwvcError("--mend: name the damaged session folder as well")
     if arguments.folder:

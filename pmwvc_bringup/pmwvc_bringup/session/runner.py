@@ -47,7 +47,7 @@ class StartError(PmwvcError):
     """A node of the session did not start; the message holds the last lines of its log."""
 
 
-class LiveSession:
+class NodeSession:
     """One session of real nodes, in a folder that exists and is empty.
 
     ``page`` is where its page is served, once it is with the port and token in use; None: nowhere.

@@ -27,7 +27,7 @@ from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.server import server_port
 from pmwvc_core.law.server.contacts import Contact, contact_force, contact_heat, offset_of, slid
 from pmwvc_core.law.server.coupling import object_pushed, pulled
-from pmwvc_core.law.server.server_port import Environment
+from pmwvc_core.law.server.server_port import SharedScene
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, squared, zero
 from pmwvc_core.law.without_waves.ends import port_without_waves
 
@@ -195,7 +195,7 @@ class PluggedServerParams(NamedTuple):
 
 
 @server_port.environment_step.member(PluggedServerParams)
-def _step(p: PluggedServerParams, s: Environment, came: tuple[Any, ...]) -> Environment:
+def _step(p: PluggedServerParams, s: SharedScene, came: tuple[Any, ...]) -> SharedScene:
     avatars, body, lost_j = object_pushed(tuple(port.avatar for port in s.ports), s.body, p.body)
     ports, h = [], p.body.period_s
     for port, a, packet, values in zip(s.ports, avatars, came, p.values, strict=True):
@@ -212,11 +212,11 @@ def _step(p: PluggedServerParams, s: Environment, came: tuple[Any, ...]) -> Envi
             u_j=port.u_j + max(flow_j, 0.0), v_j=port.v_j + max(-flow_j, 0.0),
         ))  # fmt: skip
         lost_j += moved.lost_j
-    return Environment(tuple(ports), body, s.dissipated_j + lost_j, s.unsettled)
+    return SharedScene(tuple(ports), body, s.dissipated_j + lost_j, s.unsettled)
 
 
 @server_port.environment_energies.member(PluggedServerParams)
-def _environment_energies(p: PluggedServerParams, s: Environment) -> Vector:
+def _environment_energies(p: PluggedServerParams, s: SharedScene) -> Vector:
     of_users = zip(*[p.energies(port.brake.law) for port in s.ports], strict=True)
     return kinetic_j(s.body, p.body), server_port.potential_j(s), *map(sum, of_users)
 

@@ -64,7 +64,7 @@ class Inbox(Receiver):
         return super()._lasts(period_s)
 
 
-class End:
+class PortEnd:
     """What both ends have: a receiver per user, and changes of parameters while they run."""
 
     def __init__(self, inboxes: list[Inbox]) -> None:

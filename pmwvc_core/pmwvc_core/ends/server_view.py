@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.ends.forms import value
-from pmwvc_core.ends.inbox import End
+from pmwvc_core.ends.inbox import PortEnd
 from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
@@ -35,7 +35,7 @@ def kept_words(distance_m: float, why: str) -> str:
     return f"avatar {1e3 * distance_m:.1f} mm from the device since joining: {why}"
 
 
-class ServerView(End):
+class ServerView(PortEnd):
     """What is read of a server: its state ``s``, parameters ``p`` and ``inboxes``."""
 
     s: Server

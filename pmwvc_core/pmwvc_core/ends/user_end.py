@@ -18,7 +18,7 @@ from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.forms import message, value, vector
-from pmwvc_core.ends.inbox import End, Inbox
+from pmwvc_core.ends.inbox import Inbox, PortEnd
 from pmwvc_core.frame.rows import DeviceSample, FrameReport, Row
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_signals
@@ -31,7 +31,7 @@ from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
 
 
-class UserEnd(End):
+class UserEnd(PortEnd):
     """One user's force loop.
 
     ``session`` has controller, channel, axes and server (a scenario, or what a node was given),

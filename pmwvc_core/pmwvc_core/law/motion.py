@@ -24,7 +24,7 @@ from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, ze
 SERIES_BELOW = 0.1  # phi2 by its series there: the closed form loses digits to cancellation
 
 
-class Motion(NamedTuple):
+class StepMap(NamedTuple):
     """Coefficients of the map from (x, xd, F) to (x, xd) after a given time."""
 
     xd_x: float  # [s] of the velocity in the new position
@@ -33,7 +33,7 @@ class Motion(NamedTuple):
     f_xd: float  # [m/s/N]
 
 
-def motion(mass: float, damping: float, time_s: float) -> Motion:
+def motion(mass: float, damping: float, time_s: float) -> StepMap:
     """Return the exact motion of a mass [kg] with a damper [N s/m] over a time."""
     z, rate = damping * time_s / mass, time_s / mass
     phi1, phi2, term = -math.expm1(-z) / z if z else 1.0, 0.0, 0.5
@@ -43,10 +43,10 @@ def motion(mass: float, damping: float, time_s: float) -> Motion:
         for n in range(10):
             phi2 += term
             term *= -z / (n + 3)
-    return Motion(time_s * phi1, time_s * rate * phi2, math.exp(-z), rate * phi1)
+    return StepMap(time_s * phi1, time_s * rate * phi2, math.exp(-z), rate * phi1)
 
 
-def advanced(x: Vector, xd: Vector, force: Vector, p: Motion) -> tuple[Vector, Vector]:
+def advanced(x: Vector, xd: Vector, force: Vector, p: StepMap) -> tuple[Vector, Vector]:
     """Return position [m] and velocity [m/s] after the time; the force [N] is constant."""
     x = plus(plus(x, scaled(xd, p.xd_x)), scaled(force, p.f_x))
     return x, plus(scaled(xd, p.xd_xd), scaled(force, p.f_xd))
@@ -68,7 +68,7 @@ class BodyLaw(NamedTuple):
     damping: float
     period_s: float
     inertance: float  # 2 m/h [N s/m]; infinite for a wall
-    motion: Motion  # over a step
+    motion: StepMap  # over a step
     fixed: bool
 
 

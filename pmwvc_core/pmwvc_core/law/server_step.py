@@ -31,7 +31,7 @@ from pmwvc_core.law.channel.packet import (
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.server_port import (
     Came,
-    Environment,
+    SharedScene,
     UserPort,
     environment_step,
     joined,
@@ -63,7 +63,7 @@ class Server(NamedTuple):
     """All users, the environment between them, and the time of the task [s]."""
 
     guests: tuple[Guest, ...]
-    environment: Environment
+    environment: SharedScene
     task_s: float  # infinite until all have been together, then from minus a soft start on
 
 

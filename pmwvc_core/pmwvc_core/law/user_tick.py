@@ -9,8 +9,8 @@
     answer tick             the newest wave to the port, once a frame
 
 Frames begin at the multiples of their length M, so that both ends keep their phases: where M
-changes, or ticks were skipped, a frame is as long as it takes to the next multiple. The caller
-sends and begins frames (``send``, ``begin``), with other parameters where they change.
+changes, or ticks were skipped, a frame lasts to the next multiple. The caller sends and begins
+frames (``send``, ``begin``).
 """
 
 from typing import Any, NamedTuple
@@ -41,7 +41,7 @@ from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_re
 from pmwvc_core.law.vectors import Vector, zero
 
 
-class User(NamedTuple):
+class ForceLoop(NamedTuple):
     """A user's force loop."""
 
     next_frame: int  # tick that starts it
@@ -74,8 +74,8 @@ class UserParams(NamedTuple):
 
 
 def send(
-    s: User, now_ns: int, sample: Sample, leaves: bool, p: UserParams
-) -> tuple[User, Packet, bool]:
+    s: ForceLoop, now_ns: int, sample: Sample, leaves: bool, p: UserParams
+) -> tuple[ForceLoop, Packet, bool]:
     """Return the packet of the frame that ends, and whether it is sent; the last one is."""
     port, arrivals, number = s.port, s.arrivals, s.packing.number + 1
     if age_ns(sample, s.measured_ns, now_ns) <= STALE_NS:
@@ -94,7 +94,7 @@ def next_on_grid(now: int, every: int, phase: int) -> int:
     return now + every - (now - phase) % every
 
 
-def begin(s: User, tick: int, p: UserParams) -> User:
+def begin(s: ForceLoop, tick: int, p: UserParams) -> ForceLoop:
     """Begin a frame with a tick."""
     of_frame, ends = tick - tick % s.rate_drop, next_on_grid(tick, p.rate_drop, 0)
     return s._replace(
@@ -103,7 +103,7 @@ def begin(s: User, tick: int, p: UserParams) -> User:
     )  # fmt: skip
 
 
-def receive(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
+def receive(s: ForceLoop, packets: list[Packet], now_ns: int, p: UserParams) -> ForceLoop:
     """Take packets in, in the order of their arrival."""
     arrivals, newest, servers, limit = s.arrivals, s.newest, s.servers, s.limits
     for packet in packets:
@@ -115,8 +115,9 @@ def receive(s: User, packets: list[Packet], now_ns: int, p: UserParams) -> User:
 
 
 def user_tick(
-    s: User, tick: int, now_ns: int, sample: Sample, packets: list[Packet] | None, p: UserParams
-) -> tuple[User, Vector, Vector]:
+    s: ForceLoop, tick: int, now_ns: int, sample: Sample, packets: list[Packet] | None,
+    p: UserParams,
+) -> tuple[ForceLoop, Vector, Vector]:  # fmt: skip
     """Run a tick of a frame that has begun; return the forces wanted and for the device [N]."""
     if packets is not None:
         s = receive(s, packets, now_ns, p)

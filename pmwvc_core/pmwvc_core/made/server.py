@@ -12,7 +12,7 @@ import numpy as np
 from pmwvc_core.controllers.library import is_strict, record_of
 from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.black_box.black_box import Accounts, BlackBox, BlackBoxParams
+from pmwvc_core.law.black_box.black_box import Accounts, BlackBoxParams, BoxState
 from pmwvc_core.law.black_box.compensations import compensation_params
 from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.channel.arrivals import start_of
@@ -22,7 +22,7 @@ from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_b
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
 from pmwvc_core.law.server.coupling import Implicit, weights
-from pmwvc_core.law.server.server_port import Environment, EnvironmentParams, UserPort
+from pmwvc_core.law.server.server_port import EnvironmentParams, SharedScene, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
@@ -133,25 +133,25 @@ def alike(ports: Sequence[UserPort], users: Sequence["scenarios.User"]) -> tuple
         b, axes = port.avatar.impedance, len(port.x_s)
         if coupled and isinstance(b, wave.Impedance):
             b = made_impedance(MatrixImpedance(np.full(axes, b.b), np.eye(axes)))
-        elif not coupled and isinstance(b, wave.MatrixImpedance):
+        elif not coupled and isinstance(b, wave.ImpedanceMatrix):
             b = made_impedance(b.b[0][0])
         like.append(port._replace(avatar=port.avatar._replace(impedance=b)))
     return tuple(like)
 
 
-def changed_server(s: Environment, p: ServerStepParams, q: ServerStepParams) -> Environment:
+def changed_server(s: SharedScene, p: ServerStepParams, q: ServerStepParams) -> SharedScene:
     """Go on with other parameters of object and coupling, from forces and velocities as they are;
     no energy comes or goes. ``p`` are the parameters until here, ``q`` those from here on. A black
     box keeps its own.
     """
-    if isinstance(s.body, BlackBox):
+    if isinstance(s.body, BoxState):
         return s
     return s._replace(body=changed_body(s.body, p.environment.body, q.environment.body))
 
 
 def _resting_box(
     users: Sequence["scenarios.User"], session: Any, contacts: Sequence[Contact], call: Call
-) -> BlackBox:
+) -> BoxState:
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
     axes, server, name = session.dof, session.server, session.server.environment
     rest = (0.0,) * axes
@@ -168,7 +168,7 @@ def _resting_box(
         Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least
     )
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
-    return BlackBox(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
+    return BoxState(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
 
 
 def resting_server(
@@ -195,5 +195,5 @@ def resting_server(
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = _resting_box(users, session, contacts, call)
-    environment = Environment(alike(ports, users), body, 0.0, 0)
+    environment = SharedScene(alike(ports, users), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

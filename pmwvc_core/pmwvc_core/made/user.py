@@ -22,7 +22,7 @@ from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness, loose_brake
 from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, limits_params
-from pmwvc_core.law.user_tick import User, UserParams
+from pmwvc_core.law.user_tick import ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import MasterParams
@@ -62,7 +62,7 @@ def arrivals_params(
 
 def made_user(
     user: "scenarios.User", session: Any, *, answer_tick: int = 0, workspace_m: float | None = None
-) -> tuple[User, UserParams]:
+) -> tuple[ForceLoop, UserParams]:
     """Return a user's force loop at rest, and its parameters; ``session`` has controller, channel,
     axes and server (a scenario, or what a node was given).
     """
@@ -91,7 +91,7 @@ def made_user(
     of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     limits = Limits(nothing, loose_brake(nothing), of_limits.timeout_s)
-    s = User(
+    s = ForceLoop(
         0, 0, master.rate_drop, master.frame_s, Packing(*(nothing,) * 3), arrivals, packet, 0,
         port, limits, nothing, NEVER_NS, 0, NEVER, False,
     )  # fmt: skip
@@ -102,9 +102,9 @@ def made_user(
 
 
 def changed_user(
-    s: User, p: UserParams, made: tuple[User, UserParams], old: "scenarios.User",
+    s: ForceLoop, p: UserParams, made: tuple[ForceLoop, UserParams], old: "scenarios.User",
     new: "scenarios.User",
-) -> tuple[User, UserParams]:  # fmt: skip
+) -> tuple[ForceLoop, UserParams]:  # fmt: skip
     """Take other parameters of master and limits over: ``s`` and ``p`` are the force loop as it
     runs, ``made`` as it would begin now. A brake that holds keeps its stiffness, a receiver what
     it was made for, but for the time of silence.

@@ -17,11 +17,11 @@ from pmwvc_core.law.port.master import PlainMaster, PlainMasterParams
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import Tank
-from pmwvc_core.law.position.error import PositionError, PositionParams, Posted
+from pmwvc_core.law.position.error import FeedbackParams, PositionError, Posted
 from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave import filter_and_hold as rates
-from pmwvc_core.law.wave.wave import MatrixImpedance, impedance
+from pmwvc_core.law.wave.wave import ImpedanceMatrix, impedance
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.aliasing import delay_of
@@ -35,7 +35,7 @@ def made_impedance(b: Any) -> Any:
     pair = _rows(b.matrix), _rows((1.0 / b).matrix)
     roots = _rows((2.0 * b).root().matrix), _rows((2.0 / b).root().matrix)
     axes, values = tuple(range(len(b.values))), tuple(b.values.tolist())
-    return MatrixImpedance(*pair, *roots, axes, values, _rows(b.axes.T), _rows(b.axes))
+    return ImpedanceMatrix(*pair, *roots, axes, values, _rows(b.axes.T), _rows(b.axes))
 
 
 def _rows(matrix: Any) -> tuple[Vector, ...]:
@@ -114,7 +114,7 @@ def _made_filters(
     return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)
 
 
-def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionParams:
+def position_params(master: MasterParams, b: Any, *, strict: bool) -> FeedbackParams:
     """Return the parameters of position feedback, with the lags [s] of filter and hold.
 
     A packet carries the end of its frame, which is (M-1)/2 T_c later than the mean of the frame:
@@ -128,7 +128,7 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> PositionPa
             0.5 * (drop - 1) * tick_s,
         )
         lags = tau - late, late if master.ramps else 0.0
-    return PositionParams(
+    return FeedbackParams(
         b, tick_s, master.frame_s, *lags, position.of_residual, drop,
         float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
     )  # fmt: skip

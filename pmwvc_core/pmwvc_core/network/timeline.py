@@ -24,7 +24,7 @@ NOT_HERE = ("schedule", "effects")
 
 
 @dataclass(frozen=True)
-class Entry:
+class TimelineEntry:
     """One entry of a timeline."""
 
     start_s: float
@@ -45,7 +45,7 @@ class Entry:
 class Timeline:
     """The entries in their order; the first begins at 0. After ``length_s`` it begins anew."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[TimelineEntry, ...]
     length_s: float = math.inf
 
     def at(self, elapsed_ns: int) -> tuple[int, float]:
@@ -62,7 +62,7 @@ class Timeline:
 @functools.lru_cache(maxsize=64)
 def timeline_of(text: str) -> Timeline:
     """Read ``link.schedule``; ParameterError with the entry, its value and what it must be."""
-    entries = [Entry(0.0)]
+    entries = [TimelineEntry(0.0)]
     length_s = math.inf
     for number, part in enumerate(filter(str.strip, text.split(";")), start=1):
         where = f"schedule: entry {number} {part.strip()!r}"
@@ -91,9 +91,9 @@ def timeline_of(text: str) -> Timeline:
     return Timeline(tuple(entries), length_s)
 
 
-def _entry(where: str, start_s: float, words: list[str]) -> Entry:
+def _entry(where: str, start_s: float, words: list[str]) -> TimelineEntry:
     if words in (["outage"], ["base"]):
-        return Entry(start_s, outage=words == ["outage"])
+        return TimelineEntry(start_s, outage=words == ["outage"])
     preset, settings, ramp_s = "", {}, None
     for word in words:
         name, equals, value = word.partition("=")
@@ -112,7 +112,7 @@ def _entry(where: str, start_s: float, words: list[str]) -> Entry:
             ramp_s, settings["delay_s"] = (first, last), first
         else:
             settings[name] = _setting(where, name, value)
-    return Entry(start_s, preset=preset, settings=tuple(settings.items()), ramp_s=ramp_s)
+    return TimelineEntry(start_s, preset=preset, settings=tuple(settings.items()), ramp_s=ramp_s)
 
 
 def _setting(where: str, name: str, text: str) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_core.account import Account
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.motion import Motion, advanced, motion, time_to_rest
+from pmwvc_core.law.motion import StepMap, advanced, motion, time_to_rest
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, scaled, within, zero
 from pmwvc_core.numeric import Array, Value, root, squared
 from pmwvc_core.numeric import dot as inner
@@ -43,7 +43,7 @@ class SimulatedParams(NamedTuple):
     reach_m: float
     differences: bool  # velocity by differences of readings
     tick_s: float
-    motion: Motion
+    motion: StepMap
 
 
 def simulated_params(params: DeviceParams, tick_s: float) -> SimulatedParams:

@@ -22,7 +22,7 @@ from pmwvc_core.ends.forms import scalar, vector
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages import KEPT, NS_PER_S, MessageTypes, record_of
 from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.packet import FLAG_SHORT, Verdict, WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import FLAG_SHORT, Receipt, WavePacket, refused, size_bytes
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]
@@ -56,11 +56,11 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= _FIXED else (0,)
     extra, rest = divmod(len(data) - _FIXED - dof * _PER_AXIS, 8)
     if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
-        return refused(Verdict.MALFORMED)
+        return refused(Receipt.MALFORMED)
     _, _, _, sent_ns, epoch, seq, echo_seq, period, *body = _layout(dof, extra).unpack(data)
     second, third, last = dof + 1, 2 * dof + 3, 3 * dof + 4  # where lengths stand
     if [body[0], body[second], body[third], body[last]] != [dof, dof, dof, extra]:
-        return refused(Verdict.MALFORMED)
+        return refused(Receipt.MALFORMED)
     wave, integral, position = (_value(body[at + 1 : at + 1 + dof]) for at in (0, second, third))
     echo_sent_ns, echo_hold_ns, flags, _, session, _ = body[-6:]
     return WavePacket(
@@ -80,7 +80,7 @@ RECORDED_QOS = QoSProfile(depth=KEPT, reliability=ReliabilityPolicy.RELIABLE)
 TAKEN_QOS = QoSProfile(depth=64, reliability=ReliabilityPolicy.BEST_EFFORT)
 DEADLINE_PERIODS = 3
 MOST_AT_ONCE = 32  # packets taken in one call: a flood takes no more of a loop's time
-OF_TOKENS = (Verdict.OTHER_SESSION, Verdict.FORGED)
+OF_TOKENS = (Receipt.OTHER_SESSION, Receipt.FORGED)
 QUIET_NS = 500_000_000  # an end that has sent nothing for so long answers a wrong token
 LONGEST_WAIT_NS = 1_000_000_000  # in the queue; beyond, a wall clock was set meanwhile
 
@@ -159,7 +159,7 @@ class WaveTopics:
             if len(data) == self._whole:
                 verdict = self._admission.judge(data, now_ns)
             if verdict in OF_TOKENS and now_ns - self._sent_ns > QUIET_NS:
-                self.send(refused(Verdict.MALFORMED))
+                self.send(refused(Receipt.MALFORMED))
             packets.append(refused(verdict) if verdict else packet_of(data, came_ns=came_ns))
         return packets
 

@@ -16,22 +16,22 @@ from pmwvc_core.plural import count
 from pmwvc_core.runtime.messages import live_types, time_message
 from pmwvc_core.runtime.pacing import Health
 from pmwvc_core.runtime.topics import RECORDED_QOS
-from pmwvc_core.transport.packet import Verdict
+from pmwvc_core.transport.packet import Receipt
 from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 PERIOD_S = 0.5
 PATIENCE_S = 3.0  # without a packet, before it is worth a warning
 SUSPECT = {  # verdicts that are worth a warning while packets of the sender come
-    Verdict.STRANGER: "of another sender refused",
-    Verdict.OTHER_SESSION: "of another session refused",
-    Verdict.FORGED: "without the user's token refused",
-    Verdict.FLOOD: "beyond the rate of a sender refused",
-    Verdict.CORRUPTED: "corrupted on their way",
+    Receipt.STRANGER: "of another sender refused",
+    Receipt.OTHER_SESSION: "of another session refused",
+    Receipt.FORGED: "without the user's token refused",
+    Receipt.FLOOD: "beyond the rate of a sender refused",
+    Receipt.CORRUPTED: "corrupted on their way",
 }
 OF_TOKENS = {
-    Verdict.OTHER_SESSION: "of another session are refused: session.token_file must be of one "
+    Receipt.OTHER_SESSION: "of another session are refused: session.token_file must be of one "
     "'pmwvc token' at both ends, or empty at both",
-    Verdict.FORGED: "are refused: the user's token (session.token_file) did not seal them",
+    Receipt.FORGED: "are refused: the user's token (session.token_file) did not seal them",
 }
 
 
@@ -73,7 +73,7 @@ class Peers:
                 wrong.append(f"{count(number - before, 'packet')} {words} on {topic}")
         if wrong or inbox.newest is not None or self._clock() - self._begin_s < PATIENCE_S:
             return wrong
-        taken = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+        taken = (Receipt.ACCEPTED, Receipt.NEW_EPOCH)
         refused = [f"{n} {v.value}" for v, n in inbox.counts.items() if n and v not in taken]
         if refused:
             return [f"every packet on {topic} was refused: {', '.join(refused)}"]

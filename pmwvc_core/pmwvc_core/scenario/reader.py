@@ -40,7 +40,7 @@ def parse_scenario(
         raise ScenarioError(
             source, [f"{type(mapping).__name__} found where a mapping of names is expected"]
         )
-    reader = _Reader()
+    reader = _Values()
     reader.take(flat_mapping(mapping))
     reader.take(dict(overrides or {}), strict_user=True)
     asked = {"users": users, "duration_s": duration_s}
@@ -51,7 +51,7 @@ def parse_scenario(
     return scenario
 
 
-class _Reader:
+class _Values:
     """Collects values by name, then builds; keeps the list of what is wrong."""
 
     def __init__(self) -> None:

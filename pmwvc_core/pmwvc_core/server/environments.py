@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
-from pmwvc_core.law.black_box.touched import Drive, FreeCube, Visitor, Wall
+from pmwvc_core.law.black_box.touched import FreeCube, Swing, Visitor, Wall
 from pmwvc_core.law.motion import Body, body_law
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.params import ServerParams
@@ -39,16 +39,16 @@ class Environment(Record):
     own_energy: Callable[[ServerParams], str] = lambda params: ""
 
 
-def _wall(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
+def _wall(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Swing]:
     rest = (0.0,) * axes
     visitors = tuple(Visitor(False, rest, contact) for contact in contacts)
-    return Wall(visitors, Body(rest, rest), 0.0), Drive(rest, 0.0)
+    return Wall(visitors, Body(rest, rest), 0.0), Swing(rest, 0.0)
 
 
-def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Drive]:
+def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Swing]:
     drive, (wall, _) = server.active_wall, _wall(server, contacts, axes)
     amplitude = (drive.amplitude_m, *(0.0,) * (axes - 1))
-    return wall, Drive(amplitude, 2.0 * math.pi * drive.frequency_hz)
+    return wall, Swing(amplitude, 2.0 * math.pi * drive.frequency_hz)
 
 
 def _cube(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[FreeCube, Any]:

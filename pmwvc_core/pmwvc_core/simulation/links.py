@@ -15,7 +15,7 @@ from pmwvc_core.network.link import Link
 from pmwvc_core.numeric import Array, Integers, Value
 from pmwvc_core.params import LinkParams
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, SessionTraces, TakenTraces
-from pmwvc_core.transport.packet import Verdict, WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import Receipt, WavePacket, refused, size_bytes
 from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 
@@ -54,7 +54,7 @@ class SimulatedLink:
         packets = []
         for packet, fate in self.link.arrivals(now_ns):
             if fate.cause is Cause.CORRUPTION:
-                packets.append(refused(Verdict.CORRUPTED))
+                packets.append(refused(Receipt.CORRUPTED))
                 continue
             packets.append(packet)
             self.arrived.append((packet, now_ns))

@@ -21,7 +21,7 @@ import zlib
 from dataclasses import dataclass
 from hashlib import blake2b
 
-from pmwvc_core.transport.packet import Verdict, size_bytes
+from pmwvc_core.transport.packet import Receipt, size_bytes
 
 KEY_BYTES = 32
 LARGEST_RATE_HZ = 2000.0  # of packets: twice a force loop's that sends every tick
@@ -81,18 +81,18 @@ class Admission:
         end = self._session + tag
         return body + _crc(body, end) + end
 
-    def judge(self, data: bytes, now_ns: int) -> Verdict | None:
+    def judge(self, data: bytes, now_ns: int) -> Receipt | None:
         """Return why a serialized packet (a message of the length of one) is refused, or None."""
         body, check, session, tag = data[: _CHECK.start], data[_CHECK], data[_SESSION], data[_TAG]
         if check != bytes(4) and check != _crc(body, session + tag):
-            return Verdict.CORRUPTED
+            return Receipt.CORRUPTED
         if session != self._session:
-            return Verdict.OTHER_SESSION
+            return Receipt.OTHER_SESSION
         if self._into is not None:
             mac = self._into.copy()
             mac.update(body + session)
             if mac.digest() != tag:
-                return Verdict.FORGED
+                return Receipt.FORGED
         epoch, number = data[_EPOCH], int.from_bytes(data[_SEQ], "little")
         left, at_ns, greatest = self._rates.pop(epoch, (BURST, now_ns, 0))
         left = min(left + (now_ns - at_ns) * 1e-9 * LARGEST_RATE_HZ, BURST)
@@ -102,7 +102,7 @@ class Admission:
         self._rates[epoch] = (left - 1.0 if left >= 1.0 else left), now_ns, number
         if len(self._rates) > _REMEMBERED:
             del self._rates[next(iter(self._rates))]
-        return None if left >= 1.0 else Verdict.FLOOD
+        return None if left >= 1.0 else Receipt.FLOOD
 
 
 def intact(data: bytes) -> bool:

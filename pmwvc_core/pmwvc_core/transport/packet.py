@@ -27,7 +27,7 @@ FLAG_CHALLENGE = 64  # no wave: it asks a sender that is not followed to echo it
 LAST_NUMBER = (1 << 32) - 1  # 1 follows
 
 
-class Verdict(enum.Enum):
+class Receipt(enum.Enum):
     """Verdict on a packet that has come in. Only the first two change the receiver's wave."""
 
     ACCEPTED = "accepted"
@@ -69,7 +69,7 @@ class WavePacket:
     session: int = 0  # number of the session, 0: an open one
     short: bool = False  # the sender's playout lacks energy; in a message a flag
     came_ns: int = 0  # this end's clock at reception where known; no field of the message
-    refusal: Verdict | None = None  # found before the receiver, which counts it; no field either
+    refusal: Receipt | None = None  # found before the receiver, which counts it; no field either
 
     @property
     def message_flags(self) -> int:
@@ -83,7 +83,7 @@ def ahead(before: WavePacket, packet: WavePacket) -> int:
     return (packet.seq - before.seq + half) % LAST_NUMBER - half
 
 
-def refused(verdict: Verdict) -> WavePacket:
+def refused(verdict: Receipt) -> WavePacket:
     """Return a packet whose fields cannot be trusted, for a receiver to count as this."""
     return WavePacket(0, 1, 0, 0.0, 0.0, 0.0, 0.0, 0.0, refusal=verdict)
 

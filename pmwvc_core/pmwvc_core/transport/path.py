@@ -34,7 +34,7 @@ READING_NS = 1_000.0  # a clock is read to this
 WITHIN_NS = 500_000_000.0  # half a window
 
 
-class Least(NamedTuple):
+class Shortest(NamedTuple):
     """The least passage of a window, and when it was seen on this end's clock [ns]."""
 
     at_ns: int
@@ -60,7 +60,7 @@ class ClockLine(NamedTuple):
         return self.offset_ns + self.rate * (at_ns - self.at_ns)
 
 
-def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
+def clock_line(out: Sequence[Shortest], into: Sequence[Shortest]) -> ClockLine | None:
     """Return the line through the least passages of windows, either way, ascending in time, at
     least one; None where the least delays changed between them.
     """
@@ -99,7 +99,7 @@ def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
     )
 
 
-def latest_line(windows: Sequence[tuple[Least, Least]]) -> tuple[ClockLine, int] | None:
+def latest_line(windows: Sequence[tuple[Shortest, Shortest]]) -> tuple[ClockLine, int] | None:
     """Return the line through as many last windows as fit, and how many came before."""
     for before in range(len(windows)):
         line = clock_line(*zip(*windows[before:], strict=True))
@@ -142,7 +142,7 @@ class Way:
         self.jitter_ns: float = before.jitter_ns if before else 0.0
         self._last: int | None = before._last if before else None
         self.packets = self.total = self.most = 0
-        self.least = Least(0, 0)
+        self.least = Shortest(0, 0)
 
     def add(self, at_ns: int, passage_ns: int) -> None:
         """Take a passage, seen at an instant of this end's clock."""
@@ -150,13 +150,13 @@ class Way:
             self.jitter_ns += (abs(passage_ns - self._last) - self.jitter_ns) / JITTER_PACKETS
         self._last = passage_ns
         if not self.packets or passage_ns < self.least.passage_ns:
-            self.least = Least(at_ns, passage_ns)
+            self.least = Shortest(at_ns, passage_ns)
         self.most = max(self.most, passage_ns) if self.packets else passage_ns
         self.packets += 1
         self.total += passage_ns
 
 
-class Window(NamedTuple):
+class Passages(NamedTuple):
     """The passages of both directions in one window, which began at ``start_ns``."""
 
     start_ns: int
@@ -194,7 +194,7 @@ class Path:
 
     def restart(self) -> None:
         """Forget everything: the other end has another clock."""
-        self.windows: list[Window] = []  # whole ones; a new list each time, for other threads
+        self.windows: list[Passages] = []  # whole ones; a new list each time, for other threads
         self.out, self.into = Way(), Way()
         self._start_ns = 0
         self._echoed = 0
@@ -203,7 +203,7 @@ class Path:
         """Take a packet that came in at this instant of this end's clock."""
         if came_ns - self._start_ns >= WINDOW_NS:
             if self.out.packets and self.into.packets:
-                window = Window(self._start_ns, self.out, self.into)
+                window = Passages(self._start_ns, self.out, self.into)
                 self.windows = [*self.windows[1 - MOST_WINDOWS :], window]
             self.out, self.into, self._start_ns = Way(self.out), Way(self.into), came_ns
         into_ns = came_ns - packet.sent_ns

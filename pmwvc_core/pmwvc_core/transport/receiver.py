@@ -19,17 +19,17 @@ import math
 import numpy as np
 
 from pmwvc_core.numeric import Value, finite, squared
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Verdict, WavePacket, ahead
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Receipt, WavePacket, ahead
 from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
 REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
-ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
-NEW_EPOCH, STRANGER = Verdict.NEW_EPOCH, Verdict.STRANGER
-_TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
-REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
+ACCEPTED = Receipt.ACCEPTED  # at hand: a member is looked up in Python
+NEW_EPOCH, STRANGER = Receipt.NEW_EPOCH, Receipt.STRANGER
+_TAKEN = (Receipt.ACCEPTED, Receipt.NEW_EPOCH, Receipt.DUPLICATE, Receipt.REORDERED)
+REFUSED = {each.name.lower(): each for each in Receipt if each not in _TAKEN}  # by message field
 ROUND_TRIP = "round trip [ms]"  # of diagnostics
 PASSAGE = (  # fields of the Reception message
     *("delay_least", "delay_mean", "delay_max", "jitter"),  # [s] of packets that come in
@@ -49,7 +49,7 @@ class Receiver:
         self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf
     ) -> None:
         self.dof, self.period_s, self.max_wave = dof, period_s, max_wave
-        self.counts = dict.fromkeys(Verdict, 0)
+        self.counts = dict.fromkeys(Receipt, 0)
         self.lost = 0  # numbers skipped and not come since
         self.newest: WavePacket | None = None  # accepted; None before the first
         self.round_trip_s: float | None = None
@@ -64,13 +64,13 @@ class Receiver:
         self._stranger: WavePacket | None = None  # the newest of a sender that is not followed,
         self._stranger_ns = 0  # and when it came
 
-    def push(self, packet: WavePacket, now_ns: int) -> Verdict:
+    def push(self, packet: WavePacket, now_ns: int) -> Receipt:
         """Judge a packet that has come in; whatever it is, the answer is a verdict."""
         verdict = self._unfit(packet) or self._placed(packet, now_ns)
         self.counts[verdict] += 1
         if verdict is ACCEPTED or verdict is NEW_EPOCH:
             self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
-        elif verdict is STRANGER or verdict is Verdict.STALE:
+        elif verdict is STRANGER or verdict is Receipt.STALE:
             self._stranger, self._stranger_ns = packet, packet.came_ns or now_ns
             self.strangers[packet.epoch] = self.strangers.pop(packet.epoch, 0) + 1
             if len(self.strangers) > REMEMBERED:
@@ -104,25 +104,25 @@ class Receiver:
         """Tell whether another sender may be followed."""
         return self.silent(now_ns) or self._left
 
-    def _unfit(self, packet: WavePacket) -> Verdict | None:
+    def _unfit(self, packet: WavePacket) -> Receipt | None:
         """Return what is wrong with a packet by itself; None where nothing is."""
         if packet.refusal is not None or not 1 <= packet.seq < 1 << 32:  # uint32 in the message
-            return packet.refusal or Verdict.MALFORMED
+            return packet.refusal or Receipt.MALFORMED
         signals, dof = (packet.wave, packet.integral, packet.position), self.dof
         if not all(map(finite, (*signals, packet.energy, packet.period, *packet.extra))):
-            return Verdict.NOT_FINITE
+            return Receipt.NOT_FINITE
         for value in signals:  # the zero of a start has any number of axes
             if value.shape != (dof,) if isinstance(value, np.ndarray) else dof > 1 and value:
-                return Verdict.WRONG_LENGTH
+                return Receipt.WRONG_LENGTH
         if not self._lasts(packet.period):
-            return Verdict.WRONG_PERIOD
-        return Verdict.TOO_LARGE if squared(packet.wave) > self.max_wave**2 else None
+            return Receipt.WRONG_PERIOD
+        return Receipt.TOO_LARGE if squared(packet.wave) > self.max_wave**2 else None
 
     def _lasts(self, period_s: float) -> bool:
         """Tell whether a packet may stand for so long."""
         return math.isclose(period_s, self.period_s, rel_tol=1e-6)
 
-    def _placed(self, packet: WavePacket, now_ns: int) -> Verdict:
+    def _placed(self, packet: WavePacket, now_ns: int) -> Receipt:
         """Judge a fit packet by those before it."""
         newest = self.newest
         if packet.flags & FLAG_CHALLENGE:
@@ -136,11 +136,11 @@ class Receiver:
         if proven or (-AHEAD < behind < 0 and not self._left):
             return ACCEPTED
         if behind >= 0 and self._seen >> behind & 1:
-            return Verdict.DUPLICATE
+            return Receipt.DUPLICATE
         if 0 <= behind < WINDOW:
             self._seen |= 1 << behind
             self.lost -= packet.seq > self._first  # numbers before the first were never missing
-        return Verdict.STALE if behind < 0 or self._left else Verdict.REORDERED
+        return Receipt.STALE if behind < 0 or self._left else Receipt.REORDERED
 
     def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
         before, self._stranger = self.newest, None
@@ -164,13 +164,13 @@ class Receiver:
 def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
     """Return the counts of a receiver by the names of the Reception message."""
     by_verdict = inbox.counts
-    beginnings = by_verdict[Verdict.NEW_EPOCH]
+    beginnings = by_verdict[Receipt.NEW_EPOCH]
     return {
-        "accepted": by_verdict[Verdict.ACCEPTED] + beginnings,
+        "accepted": by_verdict[Receipt.ACCEPTED] + beginnings,
         "beginnings": beginnings,
         "lost": inbox.lost,
-        "duplicate": by_verdict[Verdict.DUPLICATE],
-        "reordered": by_verdict[Verdict.REORDERED],
+        "duplicate": by_verdict[Receipt.DUPLICATE],
+        "reordered": by_verdict[Receipt.REORDERED],
         **{name: by_verdict[verdict] for name, verdict in REFUSED.items()},
         "other_controller": other_controller,
     }
@@ -207,4 +207,4 @@ def diagnostics(inbox: Receiver, *, out: str, into: str) -> dict[str, object]:
             f"{path.drift_open_ppm:.1f} ppm; round trip known, its halves within "
             f"+-{path.open_s * 1e3:.2f} ms"
         )
-    return found | {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}
+    return found | {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Receipt}

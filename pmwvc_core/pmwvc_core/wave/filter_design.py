@@ -204,7 +204,7 @@ def sections_response(sos: Array, angle: Array) -> Complex:
     return found
 
 
-class BankFilters(NamedTuple):
+class BankSections(NamedTuple):
     """Sections ``(sections, 6)`` of the filters of a bank; None: a wire."""
 
     low_up: Array | None  # of the wave to the server
@@ -213,7 +213,7 @@ class BankFilters(NamedTuple):
     high_down: Array  # of the wave from the local model
 
 
-def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
+def bank_filters(params: BankParams, *, tick_s: float) -> BankSections:
     """Return the filters of a bank that splits a wave in two and puts two together; ParameterError
     where an edge is not below half the tick rate, or two are too close together.
 
@@ -231,9 +231,9 @@ def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
         pole = (c - 1.0) / (1.0 + c)
         low = np.array([[c / (1.0 + c), c / (1.0 + c), 0.0, 1.0, pole, 0.0]])
         high = np.array([[1.0 / (1.0 + c), -1.0 / (1.0 + c), 0.0, 1.0, pole, 0.0]])
-        return BankFilters(low, high, low, high)
+        return BankSections(low, high, low, high)
     high, low = (_bank_butterworth(params, side, tick_s) for side in ("high", "low"))
-    return BankFilters(None, high, None, low)
+    return BankSections(None, high, None, low)
 
 
 @functools.lru_cache(maxsize=512)

@@ -16,7 +16,7 @@ from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
 from pmwvc_master.devices.ros_topic import HandTopics
 
 
-class SimulatedDevice:
+class DeviceWithHand:
     """A mass with a hand; see :mod:`pmwvc_core.plant` for the equations of both."""
 
     def __init__(self, setup: DeviceSetup) -> None:

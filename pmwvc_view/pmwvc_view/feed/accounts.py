@@ -76,7 +76,7 @@ class ServerSums(NamedTuple):
 
 
 @dataclass
-class Account:
+class PageBalance:
     """Energy into and out of a part since the start, and the lowest balance seen [J].
 
     ``margin_j`` is the least that a balance was above minus its tolerance, ``least_j`` that
@@ -106,7 +106,7 @@ class Account:
             self.margin_j, self.least_j, self.least_ns = margin_j, balance_j, now_ns
 
 
-class Accounts:
+class PageBalances:
     """The accounts of one user, from the sums of both ends.
 
     Attributes
@@ -118,7 +118,7 @@ class Accounts:
     """
 
     def __init__(self) -> None:
-        self.up, self.down, self.hand = Account(), Account(), Account()
+        self.up, self.down, self.hand = PageBalance(), PageBalance(), PageBalance()
         self.known_ns: int | None = None
         self.judged = True
         self._waiting: deque[MasterSums] = deque(maxlen=LONGEST)

@@ -17,7 +17,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.traces import NS, OBJECT, Block, Step
+from pmwvc_view.feed.traces import NS, OBJECT, TraceBlock, TraceStep
 from pmwvc_view.feed.user import FeedUser
 from pmwvc_view.feed.window import Window
 from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout, Snapshot
@@ -46,8 +46,8 @@ class Feed:
         self._users = {name: FeedUser(layout, name, scenario) for name in users}
         self._every = list(self._users.values())
         self._period_ns = period_ns
-        self._steps: deque[Step] = deque()
-        self._step: Step | None = None
+        self._steps: deque[TraceStep] = deque()
+        self._step: TraceStep | None = None
         self._step_end_ns = -1
         self._due_ns: int | None = None
         self._seq = 0
@@ -58,7 +58,7 @@ class Feed:
         self.zero_ns: int | None = None
         self.others: dict[str, Any] = {}  # by column: values that come from elsewhere
 
-    def on_master(self, user: str, block: Block) -> None:
+    def on_master(self, user: str, block: TraceBlock) -> None:
         """Take in a block; an old one is dropped."""
         one = self._users[user]
         if block.end_ns <= one.end_ns:
@@ -70,7 +70,7 @@ class Feed:
         if block.sums is not None:
             one.accounts.block(block.sums)
 
-    def on_server(self, step: Step) -> None:
+    def on_server(self, step: TraceStep) -> None:
         """Take in a step; an old one is dropped."""
         if step.start_ns <= self._step_end_ns:
             return

@@ -22,7 +22,7 @@ X_M, X_S = SIGNALS.index("x_m"), AVATAR.index("x_s")
 OBJECT = ("x_o", "xd_o", "target")
 
 
-class Block(NamedTuple):
+class TraceBlock(NamedTuple):
     """Consecutive ticks of a master; ``signals (6, ticks, dof)`` as in ``SIGNALS``, SI units."""
 
     start_ns: int
@@ -50,7 +50,7 @@ class Block(NamedTuple):
         return self.start_ns + (self.ticks - 1) * self.period_ns
 
 
-class Step(NamedTuple):
+class TraceStep(NamedTuple):
     """A step of the server; ``object (3, dof)`` as in ``OBJECT``, ``avatars (3, users, dof)`` as
     in ``AVATAR``; the others per user.
     """

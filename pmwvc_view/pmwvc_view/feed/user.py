@@ -14,7 +14,7 @@ from pmwvc_core.ends.server_view import kept_words, why_kept
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.accounts import Accounts
+from pmwvc_view.feed.accounts import PageBalances
 from pmwvc_view.feed.traces import (
     AVATAR,
     F_APPLIED,
@@ -23,8 +23,8 @@ from pmwvc_view.feed.traces import (
     SIGNALS,
     X_M,
     X_S,
-    Block,
-    Step,
+    TraceBlock,
+    TraceStep,
 )
 from pmwvc_view.protocol.snapshot import ENERGIES, Layout
 
@@ -54,10 +54,10 @@ class FeedUser:
     """
 
     def __init__(self, layout: Layout, name: str, scenario: Scenario | None) -> None:
-        self.blocks: deque[Block] = deque()
+        self.blocks: deque[TraceBlock] = deque()
         self._shown = 0  # ticks of the first of them
         self.loaded_change = False
-        self.accounts = Accounts()
+        self.accounts = PageBalances()
         self.end_ns = -1
         self.state: int | None = None
         self.gone = False
@@ -83,7 +83,7 @@ class FeedUser:
         self._numbers_at = layout.together(name, NUMBERS)
         self._server_at = layout.together(name, ("presence", "contact"))
 
-    def write(self, row: Array, until_ns: int, step: Step | None, index: int) -> None:
+    def write(self, row: Array, until_ns: int, step: TraceStep | None, index: int) -> None:
         """Write the ticks up to a time into a row in which nothing is known, and the avatar as of
         a step of the server (None before the first), in which the user has this number.
         """

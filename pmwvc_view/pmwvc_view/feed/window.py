@@ -17,7 +17,7 @@ from pmwvc_analysis.verdicts import stability
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
-from pmwvc_view.feed.traces import AVATAR, NS, OBJECT, SIGNALS, Block, Step
+from pmwvc_view.feed.traces import AVATAR, NS, OBJECT, SIGNALS, TraceBlock, TraceStep
 
 SPAN_S = 6.0  # of which the newer half is judged
 JUDGED_S = 0.5  # between two judgements
@@ -33,14 +33,14 @@ class Window:
 
     def __init__(self, users: Sequence[str]) -> None:
         self._users = users
-        self._blocks = {user: deque[Block]() for user in users}
-        self._steps = deque[Step]()
+        self._blocks = {user: deque[TraceBlock]() for user in users}
+        self._steps = deque[TraceStep]()
         self._packets = [deque[Array]() for _ in range(2 * len(users))]
         self._zero_ns: int | None = None  # where time counts from
         self._judged_ns = self._end_ns = 0
         self.why, self.was = "", ("", 0.0)
 
-    def block(self, user: str, block: Block) -> None:
+    def block(self, user: str, block: TraceBlock) -> None:
         """Take in consecutive ticks of a master."""
         self._zero_ns = block.start_ns if self._zero_ns is None else self._zero_ns
         self._blocks[user].append(block)
@@ -49,7 +49,7 @@ class Window:
             while blocks and blocks[0].start_ns < self._end_ns - SPAN_S * NS:
                 blocks.popleft()
 
-    def step(self, step: Step) -> None:
+    def step(self, step: TraceStep) -> None:
         """Take in a step of the server."""
         self._steps.append(step)
         while self._steps[0].start_ns < step.start_ns - SPAN_S * NS:
@@ -110,7 +110,7 @@ class Window:
     def _seconds(self, times_ns: Any) -> Array:
         return (np.asarray(times_ns, dtype=np.float64) - (self._zero_ns or 0)) / NS
 
-    def _user(self, name: str, blocks: list[Block]) -> UserTraces:
+    def _user(self, name: str, blocks: list[TraceBlock]) -> UserTraces:
         period_ns = blocks[-1].period_ns
         at_ns = [each.start_ns + period_ns * np.arange(each.ticks) for each in blocks]
         times_ns = np.concatenate(at_ns)

@@ -19,7 +19,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
-from pmwvc_view.feed.traces import AVATAR, F_H, NS, OBJECT, SIGNALS, Block, Step
+from pmwvc_view.feed.traces import AVATAR, F_H, NS, OBJECT, SIGNALS, TraceBlock, TraceStep
 
 HEAD = 4  # bytes of the encapsulation; fields are aligned from there
 _CODES = {
@@ -122,7 +122,7 @@ SAME_CLOCK_NS = 20_000_000  # clocks whose offsets differ by more are of two mac
 LARGEST_NS = 1 << 62
 
 
-class _Reader:
+class _TraceReader:
     """The part common to the readers of both kinds: what of a message is read."""
 
     KIND: ClassVar[Any]
@@ -155,7 +155,7 @@ class _Reader:
         return own
 
 
-class MasterReader(_Reader):
+class MasterReader(_TraceReader):
     """The traces of one master."""
 
     KIND = MasterTrace
@@ -170,7 +170,7 @@ class MasterReader(_Reader):
         super().__init__(dof)
         self._waves = waves
 
-    def read(self, data: bytes, clock_ns: int | None) -> Block | None:
+    def read(self, data: bytes, clock_ns: int | None) -> TraceBlock | None:
         """Return a trace as a block; None for one that is skipped.
 
         ``clock_ns`` is by how much ROS time is ahead of the server's monotonic clock [ns], where
@@ -197,13 +197,13 @@ class MasterReader(_Reader):
         if clock_ns is not None and abs(offset_ns - clock_ns) > SAME_CLOCK_NS:
             start_ns += offset_ns - clock_ns
             sums = None
-        return Block(
+        return TraceBlock(
             start_ns=start_ns, period_ns=period_ns, signals=signals, lateness_s=late,
             state=known.state, reason=known.reason, missed=missed, sums=sums,
         )  # fmt: skip
 
 
-class ServerReader(_Reader):
+class ServerReader(_TraceReader):
     """The traces of the server. ``clock_ns`` is by how much ROS time is ahead of the server's
     monotonic clock, as of the newest trace [ns]; None before.
     """
@@ -221,7 +221,7 @@ class ServerReader(_Reader):
         self._users = users
         self.clock_ns: int | None = None
 
-    def read(self, data: bytes) -> Step | None:
+    def read(self, data: bytes) -> TraceStep | None:
         """Return a trace as a step; None for one that is skipped."""
         found, users = self._learnt(data), self._users
         if found is None or self._shape is None or self._known.users != users:
@@ -233,7 +233,7 @@ class ServerReader(_Reader):
         arrays, own = self._shape.arrays(found), len(OBJECT) * self._dof
         ran_ns = start_ns + round(late_s * NS)
         each = zip(users, energy[: len(users)], energy[len(users) :], strict=True)
-        return Step(
+        return TraceStep(
             start_ns=start_ns, object=arrays[:own].reshape(len(OBJECT), self._dof),
             avatars=arrays[own:].reshape(len(AVATAR), len(users), self._dof),
             state=self._known.state, contact=self._known.contact, lateness_s=late_s,

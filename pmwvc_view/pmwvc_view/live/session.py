@@ -19,7 +19,7 @@ from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.live.graph import Graph, Parameters
 from pmwvc_view.live.topics import HELD_QOS, Inlets, PublishedHand
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Answer, RunningSession, State, ramped
+from pmwvc_view.session import Handled, RunningSession, SessionState, ramped
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
@@ -72,14 +72,14 @@ class LiveSession(RunningSession):
         places = {user: hand.position for user, hand in self._hands.items()}
         return self._snapshots(inlets.now_ns(), places, inlets.round_trips)
 
-    def _state(self) -> State:
+    def _state(self) -> SessionState:
         values = self._graph.values
         paused = bool(values[self._graph.server].get("paused", False))
         preset = values.get(self._graph.netem, {}).get("preset")
         notices = [] if self._graph.emulated else ["The links are not emulated here."]
         if paused:
             notices.append("Paused: the server stands still; users join it anew when it goes on.")
-        return State(paused, None if preset in (None, "none") else str(preset), notices)
+        return SessionState(paused, None if preset in (None, "none") else str(preset), notices)
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
@@ -115,23 +115,23 @@ class LiveSession(RunningSession):
             found[self._graph.master(user.name)] = values_of("master", user.master)
         return found
 
-    async def pause(self, paused: bool) -> Answer:
+    async def pause(self, paused: bool) -> Handled:
         """Let the server stand still, or go on: its users leave, and join anew afterwards."""
         why = await self._parameters.set(self._graph.server, {"paused": paused})
-        return Answer(not why, why or ("paused" if paused else "running"))
+        return Handled(not why, why or ("paused" if paused else "running"))
 
-    def restart(self, values: Settings) -> Answer:
+    def restart(self, values: Settings) -> Handled:
         """Ask whoever started the session to begin again with these settings."""
         if not self._restarts.get_subscription_count():
             text = "only a session of 'pmwvc run --view' can be started again from its page"
-            return Answer(False, text)
+            return Handled(False, text)
         try:
             controls.changed(self._scenario, values)
         except PmwvcError as error:
-            return Answer(False, str(error))
+            return Handled(False, str(error))
         self.back = True
         self._restarts.publish(String(data=json.dumps(dict(values))))
-        return Answer(True, "beginning again")
+        return Handled(True, "beginning again")
 
     def close(self) -> None:
         """Open all hands, end the predictor."""

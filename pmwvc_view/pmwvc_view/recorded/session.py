@@ -27,7 +27,7 @@ from pmwvc_view.description import Predictor
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 from pmwvc_view.recorded.rows import packets_of, rows_of
-from pmwvc_view.session import Answer, Session
+from pmwvc_view.session import Handled, Session
 from pmwvc_view.web.access import PAGE
 
 SLOWEST, FASTEST = 0.01, 4.0
@@ -156,25 +156,25 @@ class RecordedSession(Session):
                 note = kept_text(away.kept[at], self._scenario)
         return {"state": word, "reason": reason, "note": note}
 
-    async def pause(self, paused: bool) -> Answer:
+    async def pause(self, paused: bool) -> Handled:
         """Stop, or play on; from the beginning where the end was reached."""
         if not paused and self._time_s >= self._traces.duration_s:
             self._time_s = 0.0
         self._paused = paused
-        return Answer(True, "paused" if paused else "playing")
+        return Handled(True, "paused" if paused else "playing")
 
-    def seek(self, time_s: float) -> Answer:
+    def seek(self, time_s: float) -> Handled:
         """Go to another time [s]."""
         self._time_s = min(max(time_s, 0.0), self._traces.duration_s)
         self._shown = int(self._time_s / self._period_s + 1e-9) - 1
-        return Answer(True, f"at {self._time_s:.3f} s")
+        return Handled(True, f"at {self._time_s:.3f} s")
 
-    def speed(self, ratio: float) -> Answer:
+    def speed(self, ratio: float) -> Handled:
         """Play at this ratio of the speed."""
         if not SLOWEST <= ratio <= FASTEST:
-            return Answer(False, f"speed = {ratio:g}: must be {SLOWEST:g}..{FASTEST:g}")
+            return Handled(False, f"speed = {ratio:g}: must be {SLOWEST:g}..{FASTEST:g}")
         self._ratio = ratio
-        return Answer(True, f"{ratio:g} times the speed")
+        return Handled(True, f"{ratio:g} times the speed")
 
 
 ROWS, PACKETS = 4000, 40_000  # at most; of longer sessions fewer a second

@@ -17,7 +17,7 @@ from websockets.frames import CloseCode
 
 from pmwvc_view.protocol import MESSAGES_HZ, SILENCE_S, ProtocolError, Request, read
 from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
-from pmwvc_view.session import Answer, Session
+from pmwvc_view.session import Handled, Session
 from pmwvc_view.web.access import Allowance
 
 LONGEST_REASON = 100  # bytes; a close frame holds 123
@@ -179,22 +179,22 @@ class Handling:
         elif (answer := self._done(client, request)) is not None:
             self._answer(client, request, answer)
 
-    def _done(self, client: Client, request: Request) -> Answer | None:
+    def _done(self, client: Client, request: Request) -> Handled | None:
         """Do what a page asks for, and return the answer; None where that takes its time."""
         kind, values = request.kind, request.values
         if kind not in self._session.can:
-            return Answer(False, f"{kind}: not in this session")
+            return Handled(False, f"{kind}: not in this session")
         if kind == "take":
             return self._take(client, values["user"])
         if kind == "let_go":
             mine = self._owners.get(values["user"]) is client
             if mine:
                 self._free(values["user"])
-            return Answer(mine, "" if mine else "not held by this page")
+            return Handled(mine, "" if mine else "not held by this page")
         if kind in ("set", "ask", "pause"):
             under_way = list(self._tasks.values()).count(client)
             if kind != "ask" and under_way >= MOST_AT_ONCE:  # of questions the newest counts
-                return Answer(False, f"{MOST_AT_ONCE} changes of this page are under way")
+                return Handled(False, f"{MOST_AT_ONCE} changes of this page are under way")
             task = asyncio.create_task(self._later(client, request))
             self._tasks[task] = client
             task.add_done_callback(self._tasks.pop)
@@ -202,20 +202,20 @@ class Handling:
         if kind == "restart":
             before_s, now_s = self._began_s, asyncio.get_running_loop().time()
             if now_s - before_s < AGAIN_S:
-                return Answer(False, f"it began less than {AGAIN_S:g} s ago")
+                return Handled(False, f"it began less than {AGAIN_S:g} s ago")
             self._began_s = now_s
-        found: Answer = getattr(self._session, kind)(**values)
+        found: Handled = getattr(self._session, kind)(**values)
         return found
 
-    def _take(self, client: Client, user: str) -> Answer:
+    def _take(self, client: Client, user: str) -> Handled:
         """Give a handle to a page."""
         if user not in self._owners:
-            return Answer(False, f"{user}: has no handle that can be taken here")
+            return Handled(False, f"{user}: has no handle that can be taken here")
         if self._owners[user] not in (None, client):
-            return Answer(False, f"{user}: another page holds it")
+            return Handled(False, f"{user}: another page holds it")
         self._owners[user] = client
         self._tell_users()
-        return Answer(True)
+        return Handled(True)
 
     def _target(self, client: Client, user: str, position: tuple[float, ...] | None) -> None:
         if self._owners.get(user) is not client:
@@ -231,10 +231,10 @@ class Handling:
         if request.kind != "ask":
             self._answer(client, request, found)
         elif found is None:
-            self._answer(client, request, Answer(False, "a newer question came"))
+            self._answer(client, request, Handled(False, "a newer question came"))
         else:
             client.send({"kind": "prediction", "id": request.id, **found})
 
-    def _answer(self, client: Client, request: Request, answer: Answer) -> None:
+    def _answer(self, client: Client, request: Request, answer: Handled) -> None:
         if request.id is not None:
             client.send({"kind": "answer", "id": request.id, **answer._asdict()})

@@ -26,8 +26,8 @@ from pmwvc_core.law.safety.brakes import unbraked
 from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import (
     Came,
-    Environment,
     PortShown,
+    SharedScene,
     UserPort,
     avatar_of,
     brakes_j,
@@ -51,7 +51,7 @@ class Accounts(NamedTuple):
     contained_j: float  # of the damper while the environment did not answer
 
 
-class BlackBox(NamedTuple):
+class BoxState(NamedTuple):
     """The environment behind its ports, and the object that it shows."""
 
     x: Vector  # [m]
@@ -79,7 +79,7 @@ class BlackBoxParams(NamedTuple):
 
 
 @environment_step.member(BlackBoxParams)
-def _step(p: BlackBoxParams, s: Environment, came: tuple[Came, ...]) -> Environment:
+def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     box, h = s.body, p.body.period_s
     ports, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
@@ -108,9 +108,9 @@ def _step(p: BlackBoxParams, s: Environment, came: tuple[Came, ...]) -> Environm
         contained_j += sums[i].contained_j
         withheld_j += wave_j(waves[i].v, h) - wave_j(returned[i], h)
     accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
-    box = BlackBox(x, xd, environment, compensation, users, way_m, stored_j, accounts)
+    box = BoxState(x, xd, environment, compensation, users, way_m, stored_j, accounts)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
-    return Environment(ports, box, spent_j, s.unsettled)
+    return SharedScene(ports, box, spent_j, s.unsettled)
 
 
 def _start(s: UserPort, old_s: float) -> Vector:
@@ -177,7 +177,7 @@ def _give(
 
 
 @environment_energies.member(BlackBoxParams)
-def _energies(p: BlackBoxParams, s: Environment) -> Vector:
+def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
     e = s.body.accounts
     stored: Vector = (
         0.0, max(s.body.stored_j, 0.0), e.environment_j, e.late_j, e.withheld_j, e.contained_j
@@ -187,7 +187,7 @@ def _energies(p: BlackBoxParams, s: Environment) -> Vector:
 
 
 @port_shown.member(BlackBoxParams)
-def _shown(p: BlackBoxParams, s: Environment, user: int) -> PortShown:
+def _shown(p: BlackBoxParams, s: SharedScene, user: int) -> PortShown:
     port = s.ports[user]
     touches = port.avatar.present and port.avatar.f != zero(port.avatar.f)
     return PortShown(port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0)

@@ -58,7 +58,7 @@ LARGEST = 100.0  # G relative to b
 NOTHING = 1e-290  # squared length at which a solution is found
 
 
-class Line(NamedTuple):
+class ExpectedForce(NamedTuple):
     """The force that a user expects: F0 + G xd, not across its own direction."""
 
     force: Vector  # [N] F0
@@ -97,23 +97,23 @@ def ratio_in_use(s: Secant) -> float:
     return ratio if ratio > SOFT else 0.0
 
 
-def line(s: Secant, position: Vector, weight: float) -> Line:
+def line(s: Secant, position: Vector, weight: float) -> ExpectedForce:
     """Return what to expect where the avatar would be without its new velocity [m]."""
     if ratio_in_use(s) <= 0.0:
-        return Line(s.force, each(scaled, (s.slope,), 0.0), zero(s.force))
+        return ExpectedForce(s.force, each(scaled, (s.slope,), 0.0), zero(s.force))
     if not is_zero(s.force):
         found = plus(s.force, applied(s.slope, minus(position, s.position)))
         kept = _direction(s.force) if s.one_sided else zero(found)
-        return Line(found, each(scaled, (s.slope,), weight), kept)
+        return ExpectedForce(found, each(scaled, (s.slope,), weight), kept)
     along = _direction(s.face_force)
     rise = applied(s.slope, minus(position, s.face_at))
     found = scaled(along, dot(along, plus(s.face_force, rise)))
     stiffness = weight * dot(along, applied(s.slope, along))
     kept = along if s.one_sided else zero(found)
-    return Line(found, outer(along, scaled(along, stiffness)), kept)
+    return ExpectedForce(found, outer(along, scaled(along, stiffness)), kept)
 
 
-def decoded(to: Line, impedance: Any, free: Vector) -> tuple[Vector, bool]:
+def decoded(to: ExpectedForce, impedance: Any, free: Vector) -> tuple[Vector, bool]:
     """Return xd [m/s] from that without a force, and whether it was decoded with one: of (B + G)
     xd = B free - F0 by conjugate gradients, exact after a step per axis, and again for rounding.
     """

@@ -13,7 +13,7 @@ heat. Positions and velocities are those of the avatars at the end of the step.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box.secant import Line, decoded
+from pmwvc_core.law.black_box.secant import ExpectedForce, decoded
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, kinetic_j
 from pmwvc_core.law.server.contacts import (
@@ -28,7 +28,7 @@ from pmwvc_core.law.server.contacts import (
     touching,
 )
 from pmwvc_core.law.server.coupling import rows_of
-from pmwvc_core.law.server.springs import Answer, Row, solved_axis
+from pmwvc_core.law.server.springs import Row, Yield, solved_axis
 from pmwvc_core.law.vectors import Vector, columns, each, filled, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, free_velocity
 
@@ -66,7 +66,7 @@ class Wall(NamedTuple):
     time_s: float
 
 
-class Drive(NamedTuple):
+class Swing(NamedTuple):
     """Amplitude [m], zero for a wall that stands still, and rate 2 pi f [1/s]."""
 
     amplitude: Vector
@@ -92,7 +92,7 @@ def _visit(s: Visitor, there: bool, begins: bool, position: Vector, centre: Vect
 
 @moved_by.member(Wall)
 def _wall(
-    s: Wall, positions: Vectors, velocities: Vectors, h: float, p: Drive
+    s: Wall, positions: Vectors, velocities: Vectors, h: float, p: Swing
 ) -> tuple[Wall, Vectors, float]:
     """Follow the drive; the velocity is the mean over the step."""
     time_s = s.time_s + h
@@ -130,7 +130,7 @@ def _rows(s: Visitor, position: Vector, h: float) -> tuple[Row, ...]:
 
 
 def _carried(
-    s: Visitor, position: Vector, answers: tuple[Answer, ...], h: float
+    s: Visitor, position: Vector, answers: tuple[Yield, ...], h: float
 ) -> tuple[Visitor, Vector]:
     if not s.there:
         return s, zero(position)
@@ -191,7 +191,7 @@ def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vect
     """Return the velocity that fits F0 [N] and G [N s/m], a slope per axis."""
     rows = each(scaled, (identity, each(max, (slope, zero(slope)))))
     free = free_velocity(a.impedance, a.u)
-    return decoded(Line(force, rows, zero(force)), a.impedance, free)[0]
+    return decoded(ExpectedForce(force, rows, zero(force)), a.impedance, free)[0]
 
 
 def ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:

@@ -4,8 +4,7 @@
 gives out.
 
 ======== ==========================================================================================
-plain    the newest wave, until a newer one comes: holding spends energy that did not arrive where
-         packets fail to come (App. B)
+plain    the newest wave until a newer one: holding spends energy that did not arrive (App. B)
 zeroing  the newest wave for one step, then zero
 strict   segments of displacement and energy, played out
 ======== ==========================================================================================
@@ -29,7 +28,7 @@ from pmwvc_core.law.channel.packet import (
 )
 from pmwvc_core.law.channel.playout import (
     FEW,
-    Moved,
+    Energies,
     Playout,
     PlayoutParams,
     add,
@@ -114,7 +113,7 @@ def start_of(
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
     silence, counting = Silence(limit_ns, period_s), Counting(nothing, period_s, period_s)
     if strict:
-        playout = resting_playout(nothing, Moved())
+        playout = resting_playout(nothing, Energies())
         return StrictArrivals(silence, playout, counting, nothing, False, 0.0)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 

@@ -53,7 +53,7 @@ SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
 MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use there
 
 
-class Moved(NamedTuple):
+class Energies(NamedTuple):
     """Energies since the start [J]."""
 
     received_j: float = 0.0
@@ -75,7 +75,7 @@ class Playout(NamedTuple):
     mistaken: Vector  # by how much that fell short of what came
     undelivered: Vector  # arrived, due, and not given out yet
     since_s: float  # since the last wait
-    moved: Moved
+    moved: Energies
 
 
 class PlayoutParams(NamedTuple):
@@ -86,7 +86,7 @@ class PlayoutParams(NamedTuple):
     store_j: float  # E0
 
 
-def resting_playout(rest: Vector, moved: Moved) -> Playout:
+def resting_playout(rest: Vector, moved: Energies) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
     knots = [Knot(0.0, rest, 0.0)]
     return Playout(RESTING_PACE, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved)
@@ -99,7 +99,7 @@ def begin(s: Playout) -> Playout:
     return resting_playout(zero(s.undelivered), moved)
 
 
-def _balance_j(m: Moved) -> float:
+def _balance_j(m: Energies) -> float:
     """Return the energy that came and is not given out [J]."""
     return m.received_j - m.given_j - m.released_j - m.discarded_j
 
@@ -109,7 +109,7 @@ def free_j(s: Playout) -> float:
     return _free_j(s.moved, s.knots, s.played_j)
 
 
-def _free_j(m: Moved, knots: Knots, played_j: float) -> float:
+def _free_j(m: Energies, knots: Knots, played_j: float) -> float:
     return _balance_j(m) - (knots[len(knots) - 1].reserve_j - played_j)
 
 
@@ -180,7 +180,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     lent_j, discarded_j = min(lent_j, max(spent_j - free, 0.0)), m.discarded_j
     if squared(undelivered) <= FEW**2:
         discarded_j += max(free - spent_j - MOST_J, 0.0)
-    moved = Moved(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
+    moved = Energies(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
     s = Playout(
         pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
         undelivered, since_s, moved,

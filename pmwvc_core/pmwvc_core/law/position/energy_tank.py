@@ -28,7 +28,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.position.error import PositionParams
+from pmwvc_core.law.position.error import FeedbackParams
 from pmwvc_core.law.vectors import Vector, dot, minus, scaled
 from pmwvc_core.law.wave.wave import affordable, wave_j
 
@@ -82,7 +82,7 @@ def _saved(s: Tank, energy_j: float, most_j: float) -> Tank:
     return s._replace(saved_j=held_j, discarded_j=s.discarded_j + (saved_j - held_j))
 
 
-def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
+def tank_packet(s: Tank, packet: Packet, p: FeedbackParams) -> Tank:
     """Settle the frame that ends, then take the newest packet in."""
     of_hold_j = s.received_j - s.played_j - wave_j(s.v, p.hold_s)
     change_j = of_hold_j - s.of_hold_j
@@ -102,7 +102,7 @@ def tank_packet(s: Tank, packet: Packet, p: PositionParams) -> Tank:
 
 
 def tank_down(
-    s: Tank, x: Vector, v: Vector, wanted: Vector, spends: bool, p: PositionParams
+    s: Tank, x: Vector, v: Vector, wanted: Vector, spends: bool, p: FeedbackParams
 ) -> tuple[Tank, Vector]:
     """Count the work of the force held until the device is at x [m], and the wave v that the hold
     gives out; return as much of a change wanted of it as can be paid for within 0.1 s [sqrt(W)].
@@ -122,7 +122,7 @@ def tank_up(s: Tank, u: Vector, f: Vector, xd: Vector, h: float) -> Tank:
     return s._replace(taken_j=taken_j, device_j=device_j, f=f)
 
 
-def tank_send(s: Tank, y: Vector, p: PositionParams) -> tuple[Tank, Vector]:
+def tank_send(s: Tank, y: Vector, p: FeedbackParams) -> tuple[Tank, Vector]:
     """Return the filter's output y, or as much of it as can be paid for [sqrt(W)]."""
     filter_s, sent = max(p.filter_s, 0.0), y
     before_j = s.taken_j - s.of_u_j + wave_j(s.y, filter_s)

@@ -62,7 +62,7 @@ class PositionError(NamedTuple):
     there: bool = False  # the server is not silent
 
 
-class PositionParams(NamedTuple):
+class FeedbackParams(NamedTuple):
     """Position feedback: impedance, lags of filter and hold, and what it acts on and may spend."""
 
     impedance: Any
@@ -104,7 +104,7 @@ def is_news(s: PositionError, packet: Packet) -> bool:
 
 
 def error_packet(
-    s: PositionError, packet: Packet, there: bool, p: PositionParams
+    s: PositionError, packet: Packet, there: bool, p: FeedbackParams
 ) -> PositionError:
     """Note the newest packet, where it is news, and whether the server is there."""
     if not is_news(s, packet):
@@ -129,7 +129,7 @@ def error_packet(
 
 
 def error_tick(
-    s: PositionError, x: Vector, avatar_x: Vector, v: Vector, down: Vector, p: PositionParams
+    s: PositionError, x: Vector, avatar_x: Vector, v: Vector, down: Vector, p: FeedbackParams
 ) -> tuple[PositionError, Vector]:
     """Return e [m] of a tick for a device at x: zero until an avatar's first packet. ``down``:
     integral of the waves on their way back [sqrt(W) s]; v: of the tick.
@@ -155,7 +155,7 @@ def error_tick(
     return s, error
 
 
-def asked(s: PositionError, error: Vector, p: PositionParams) -> Vector:
+def asked(s: PositionError, error: Vector, p: FeedbackParams) -> Vector:
     """Return - K_p e [sqrt(W)]."""
     if p.adapts and s.round_trip_s > 0.0:
         return scaled(wave_u(p.impedance, error, zero(error)), -ADAPTED / s.round_trip_s)

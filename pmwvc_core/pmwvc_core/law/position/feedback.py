@@ -31,8 +31,8 @@ from pmwvc_core.law.position.energy_tank import (
     tank_up,
 )
 from pmwvc_core.law.position.error import (
+    FeedbackParams,
     PositionError,
-    PositionParams,
     Posted,
     asked,
     error_packet,
@@ -74,25 +74,25 @@ class Budgeted(NamedTuple):
 
 
 def _error(
-    s: PositionError, v: Vector, x: Vector, p: PositionParams
+    s: PositionError, v: Vector, x: Vector, p: FeedbackParams
 ) -> tuple[PositionError, Vector]:
     """Return the error; what comes down is the newest packet, and the hold's wave before."""
     return error_tick(s, x, s.x, v, plus(s.wave, scaled(s.v, p.hold_s)), p)
 
 
 @position_packet.member(Published)
-def _published_packet(s: Published, packet: Packet, there: bool, p: PositionParams) -> Published:
+def _published_packet(s: Published, packet: Packet, there: bool, p: FeedbackParams) -> Published:
     return s._replace(error=error_packet(s.error, packet, there, p))
 
 
 @position_packet.member(Budgeted)
-def _budgeted_packet(s: Budgeted, packet: Packet, there: bool, p: PositionParams) -> Budgeted:
+def _budgeted_packet(s: Budgeted, packet: Packet, there: bool, p: FeedbackParams) -> Budgeted:
     return Budgeted(error_packet(s.error, packet, there, p), tank_packet(s.tank, packet, p))
 
 
 @position_down.member(Published)
 def _published_down(
-    s: Published, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
+    s: Published, v: Vector, x: Vector, free_j: float, waiting: Vector, p: FeedbackParams
 ) -> tuple[Published, Vector]:
     error, e = _error(s.error, v, x, p)
     if not error.there:
@@ -104,7 +104,7 @@ def _published_down(
 
 @position_down.member(Budgeted)
 def _budgeted_down(
-    s: Budgeted, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
+    s: Budgeted, v: Vector, x: Vector, free_j: float, waiting: Vector, p: FeedbackParams
 ) -> tuple[Budgeted, Vector]:
     error, e = _error(s.error, v, x, p)
     tank, change = tank_down(s.tank, x, v, asked(error, e, p), error.there, p)
@@ -112,13 +112,13 @@ def _budgeted_down(
 
 
 @position_up.member(Budgeted)
-def _budgeted_up(s: Budgeted, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Budgeted:
+def _budgeted_up(s: Budgeted, u: Vector, f: Vector, xd: Vector, p: FeedbackParams) -> Budgeted:
     return Budgeted(error_taken(s.error, u, p.tick_s), tank_up(s.tank, u, f, xd, p.tick_s))
 
 
 @position_send.member(Budgeted)
 def _budgeted_send(
-    s: Budgeted, wave: Vector, number: int, frame_s: float, p: PositionParams
+    s: Budgeted, wave: Vector, number: int, frame_s: float, p: FeedbackParams
 ) -> tuple[Budgeted, Vector]:
     tank, sent = tank_send(s.tank, wave, p)
     return Budgeted(error_sent(s.error, wave, sent, number, frame_s), tank), sent
@@ -143,7 +143,7 @@ class OnStrict(NamedTuple):
 
 
 @position_packet.member(OnStrict)
-def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: PositionParams) -> OnStrict:
+def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: FeedbackParams) -> OnStrict:
     error, x, under, left_s = error_packet(s.error, packet, there, p), s.x, s.under, s.left_s
     if not is_news(s.error, packet):
         return s._replace(error=error)
@@ -161,7 +161,7 @@ def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: PositionParams) 
 
 @position_down.member(OnStrict)
 def _strict_down(
-    s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: PositionParams
+    s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: FeedbackParams
 ) -> tuple[OnStrict, Vector]:
     at, share, left_s = s.x, s.share, s.left_s
     if left_s > 0.0:
@@ -182,14 +182,14 @@ def _strict_down(
 
 
 @position_up.member(Published, OnStrict)
-def _wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: PositionParams) -> Any:
+def _wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: FeedbackParams) -> Any:
     """Note the wave that goes on; the node or nobody pays for it."""
     return s._replace(error=error_taken(s.error, u, p.tick_s))
 
 
 @position_send.member(Published, OnStrict)
 def _wave_sent(
-    s: Any, wave: Vector, number: int, frame_s: float, p: PositionParams
+    s: Any, wave: Vector, number: int, frame_s: float, p: FeedbackParams
 ) -> tuple[Any, Vector]:
     return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
 

@@ -27,7 +27,7 @@ from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
 from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
 from pmwvc_core.law.server.coupling import Step, advanced_avatar, solved_contact
-from pmwvc_core.law.server.springs import ROUNDING, Answer, Spring, loop_force, spring_answer
+from pmwvc_core.law.server.springs import ROUNDING, Spring, Yield, loop_force, spring_answer
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
@@ -41,7 +41,7 @@ from pmwvc_core.law.vectors import (
     total,
     zero,
 )
-from pmwvc_core.law.wave.wave import MatrixImpedance, Rows, applied, free_velocity, loaded, outer
+from pmwvc_core.law.wave.wave import ImpedanceMatrix, Rows, applied, free_velocity, loaded, outer
 
 
 def loop_inverse(loop: Rows, numbers: tuple[int, ...]) -> Rows:
@@ -71,7 +71,7 @@ def _loose(s: Spring, xd_o: float, stiffness: float, damping: float, held: bool)
 
 
 def across(
-    c: Contact, gain: float, free: Vector, xd_o: Vector, b: MatrixImpedance
+    c: Contact, gain: float, free: Vector, xd_o: Vector, b: ImpedanceMatrix
 ) -> tuple[Vector, Vector, Rows, float, float]:
     """Eliminate f = K e - B xd_o + gain xd along the axes that have no face. Return A (l + G free)
     [N], A e_0, A G [N s/m], what they take from the velocity along axis 0 [m/s], and b' [N s/m].
@@ -85,21 +85,21 @@ def across(
     return held, lean, slope, dot(mobility[0], held), 1.0 / dot(mobility[0], lean)
 
 
-def coupled_answer(c: Contact, free: Vector, b: MatrixImpedance, h: float) -> Answer:
+def coupled_answer(c: Contact, free: Vector, b: ImpedanceMatrix, h: float) -> Yield:
     """Return the mean force over a step of h [s] for which rate = free - B^-1 force."""
     law = c.law
     gain = 0.5 * law.stiffness * h + law.damping
     held, lean, slope, less, alone = across(c, gain, free, zero(free), b)
     if not c.springs[0].one_sided:
-        return Answer(held, loaded(b, free, held), slope)
+        return Yield(held, loaded(b, free, held), slope)
     along = spring_answer(c.springs[0], free[0] - less, alone, h, touching(c), law)
     force = _with_face(held, lean, along.force, b)
     rate = each(_faced, (loaded(b, free, force), b.numbers), along.rate)
     slope = each(plus, (slope, outer(lean, scaled(lean, along.slope))))
-    return Answer(force, rate, slope)
+    return Yield(force, rate, slope)
 
 
-def _with_face(held: Vector, lean: Vector, push: float, b: MatrixImpedance) -> Vector:
+def _with_face(held: Vector, lean: Vector, push: float, b: ImpedanceMatrix) -> Vector:
     """Return the force with that of the face, which is exact: where it is zero, nothing pushes."""
     return each(_faced, (plus(held, scaled(lean, push)), b.numbers), push)
 
@@ -108,8 +108,8 @@ def _faced(signal: float, number: int, along: float) -> float:
     return along if number == 0 else signal
 
 
-@solved_contact.member(MatrixImpedance)
-def _coupled(b: MatrixImpedance, c: Contact, free: Vector, xd_o: Vector, weight: float) -> Vector:
+@solved_contact.member(ImpedanceMatrix)
+def _coupled(b: ImpedanceMatrix, c: Contact, free: Vector, xd_o: Vector, weight: float) -> Vector:
     law, first = c.law, c.springs[0]
     gain = law.damping + weight * law.stiffness
     held, lean, _, less, alone = across(c, gain, free, xd_o, b)
@@ -133,7 +133,7 @@ class Looked(NamedTuple):
     """The equation at one velocity."""
 
     velocity: Vector
-    answers: tuple[Answer, ...]
+    answers: tuple[Yield, ...]
     missing: Vector  # [N] r
     change: Vector  # [m/s] Newton's step
     settled: bool  # to rounding
@@ -196,11 +196,11 @@ def _look(avatars: tuple[Avatar, ...], velocity: Vector, xd: Vector, law: BodyLa
     return Looked(velocity, answers, missing, step, settled, close)
 
 
-def _answer(a: Avatar, velocity: Vector, h: float) -> Answer:
-    b: MatrixImpedance = a.impedance
+def _answer(a: Avatar, velocity: Vector, h: float) -> Yield:
+    b: ImpedanceMatrix = a.impedance
     free = minus(free_velocity(b, a.u), velocity)
     if not a.present:
-        return Answer(zero(velocity), free, each(scaled, (b.b,), 0.0))
+        return Yield(zero(velocity), free, each(scaled, (b.b,), 0.0))
     return coupled_answer(a.contact, free, b, h)
 
 

@@ -45,7 +45,7 @@ from pmwvc_core.law.server.contacts import (
     slid,
     touching,
 )
-from pmwvc_core.law.server.springs import Answer, Row, solved_axis
+from pmwvc_core.law.server.springs import Row, Yield, solved_axis
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import Impedance, free_velocity, loaded, wave_velocity
 
@@ -78,7 +78,7 @@ def rows_of(c: Contact, drive: Vector, present: bool, b: float) -> tuple[Row, ..
     return each(Row, (c.springs, drive), present, b, touching(c), c.law)
 
 
-def _by_axis(a: Avatar, answers: tuple[Answer, ...], h: float) -> tuple[Avatar, float]:
+def _by_axis(a: Avatar, answers: tuple[Yield, ...], h: float) -> tuple[Avatar, float]:
     force, rate, _ = columns(answers)
     return advanced_avatar(a, force, rate, h)
 

@@ -48,7 +48,7 @@ class UserPort(NamedTuple):
     extra: Vector  # signals that a controller declares
 
 
-class Environment(NamedTuple):
+class SharedScene(NamedTuple):
     """All users around one object."""
 
     ports: tuple[UserPort, ...]
@@ -110,12 +110,12 @@ def changed_port(
 
 
 @environment_step.member(EnvironmentParams)
-def _step(p: EnvironmentParams, s: Environment, came: tuple[Came, ...]) -> Environment:
+def _step(p: EnvironmentParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     taken, ratios = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
     unsettled = s.unsettled if settled else s.unsettled + 1
-    return Environment(ports, body, s.dissipated_j + total(lost_j, dropped), unsettled)
+    return SharedScene(ports, body, s.dissipated_j + total(lost_j, dropped), unsettled)
 
 
 def avatar_of(s: UserPort) -> Avatar:
@@ -177,7 +177,7 @@ def brakes_j(ports: tuple[UserPort, ...]) -> float:
     return total
 
 
-def potential_j(s: Environment) -> float:
+def potential_j(s: SharedScene) -> float:
     """Return the energy of all contact springs [J]."""
     total = 0.0
     for i in range(len(s.ports)):
@@ -187,12 +187,12 @@ def potential_j(s: Environment) -> float:
 
 
 @environment_energies.member(EnvironmentParams)
-def _energies(p: EnvironmentParams, s: Environment) -> Vector:
+def _energies(p: EnvironmentParams, s: SharedScene) -> Vector:
     return (kinetic_j(s.body, p.body), potential_j(s), brakes_j(s.ports))
 
 
 @port_shown.member(EnvironmentParams)
-def _port(p: EnvironmentParams, s: Environment, user: int) -> PortShown:
+def _port(p: EnvironmentParams, s: SharedScene, user: int) -> PortShown:
     port = s.ports[user]
     return PortShown(port.v_s, in_touch(port), 0.0)
 

@@ -49,7 +49,7 @@ class Spring(NamedTuple):
     one_sided: bool  # of a grip, along axis 0
 
 
-class Answer(NamedTuple):
+class Yield(NamedTuple):
     """The answer to an avatar's free velocity: numbers, or vectors and a matrix."""
 
     force: Any  # [N] on the object
@@ -95,11 +95,11 @@ def loop_force(
 
 def spring_answer(
     s: Spring, free: float, b: float, h: float, held: bool, law: ContactLaw
-) -> Answer:
+) -> Yield:
     """Return the mean force of a step of h [s] for rate = free - force/b; b may be infinite."""
     inward = law.inward if s.one_sided else 1.0
     p0, c = inward * s.deflection, inward * free
-    push = Answer(0.0, c, 0.0)
+    push = Yield(0.0, c, 0.0)
     if p0 > 0.0 or not s.one_sided:
         push = _staying(p0, c, b, h, law)
         if s.one_sided and not p0 + h * push.rate >= 0.0:
@@ -108,18 +108,18 @@ def spring_answer(
         push = _entering(p0, c, b, h, law)
     acts = push.force > 0.0 if s.one_sided else held
     if not acts:
-        return Answer(0.0, free, 0.0)
-    return Answer(inward * push.force, inward * push.rate, push.slope / (1.0 + push.slope / b))
+        return Yield(0.0, free, 0.0)
+    return Yield(inward * push.force, inward * push.rate, push.slope / (1.0 + push.slope / b))
 
 
-def _staying(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
+def _staying(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Yield:
     """Inside at both ends: N = K p0 + (K h/2 + B) w."""
     gain, pull = 0.5 * law.stiffness * h + law.damping, law.stiffness * p0
     ratio = 1.0 + gain / b
-    return Answer((pull + gain * c) / ratio, (c - pull / b) / ratio, gain)
+    return Yield((pull + gain * c) / ratio, (c - pull / b) / ratio, gain)
 
 
-def _leaving(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
+def _leaving(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Yield:
     """Inside at the start only: N = K p0^2/(2 h s) - B p0/h, s = -w, s^2 + beta s = gamma."""
     k, damping = law.stiffness, law.damping
     beta = c + damping * p0 / (h * b)
@@ -129,10 +129,10 @@ def _leaving(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer
     way = h * speed
     ratio = p0 / way if way > 0.0 else p0  # of the way that is inside
     normal = 0.5 * k * p0 * ratio - damping * p0 / h
-    return Answer(normal, -speed, 0.5 * h * k * ratio * ratio)
+    return Yield(normal, -speed, 0.5 * h * k * ratio * ratio)
 
 
-def _entering(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answer:
+def _entering(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Yield:
     """Inside at the end only: p1 is the positive root of a p^2 - 2 q p = g, g >= 0 (over b). The
     only small difference in it is the depth without resistance, p0 + h c > 0.
     """
@@ -149,7 +149,7 @@ def _entering(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Answe
     way = p1 - p0 if p1 > p0 else 1.0
     ratio = p1 / way  # of the way that is inside
     normal = 0.5 * k * p1 * ratio + damping * p1 / h
-    return Answer(normal, way / h, 0.5 * h * k * ratio * (2.0 - ratio) + damping)
+    return Yield(normal, way / h, 0.5 * h * k * ratio * (2.0 - ratio) + damping)
 
 
 class Row(NamedTuple):
@@ -165,7 +165,7 @@ class Row(NamedTuple):
 
 def solved_axis(
     rows: tuple[Row, ...], xd: float, law: BodyLaw
-) -> tuple[float, tuple[Answer, ...], bool]:
+) -> tuple[float, tuple[Yield, ...], bool]:
     """Return the object's mean velocity [m/s], the answers, and whether they fit to rounding."""
     velocity, settled = xd, False
     low = high = xd
@@ -197,7 +197,7 @@ def solved_axis(
     return velocity, answers, settled
 
 
-def _answer(row: Row, velocity: float, h: float) -> Answer:
+def _answer(row: Row, velocity: float, h: float) -> Yield:
     if not row.present:
-        return Answer(0.0, 0.0, 0.0)
+        return Yield(0.0, 0.0, 0.0)
     return spring_answer(row.spring, row.drive - velocity, row.b, h, row.held, row.law)

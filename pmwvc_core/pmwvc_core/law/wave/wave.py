@@ -40,7 +40,7 @@ def impedance(b: float) -> Impedance:
 Rows = tuple[Vector, ...]
 
 
-class MatrixImpedance(NamedTuple):
+class ImpedanceMatrix(NamedTuple):
     """A symmetric positive wave impedance, by rows."""
 
     b: Rows  # [N s/m]
@@ -77,8 +77,8 @@ def _times_number(p: Impedance, part: float, a: Vector) -> Vector:
     return scaled(a, part)
 
 
-@times_part.member(MatrixImpedance)
-def _times_matrix(p: MatrixImpedance, part: Rows, a: Vector) -> Vector:
+@times_part.member(ImpedanceMatrix)
+def _times_matrix(p: ImpedanceMatrix, part: Rows, a: Vector) -> Vector:
     return applied(part, a)
 
 
@@ -108,8 +108,8 @@ def _along(p: Impedance, gains: Vector, a: Vector) -> Vector:
     return scaled(a, gains[0])
 
 
-@along.member(MatrixImpedance)
-def _matrix_along(p: MatrixImpedance, gains: Vector, a: Vector) -> Vector:
+@along.member(ImpedanceMatrix)
+def _matrix_along(p: ImpedanceMatrix, gains: Vector, a: Vector) -> Vector:
     return applied(p.from_axes, times(applied(p.to_axes, a), gains))
 
 
@@ -118,10 +118,10 @@ def _firmer(p: Impedance, n: float) -> Impedance:
     return impedance(n * p.b)
 
 
-@firmer.member(MatrixImpedance)
-def _firmer_matrix(p: MatrixImpedance, n: float) -> MatrixImpedance:
+@firmer.member(ImpedanceMatrix)
+def _firmer_matrix(p: ImpedanceMatrix, n: float) -> ImpedanceMatrix:
     root = math.sqrt(n)
-    return MatrixImpedance(
+    return ImpedanceMatrix(
         each(scaled, (p.b,), n), each(scaled, (p.inverse,), 1.0 / n),
         each(scaled, (p.root_2b,), root), each(scaled, (p.root_2_over_b,), 1.0 / root),
         p.numbers, scaled(p.values, n), p.to_axes, p.from_axes,

@@ -25,8 +25,8 @@ from pmwvc_core.law.server.contacts import Avatar, Contact, offset_of
 from pmwvc_core.law.server.coupling import object_pushed
 from pmwvc_core.law.server.server_port import (
     Came,
-    Environment,
     PortShown,
+    SharedScene,
     UserPort,
     avatar_of,
     environment_energies,
@@ -153,11 +153,11 @@ meet = Family("meet")
 
 
 @environment_step.member(AvatarEndParams)
-def _step(p: AvatarEndParams, s: Environment, came: tuple[Came, ...]) -> Environment:
+def _step(p: AvatarEndParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
-    return Environment(ports, body, s.dissipated_j + total(lost_j, lost), s.unsettled)
+    return SharedScene(ports, body, s.dissipated_j + total(lost_j, lost), s.unsettled)
 
 
 def _meet(
@@ -176,7 +176,7 @@ def _meet(
 
 
 @environment_energies.member(AvatarEndParams)
-def _environment_energies(p: AvatarEndParams, s: Environment) -> Vector:
+def _environment_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
     accounts = controller_energies(s.ports[0].brake)
     for i in range(1, len(s.ports)):
         accounts = each(add, (accounts, controller_energies(s.ports[i].brake)))
@@ -185,7 +185,7 @@ def _environment_energies(p: AvatarEndParams, s: Environment) -> Vector:
 
 
 @port_shown.member(AvatarEndParams)
-def port_without_waves(p: Any, s: Environment, user: int) -> PortShown:
+def port_without_waves(p: Any, s: SharedScene, user: int) -> PortShown:
     """Return a port whose waves are none."""
     port = s.ports[user]
     return PortShown(zero(port.v_s), in_touch(port), 0.0)

@@ -16,7 +16,7 @@ from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import opened
 from pmwvc_core.law.port.master import Sample, port_energies, port_signals
 from pmwvc_core.law.server_step import Guest, Server, server_step
-from pmwvc_core.law.user_tick import User, begin, receive, send, user_tick
+from pmwvc_core.law.user_tick import ForceLoop, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import columns, each
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
@@ -25,10 +25,10 @@ from pmwvc_core.plant.task import Task
 from pmwvc_core.simulation.bulk.book import Book, after, note_step, put, taken, write
 
 
-class End(NamedTuple):
+class UserRun(NamedTuple):
     """A user with device and hand; how many rows of the plan it has passed."""
 
-    user: User
+    user: ForceLoop
     device: Any
     hand: Any
     acts: bool
@@ -56,7 +56,7 @@ class Clock(NamedTuple):
 
 
 def session(
-    ends: tuple[End, ...], server: Server, users: tuple[EndParams, ...], p: Any, clock: Clock,
+    ends: tuple[UserRun, ...], server: Server, users: tuple[EndParams, ...], p: Any, clock: Clock,
     task: Task, book: Book,
 ) -> bool:  # fmt: skip
     """Run a session; tell whether all went by the plan."""
@@ -95,7 +95,7 @@ def all_of(flags: tuple[bool, ...]) -> bool:
     return every
 
 
-def _opened_end(s: End, p: EndParams, number: int, packets: Array) -> list[End]:
+def _opened_end(s: UserRun, p: EndParams, number: int, packets: Array) -> list[UserRun]:
     """Return the place of an end, which has sent its first packet."""
     arrivals, port = opened(s.user.arrivals), opened(s.user.port)
     at = [s._replace(user=s.user._replace(arrivals=arrivals, port=port))]
@@ -108,7 +108,7 @@ def _opened_guest(s: Guest) -> Guest:
 
 
 def _sent(
-    at: list[End], p: EndParams, number: int, tick: int, now_ns: int, packets: Array
+    at: list[UserRun], p: EndParams, number: int, tick: int, now_ns: int, packets: Array
 ) -> None:
     """Start a frame: its packet leaves."""
     s = at[0]
@@ -126,8 +126,8 @@ def _posted(answer: tuple[Packet, bool], number: int, packets: Array) -> bool:
 
 
 def _ran(
-    at: list[End], p: EndParams, number: int, begin_tick: int, clock: Clock, empty: list[Packet],
-    down: Integers, packets: Array, signals: Array, blocks: Array,
+    at: list[UserRun], p: EndParams, number: int, begin_tick: int, clock: Clock,
+    empty: list[Packet], down: Integers, packets: Array, signals: Array, blocks: Array,
 ) -> bool:  # fmt: skip
     """Run a user's loop and device up to the next step of the server; tell whether its packets
     were fit.
@@ -157,7 +157,7 @@ def _ran(
 
 
 def _receive(
-    at: list[End], p: EndParams, number: int, tick: int, now_ns: int, empty: list[Packet],
+    at: list[UserRun], p: EndParams, number: int, tick: int, now_ns: int, empty: list[Packet],
     down: Integers, packets: Array, clock: Clock,
 ) -> bool:  # fmt: skip
     """Take in what has come; tell whether it was fit."""
@@ -168,7 +168,7 @@ def _receive(
     return fit
 
 
-def _note(s: End, p: EndParams, number: int, blocks: Array) -> None:
+def _note(s: UserRun, p: EndParams, number: int, blocks: Array) -> None:
     """Note a frame that is over, in the row of its packet."""
     user, into = s.user, blocks[number, s.user.packing.number - 1]
     work_j = s.device.against_j, s.device.by_hand_j

@@ -20,10 +20,10 @@ from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.transport.packet import Verdict, WavePacket
+from pmwvc_core.transport.packet import Receipt, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
-TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+TAKEN = (Receipt.ACCEPTED, Receipt.NEW_EPOCH)
 
 
 class Network(NamedTuple):

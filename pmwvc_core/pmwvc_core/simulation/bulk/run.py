@@ -26,7 +26,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
 from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
-from pmwvc_core.simulation.bulk.loop import Clock, End, EndParams, session
+from pmwvc_core.simulation.bulk.loop import Clock, EndParams, UserRun, session
 from pmwvc_core.simulation.bulk.plan import Network, Plan, network_of, plan_of
 from pmwvc_core.simulation.conditions import place_of
 
@@ -83,12 +83,12 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     return Run(scenario, plan, book, session(*begins, book))
 
 
-def _end(scenario: Scenario, user: User) -> tuple[End, EndParams]:
+def _end(scenario: Scenario, user: User) -> tuple[UserRun, EndParams]:
     loop, p = made_user(user, scenario)
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    start = End(loop, resting_device(at.start, device), hand, False, 0)
+    start = UserRun(loop, resting_device(at.start, device), hand, False, 0)
     return start, EndParams(p, device, of_hand)
 
 
