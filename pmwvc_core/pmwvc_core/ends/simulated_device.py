@@ -24,7 +24,7 @@ CATCH_UP_S = 0.1
 Target: TypeAlias = Value | None  # of a remote hand [m]; None lets go
 
 
-class SimulatedDevice:
+class DevicePlant:
     """A device and the hand on it; ParameterError where it starts outside its workspace."""
 
     def __init__(

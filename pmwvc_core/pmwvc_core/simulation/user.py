@@ -5,7 +5,7 @@
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-from pmwvc_core.ends.simulated_device import CATCH_UP_S, SimulatedDevice
+from pmwvc_core.ends.simulated_device import CATCH_UP_S, DevicePlant
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame.rows import Frame
 from pmwvc_core.numeric import Value
@@ -28,7 +28,7 @@ class SimulatedUser:
         self.down = conditions.link_of(scenario, index, 1, self.loop.inbox)
         at, name = place_of(user, scenario), user.name
         hand = conditions.hands.get(name) or make_hand(user.operator, scenario.task, at)
-        self.device = SimulatedDevice(user.device, hand, at.start, tick_s=at.tick_s)
+        self.device = DevicePlant(user.device, hand, at.start, tick_s=at.tick_s)
         first, ran_ns = conditions.first.get(name, 0), conditions.ran_ns.get(name)
         self.ticks = Ticks(first, ran_ns, ticks, round(scenario.tick_s * 1e9))
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))

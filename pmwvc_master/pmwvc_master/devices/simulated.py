@@ -8,7 +8,7 @@ real device, but not more than ``CATCH_UP_S`` at once.
 """
 
 from pmwvc_core.ends.simulated_device import CATCH_UP_S
-from pmwvc_core.ends.simulated_device import SimulatedDevice as Plant
+from pmwvc_core.ends.simulated_device import DevicePlant as DevicePlant
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
@@ -16,7 +16,7 @@ from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
 from pmwvc_master.devices.ros_topic import HandTopics
 
 
-class DeviceWithHand:
+class SimulatedDevice:
     """A mass with a hand; see :mod:`pmwvc_core.plant` for the equations of both."""
 
     def __init__(self, setup: DeviceSetup) -> None:
@@ -31,7 +31,7 @@ class DeviceWithHand:
         self._catch_up = max(1, round(CATCH_UP_S / setup.tick_s))
         at = Place(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)
         hand = make_hand(setup.operator, setup.task, at)
-        self._plant = Plant(setup.device, hand, at.start, tick_s=at.tick_s)
+        self._plant = DevicePlant(setup.device, hand, at.start, tick_s=at.tick_s)
         if setup.node is not None and setup.operator.from_outside:
             self._plant.listen(HandTopics(setup.node, dof=setup.dof).take)
         self._coupled = False
