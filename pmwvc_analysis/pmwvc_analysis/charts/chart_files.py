@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The renderings of a chart: files on white, PNG and SVG by matplotlib, and the numbers from which
-``chart.js`` draws it in a report: every point while the report stays small, else the lowest and
-the highest of each stretch of time.
+"""The renderings of a chart: PNG and SVG by matplotlib, and the numbers from which ``chart.js``
+draws it in a report: every point, or of a long one the extremes of each stretch of time.
 """
 
 import base64
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 COLUMNS = 2000
 MOST_VECTORS = 2000  # dots of an SVG; more are a picture in it
 MARKERS = {"dot": (".", 2.5), "ring": ("o", 5.0), "cross": ("x", 5.0), "plus": ("+", 5.0)}
+CLOSE = 0.03  # of the span: numbers of events lie over each other
 MOST_NUMBERS = 320_000  # in all figures of a report together: 1.7 MB of text
 LEAST_POINTS = 2_000  # of a curve, however many there are
 HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
@@ -33,10 +33,7 @@ HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
 def write(
     chart: Chart, folder: Path, span: Span | None = None, *, kinds: Sequence[str] = ("png", "svg")
 ) -> list[Path]:
-    """Write a figure as ``NAME.png`` and ``NAME.svg``; return both.
-
-    ``span`` is the range of the time axis [s]; that of the curves by default.
-    """
+    """Write a figure as ``NAME.png`` and ``NAME.svg``; ``span``: of its time [s], else all."""
     import matplotlib
 
     with matplotlib.rc_context(style.SETTINGS):
@@ -49,22 +46,28 @@ def figure(chart: Chart, span: Span | None = None) -> "Figure":
     drawn, rows = style.canvas(heights, title=chart.title, note=chart.note)
     for index, (axes, panel) in enumerate(zip(rows, chart.panels, strict=True)):
         _panel(axes, panel, chart.x_span(index, span), labelled=chart.labelled(index))
-        for time_s, number in chart.events if panel.of_time else ():
-            axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
-            axes.annotate(number, (time_s, 1.0), xycoords=("data", "axes fraction"),
-                          color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
+        if panel.of_time:
+            _events(axes, chart.events, chart.x_span(index, span))
     return drawn
+
+
+def _events(axes: "Axes", events: Sequence[tuple[float, str]], span: Span) -> None:
+    """Draw events; those too close for a number each have the first and the last one."""
+    together: list[list[tuple[float, str]]] = []
+    for event in events:
+        axes.axvline(event[0], color=LIGHT["soft"], lw=0.7, ls=":")
+        if not together or event[0] - together[-1][0][0] > CLOSE * (span[1] - span[0]):
+            together.append([])
+        together[-1].append(event)
+    for (time_s, number), *others in together:
+        text = f"{number}-{others[-1][1]}" if others else number
+        axes.annotate(text, (time_s, 1.0), xycoords=("data", "axes fraction"),
+                      color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
 
 
 def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
     for band in panel.bands:
-        tint = LIGHT[band.tint]
-        look: dict[str, Any] = {
-            "facecolor": tint,
-            "edgecolor": tint,
-            "hatch": "///",
-            "alpha": 0.18,
-        }
+        look: dict[str, Any] = {"color": LIGHT[band.tint], "hatch": "///", "alpha": 0.18}
         axes.axvspan(*band.span, linewidth=0.0, label=band.label, **look)
     for layer in panel.layers:
         look = {"facecolor": LIGHT[layer.tint], "edgecolor": "white", "alpha": 0.75}

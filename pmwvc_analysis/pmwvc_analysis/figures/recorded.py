@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What figures say of a session: title and line of parameters; users, time span, holes and
-numbered events of a recorded one.
-"""
+"""What figures say of a session: title, parameters, users, time span, holes, numbered events."""
 
 from collections.abc import Container
 from typing import NamedTuple
@@ -79,10 +77,10 @@ ALARMING = ("release", "stall", "limit", "stranger", "recording", "restart")
 
 
 class Event(NamedTuple):
-    """One event; ``time_s`` is None where it is not known."""
+    """One event."""
 
     number: str
-    time_s: float | None
+    time_s: float | None  # None: not known
     who: str
     kind: str
     what: str
@@ -108,10 +106,8 @@ def title(text: str, scenario: Scenario | None) -> str:
 
 
 def conditions(scenario: Scenario, source: str, *, without: Container[str] = ()) -> str:
-    """Return the parameters of a scenario in a line, of the first user where users differ.
-
-    The line begins with the source of the figure's numbers; parameters that are varied in it or
-    have no effect on it are ``without``.
+    """Return a line of the source of a figure's numbers and the parameters of its scenario, of the
+    first user where users differ; left out are those ``without`` effect on it, or varied in it.
     """
     user, master = scenario.users[0], scenario.users[0].master
     parts = [("", source), ("", count(len(scenario.users), "user"))]
