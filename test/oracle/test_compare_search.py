@@ -15,8 +15,8 @@ from pmwvc_analysis.compare.settings import (
     path_error_m,
     tuned,
 )
-from pmwvc_core.baselines.tuning import loop_of
 from pmwvc_core.controllers.library import LIBRARY
+from pmwvc_core.controllers.record import loop_of
 from pmwvc_core.simulation.session import simulate, simulate_one
 
 CASES = [("virtual_coupling", 0.016), ("tdpa", 0.05), ("pspm", 0.016)]

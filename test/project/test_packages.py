@@ -94,11 +94,8 @@ def test_manifest_is_valid(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PYTHON_PACKAGES)
-def test_installed_distribution_agrees_with_manifest(name: str) -> None:
-    package, installed = manifest(name), distribution(name)
-    assert installed.version == package.version
-    assert installed.metadata["Summary"] == package.description
-    assert installed.metadata["License"] == package.licenses[0]
+def test_installed_distribution_has_the_version_of_its_manifest(name: str) -> None:
+    assert distribution(name).version == manifest(name).version
 
 
 def test_all_packages_have_one_version() -> None:
