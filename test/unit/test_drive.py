@@ -122,3 +122,19 @@ def test_nothing_is_said_where_work_is_not_known():
     assert drive(simulated(active), active, 1.0, 3.0) is UNKNOWN
     alone = scenarios.load("carry_16ms", settings_texts=["channel=plain"], duration_s=4.0)
     assert drive(traces, alone, 1.0, 3.0) is UNKNOWN  # the other user was not recorded
+
+
+@pytest.mark.parametrize(("delay_s", "gave"), [(0.05, True), (0.0, False)])
+def test_a_loop_that_shakes_at_the_largest_force_is_seen_within_a_second_and_a_half(delay_s, gave):
+    """Its frequency is within the band of hands that close, and forces are at their limit."""
+    texts = "controller=direct", f"link.delay_s={delay_s}", f"link.loss={0.3 * gave}"
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=4.0)
+    found = judged(scenario)
+    assert (found.stable is False) is gave, found.why
+    assert ("the loop gave the hands" in found.why) is gave
+
+
+def test_where_no_device_moves_nothing_is_known_of_stability():
+    scenario = scenarios.load("carry_16ms", settings_texts=["operator.kind=none"], duration_s=2.0)
+    assert judged(scenario).stable is None
+    assert "no device moved" in judged(scenario).why

@@ -105,7 +105,7 @@ def _judged(
     if shortened and (own or not saturated):
         return False, LIMITED, shortened
     if shortened:
-        why = "nothing oscillates, so a hand may have pushed harder than that"
+        why = "nothing oscillates beyond the voluntary band: a hand may have pushed harder"
         return _unknown(f"{shortened}, to the largest that is allowed; {why}")
     if lost := limits.lost(traces, scenario):
         return False, "environment lost", lost
