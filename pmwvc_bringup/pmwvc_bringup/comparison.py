@@ -111,7 +111,7 @@ def print_report(
     folder: Path, texts: Sequence[str], console: Console, *, figures: bool = True
 ) -> Result:
     """Print lines and where the report is; the document is ``comparison.json``."""
-    for line in [*texts, f"report: {folder / (PAGE if figures else JSON)}"]:
+    for line in [*texts, f"report: {folder / PAGE}" if figures else f"numbers: {folder / JSON}"]:
         console.print(line, markup=False)
     return Result(document=(folder / JSON).read_text("utf-8"))
 

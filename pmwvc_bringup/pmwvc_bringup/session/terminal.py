@@ -121,7 +121,7 @@ def finish(
     target, passed = out or folder, True
     lines = verdict_lines(summary)
     lines += [f"  {outcome['text']}" for outcome in summary["outcomes"]]
-    lines.append(f"report: {target / (REPORT if figures else SUMMARY)}")
+    lines.append(f"report: {target / REPORT}" if figures else f"numbers: {target / SUMMARY}")
     if check:
         passed = summary["check"]["passed"]
         lines.append(f"check: {'passed' if passed else 'FAILED'}")
