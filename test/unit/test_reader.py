@@ -14,7 +14,9 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 from support import handmade
 from support.handmade import START_NS, TICKS
+from support.plain import load
 from support.rewriting import raw, rewritten
+from support.simulated import simulated
 
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.recording.format import schemas
@@ -73,6 +75,20 @@ def test_what_was_recorded_comes_back(tmp_path, dof):
     assert set(found.link_states) == set(traces.fates)
     assert found.duration_s == pytest.approx(traces.duration_s)
     assert all(count["missing"] == 0 for count in found.counts.values())
+
+
+def test_a_state_of_a_link_has_the_delays_of_the_last_second(tmp_path):
+    scenario = load("wall", settings_texts=["changes=1.2 link.delay_s=0.05"], duration_s=3.2)
+    traces = simulated(scenario)
+    record_traces(tmp_path, traces, scenario, start_ns=START_NS)
+    found, fates = read_session(tmp_path).link_states["user1/up"], traces.fates["user1/up"]
+    delays_s = 1e-9 * (fates.time_out_ns - fates.time_in_ns)
+    for second, (least_s, most_s) in enumerate(
+        zip(found["delay_min"], found["delay_max"], strict=True)
+    ):
+        out = (fates.time_out_ns >= second * 1e9) & (fates.time_out_ns < (second + 1) * 1e9)
+        assert (least_s, most_s) == pytest.approx((delays_s[out].min(), delays_s[out].max()))
+    assert found["delay_max"][0] < 0.04 < found["delay_min"][2]
 
 
 def test_a_damaged_scenario_is_refused_with_its_path_and_place(tmp_path):
