@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A server that stood still: the playout of a user who is there passes by the time that it lost."""
+"""A server that stood still: the playout of a user who is there passes by the time that is lost."""
 
 from support.plain import load
 
