@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A server that stood still: the playout of a user who is there passes by the time that is lost."""
+"""A server that stood still: the playout of a user who is there passes by that time."""
 
 from support.plain import load
 
