@@ -196,11 +196,9 @@ class RunningSession(Session):
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
             self._feed.window.judge(scenario, live=self._live)
-            users = scenario.users
             self._text = verdict(
                 self._feed, self._names,
-                most_n={user.name: user.safety.max_force for user in users},
-                storage_j={user.name: sum(declared(scenario, user)) for user in users},
+                storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
                 exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),
             )  # fmt: skip

@@ -53,9 +53,7 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
         feed.rows(tick * MS)
         if tick % 128 == 0:
             feed.window.judge(scenario, live=False)
-            most_n = {user.name: user.safety.max_force for user in scenario.users}
-            options = {"storage_j": {}, "exact_hands": names, "notices": [], "most_n": most_n}
-            found.append(verdict(feed, names, **options))
+            found.append(verdict(feed, names, storage_j={}, exact_hands=names, notices=[]))
     return feed, found
 
 

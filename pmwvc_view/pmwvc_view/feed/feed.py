@@ -113,7 +113,7 @@ class Feed:
 
     def _begin(self, at_ns: int) -> None:
         if self.zero_ns is None:
-            self.zero_ns = at_ns
+            self.zero_ns = self.window.zero_ns = at_ns
         if self._due_ns is None or at_ns > self._due_ns + LONGEST_GAP_NS:
             self._due_ns = at_ns + self._period_ns
 

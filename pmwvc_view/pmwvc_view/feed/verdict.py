@@ -9,7 +9,6 @@ judged and passive, and that the report's judge finds nothing unstable in the ne
 Notices beside it tell what happened to a running session that explains what is seen.
 """
 
-import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -80,7 +79,6 @@ def verdict(
     storage_j: Mapping[str, float],
     exact_hands: Sequence[str],
     notices: Sequence[str],
-    most_n: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Return the text message: verdict, level, users, notices.
 
@@ -93,10 +91,8 @@ def verdict(
         shows: their account from hand to object is judged.
     notices
         What people should know beside the verdict.
-    most_n
-        Largest force of each device [N].
     """
-    level, sentence = _judged(feed, users, storage_j, exact_hands, most_n or {})
+    level, sentence = _judged(feed, users, storage_j, exact_hands)
     states, earlier = {}, []
     for user in users:
         known = feed.user(user)
@@ -110,11 +106,7 @@ def verdict(
 
 
 def _judged(
-    feed: Feed,
-    users: Sequence[str],
-    storage_j: Mapping[str, float],
-    exact: Sequence[str],
-    most_n: Mapping[str, float],
+    feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
 ) -> tuple[str, str]:
     known = {user: feed.user(user) for user in users}
     faults = [
@@ -134,8 +126,7 @@ def _judged(
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
-    limits = [(user, feed.window.limit_n(user, most_n.get(user, math.inf))) for user in users]
-    limited = [f"{user} ({limit:.3g} N)" for user, limit in limits if limit is not None]
+    limited = [f"{user} ({force:.3g} N)" for user, force in feed.window.limited.items()]
     if limited:
         return CAUTION, f"All users are coupled; force at its limit: {', '.join(limited)}."
     unjudged = [

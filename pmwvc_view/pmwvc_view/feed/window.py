@@ -28,7 +28,8 @@ OUT, SEQ = 2, 0  # columns of packets
 
 class Window:
     """See above. ``why`` tells what makes the session unstable as of now, empty: nothing does;
-    ``was`` what did last, and until when [s].
+    ``was`` what did last, and until when [s]; ``limited`` whose force is at its largest [N].
+    ``zero_ns`` is where time counts from; the feed sets it.
     """
 
     def __init__(self, users: Sequence[str]) -> None:
@@ -36,13 +37,12 @@ class Window:
         self._blocks = {user: deque[TraceBlock]() for user in users}
         self._steps = deque[TraceStep]()
         self._packets = [deque[Array]() for _ in range(2 * len(users))]
-        self._zero_ns: int | None = None  # where time counts from
-        self._judged_ns = self._end_ns = 0
+        self.zero_ns = self._judged_ns = self._end_ns = 0
         self.why, self.was = "", ("", 0.0)
+        self.limited: dict[str, float] = {}
 
     def block(self, user: str, block: TraceBlock) -> None:
         """Take in consecutive ticks of a master."""
-        self._zero_ns = block.start_ns if self._zero_ns is None else self._zero_ns
         self._blocks[user].append(block)
         self._end_ns = max(self._end_ns, block.end_ns)
         for blocks in self._blocks.values():
@@ -83,17 +83,15 @@ class Window:
         if self.why and not unstable:
             self.was = self.why, float(self._seconds(self._end_ns))
         self.why = unstable
+        most = {user.name: user.safety.max_force for user in scenario.users} if scenario else {}
+        self.limited = {name: force for name, force in most.items() if self._stays(name, force)}
 
-    def limit_n(self, user: str, most_n: float) -> float | None:
-        """Return the largest force of a user [N] where it was there for most of the newest second,
-        else None.
-        """
+    def _stays(self, user: str, force_n: float) -> bool:
+        """Tell whether a user's force was this large for most of the newest second."""
         since_ns = self._end_ns - LATE_S * NS
         new = [each.f_applied for each in self._blocks[user] if each.start_ns > since_ns]
-        if not new:
-            return None
-        size = np.linalg.norm(np.concatenate(new), axis=-1)
-        return most_n if np.mean(size >= AT_LIMIT * most_n) > 0.5 else None
+        sizes = [np.linalg.norm(each, axis=-1) >= AT_LIMIT * force_n for each in new]
+        return bool(new) and bool(np.mean(np.concatenate(sizes)) > 0.5)
 
     def traces(self, scenario: Scenario | None, *, live: bool) -> SessionTraces:
         """Return what is kept, its time counted from the first trace of the session."""
@@ -108,7 +106,7 @@ class Window:
         )
 
     def _seconds(self, times_ns: Any) -> Array:
-        return (np.asarray(times_ns, dtype=np.float64) - (self._zero_ns or 0)) / NS
+        return (np.asarray(times_ns, dtype=np.float64) - self.zero_ns) / NS
 
     def _user(self, name: str, blocks: list[TraceBlock]) -> UserTraces:
         period_ns = blocks[-1].period_ns
