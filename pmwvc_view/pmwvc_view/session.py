@@ -20,8 +20,8 @@ from pmwvc_view import controls, description, protocol
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import NS
-from pmwvc_view.feed.verdict import Notices, verdict
+from pmwvc_view.feed.tape import NS
+from pmwvc_view.feed.verdict import Judge, Notices, verdict
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 TEXT_EVERY = 8  # snapshots between two verdicts
@@ -128,26 +128,24 @@ class RunningSession(Session):
     def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
         """Begin to show a session in which the devices of these users count their true motion."""
         self._scenario, self._exact = scenario, exact
-        self._names = [user.name for user in scenario.users]
-        self.layout = Layout(self._names, scenario.dof)
-        period_ns = round(self._snapshot_s * NS)
-        self._feed = Feed(self.layout, self._names, period_ns=period_ns, scenario=scenario)
+        self.layout = Layout([user.name for user in scenario.users], scenario.dof)
+        self._feed = Feed(self.layout, scenario, period_ns=round(self._snapshot_s * NS))
         self._lags = description.lags(scenario, live=self._live)
-        self._notices = Notices()
+        self._judge, self._notices = Judge(self._feed.tape), Notices()
         self._text: dict[str, Any] = {}
         self._polls = 0
 
     def _snapshots(
-        self, now_ns: int, places: Mapping[str, Any], round_trips: Mapping[str, float | None]
+        self, now_ns: int, places: Mapping[str, Any], others: Mapping[str, Any] | None = None
     ) -> Sequence[Snapshot]:
         """Return the snapshots up to now [ns]; ``places`` has the target of every hand by user [m]
-        (None: it is open), ``round_trips`` are by column [s].
+        (None: it is open), ``others`` more values by column.
         """
         targets = {f"{user}.target": place for user, place in places.items()}
         held = {f"{user}.held": place is not None for user, place in places.items()}
-        self._feed.others = {**self._lags, **round_trips, **targets, **held}
+        self._feed.others = {**self._lags, **(others or {}), **targets, **held}
         snapshots = self._feed.rows(now_ns)
-        self._notices.watch(snapshots, self.layout, self._names)
+        self._notices.watch(snapshots, self.layout)
         return snapshots
 
     @abstractmethod
@@ -176,7 +174,7 @@ class RunningSession(Session):
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
                 self._notices.changed(self.scenario(), wanted)
-                self._feed.window.changed()
+                self._judge.changed()
                 why = await self._change(control, wanted, value)
         except PmwvcError as error:
             return Handled(False, str(error))
@@ -195,9 +193,9 @@ class RunningSession(Session):
         state, scenario = self._state(), self._scenario
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
-            self._feed.window.judge(scenario, live=self._live)
+            self._judge.judge(scenario, live=self._live)
             self._text = verdict(
-                self._feed, self._names,
+                self._feed.users, self._judge,
                 storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
                 exact_hands=self._exact,
                 notices=state.notices + self._notices.texts(),

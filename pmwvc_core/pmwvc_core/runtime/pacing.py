@@ -32,12 +32,10 @@ def sleep_until(deadline_ns: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One wake-up of a loop. ``index`` counts executed ticks from 0, ``grid`` deadlines since the
-    clock's origin. ``lateness_ns`` counts from ``due_ns``, without the ``skipped`` periods before
-    it.
+    """One wake-up of a loop. ``grid`` counts deadlines since the clock's origin, ``lateness_ns``
+    from ``due_ns``, without the ``skipped`` periods before it.
     """
 
-    index: int
     grid: int
     due_ns: int
     woke_ns: int
@@ -64,14 +62,8 @@ class Pacer:
         self, period_ns: int, *, phase_ns: int = 0, recover_ns: int = 25_000_000,
         clock: Callable[[], int] = time.monotonic_ns, sleep: Callable[[int], None] = sleep_until,
     ) -> None:  # fmt: skip
-        self.period_ns = period_ns
-        self._phase_ns = phase_ns
-        self.phase_ns = phase_ns % period_ns
-        self.recover_ns = recover_ns
-        self.missed = 0
-        self._clock = clock
-        self._sleep = sleep
-        self._index = 0
+        self.period_ns, self._phase_ns, self._recover_ns = period_ns, phase_ns, recover_ns
+        self._clock, self._sleep = clock, sleep
         self._due_ns: int | None = None
         self._earliest_ns = 0
 
@@ -80,7 +72,7 @@ class Pacer:
         period = self.period_ns
         now = self._clock()
         if self._due_ns is None:
-            due = now - (now - self.phase_ns) % period + period
+            due = now - (now - self._phase_ns) % period + period
         else:
             due = self._due_ns + period
         target = max(due, self._earliest_ns)
@@ -88,21 +80,17 @@ class Pacer:
             self._sleep(target)
             now = self._clock()
         late = now - due
-        skipped = late // period if late > self.recover_ns else 0
+        skipped = late // period if late > self._recover_ns else 0
         due += skipped * period
-        tick = Tick(self._index, due // period, due, now, now - due, skipped)
-        self.missed += skipped
-        self._index += 1
         self._due_ns = due
         self._earliest_ns = now + (period + 1) // 2
-        return tick
+        return Tick(due // period, due, now, now - due, skipped)
 
     def retime(self, period_ns: int) -> None:
         """Go on with another period: the next deadline is the first of its grid after the last."""
-        phase_ns = self._phase_ns % period_ns
         if self._due_ns is not None:
-            self._due_ns -= (self._due_ns - phase_ns) % period_ns
-        self.period_ns, self.phase_ns = period_ns, phase_ns
+            self._due_ns -= (self._due_ns - self._phase_ns) % period_ns
+        self.period_ns = period_ns
 
     def ticks(self, stop: threading.Event) -> Iterator[Tick]:
         """Yield ticks until ``stop`` is set; the sleep under way is still slept to its end."""

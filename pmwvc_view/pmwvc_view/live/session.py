@@ -67,7 +67,7 @@ class LiveSession(RunningSession):
                 self._lags = description.lags(self._scenario, live=True)
             except PmwvcError as error:  # parameters that make no scenario leave it as it was
                 self._node.get_logger().warning(str(error))
-        if self._feed.zero_ns is not None and inlets.silent_s > SILENT_S:
+        if self._feed.tape.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
         places = {user: hand.position for user, hand in self._hands.items()}
         return self._snapshots(inlets.now_ns(), places, inlets.round_trips)

@@ -28,9 +28,8 @@ from pmwvc_core.runtime.topics import Polled
 from pmwvc_core.transport.receiver import ROUND_TRIP
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import NS
 from pmwvc_view.live.graph import Graph
-from pmwvc_view.live.readers import MasterReader, ServerReader
+from pmwvc_view.live.readers import TraceReader
 
 RELIABLE_QOS = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE)
 NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine's clock
@@ -40,9 +39,9 @@ AWAKE_S = 0.25  # longer between two looks, and this process stood still itself
 class Inlets:
     """Subscriptions of a session; changed parameters are kept in its graph.
 
-    ``round_trips`` are the newest measured ones of every user by column [s]; ``silent_s`` is the
-    time without a trace, as far as this process ran meanwhile [s]; ``changed`` whether a parameter
-    changed since somebody set it to False.
+    ``round_trips`` are those that masters measured, by column [s], where no links tell more often;
+    ``silent_s`` is the time without a trace, as far as this process ran meanwhile [s]; ``changed``
+    whether a parameter changed since somebody set it to False.
     """
 
     def __init__(self, node: Node, graph: Graph, *, dof: int, waves: bool) -> None:
@@ -50,73 +49,58 @@ class Inlets:
             return Polled(node, kind, topic, RELIABLE_QOS, raw=raw)
 
         self._graph, prefix = graph, graph.prefix
-        traces = {user: f"{prefix}/{user}/trace" for user in graph.users}
-        self._masters = [
-            (user, MasterReader(dof=dof, waves=waves), polled(MasterTrace, topic, raw=True))
-            for user, topic in traces.items()
-        ]
-        self._server = ServerReader(dof=dof, users=graph.users)
+        self._reader = TraceReader(dof=dof, users=graph.users, waves=waves)
+        self._masters = {
+            user: polled(MasterTrace, f"{prefix}/{user}/trace", raw=True) for user in graph.users
+        }
         self._steps = polled(ServerTrace, f"{prefix}/server/trace", raw=True)
         self._fates = polled(PacketFate, f"{prefix}/netem/fates")
         self._health = polled(DiagnosticArray, "/diagnostics")
         self._events = polled(ParameterEvent, "/parameter_events")
-        self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
         self.round_trips: dict[str, float | None] = {}
         self.silent_s, self._emptied_s = 0.0, time.monotonic()
         self.changed = False
 
     def now_ns(self) -> int:
         """Return the present time of the server's clock."""
-        ahead_ns = self._server.clock_ns
+        ahead_ns = self._reader.clock_ns
         return time.monotonic_ns() if ahead_ns is None else time.time_ns() - ahead_ns
 
     def empty(self, feed: Feed) -> None:
         """Give everything that has come to the feed."""
         received = False
-        while (data := self._steps.take()) is not None:
-            if (step := self._server.read(data)) is not None:
+        for data in self._steps:
+            if (step := self._reader.step(data)) is not None:
                 feed.on_server(step)
                 received = True
-        clock_ns = self._server.clock_ns
-        for user, reader, polled in self._masters:
-            while (data := polled.take()) is not None:
-                if (block := reader.read(data, clock_ns)) is not None:
+        for user, polled in self._masters.items():
+            for data in polled:
+                if (block := self._reader.block(data)) is not None:
                     feed.on_master(user, block)
                     received = True
         before_s, self._emptied_s = self._emptied_s, time.monotonic()
         longer_s = min(self._emptied_s - before_s, AWAKE_S)
         self.silent_s = 0.0 if received else self.silent_s + longer_s
-        while (message := self._fates.take()) is not None:
+        zero_ns = feed.tape.zero_ns
+        for message in self._fates:
             number = link_number(message.link, self._graph.users)
-            if number is None or misfit("PacketFate", message) or feed.zero_ns is None:
+            if number is None or misfit("PacketFate", message) or zero_ns is None:
                 continue
-            packets = packets_of(message)
-            age_ns = abs(self.now_ns() - feed.zero_ns)
-            if len(packets) and abs(packets[-1, 1] - feed.zero_ns) < NEAR_NS + age_ns:
+            packets, age_ns = packets_of(message), abs(self.now_ns() - zero_ns)
+            if len(packets) and abs(packets[-1, 1] - zero_ns) < NEAR_NS + age_ns:
                 feed.on_packets(number, packets)
-                self._time_round_trip(number, packets)
         self._take_health()
-        while (event := self._events.take()) is not None:
+        for event in self._events:
             known = self._graph.values.get(event.node)
             if known is not None:
                 for each in event.changed_parameters:
                     known[each.name] = parameter_value_to_python(each.value)
                 self.changed = True
 
-    def _time_round_trip(self, number: int, packets: Array) -> None:
-        """Note the delay of a link's newest packets, and with it the round trip."""
-        arrived = packets[packets[:, 2] > 0]
-        if not len(arrived):
-            return
-        self._delays_s[number] = float((arrived[:, 2] - arrived[:, 1]).mean()) / NS
-        user, other_s = self._graph.users[number // 2], self._delays_s.get(number ^ 1)
-        if other_s is not None:
-            self.round_trips[f"{user}.round_trip"] = self._delays_s[number] + other_s
-
     def _take_health(self) -> None:
         """Take what masters report; with an emulator the packets tell more often."""
         owners = {self._graph.master(user): user for user in self._graph.users}
-        while (message := self._health.take()) is not None:
+        for message in self._health:
             for status in message.status:
                 user = owners.get(status.name)
                 if user is None or self._graph.emulated:
