@@ -6,8 +6,8 @@
 Targets are published as bytes (CDR, little endian): a fifth of what message objects cost.
 """
 
-import asyncio
 import contextlib
+import math
 import struct
 import time
 from collections.abc import Sequence
@@ -127,8 +127,6 @@ def link_number(link: str, users: Sequence[str]) -> int | None:
 
 TARGET_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 HELD_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
-LEAST_S = 0.008  # between two targets; a page that sends more is followed at this pace
-AGAIN_S = 0.04  # a target that stays where it is is published this often; 0.15 s: let go
 HELD_S = 0.13  # between two repetitions of what holds
 _TARGET = struct.Struct("<4siIIc3x3d")  # encapsulation, stamp, empty name of a frame, point
 
@@ -149,36 +147,17 @@ class PublishedHand:
         self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
         self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
         self.position: Sequence[float] | None = None
-        self._sent: Sequence[float] | None = None
-        self._sent_s = self._held_s = 0.0
-        self._later: asyncio.TimerHandle | None = None
+        self._told_s = -math.inf
 
     def give(self, position: Sequence[float] | None) -> None:
-        """Publish a target, at once or as soon as the pace allows; None opens the hand."""
+        """Publish a target; None opens the hand."""
+        closed, self.position = self.position is not None, position
         if position is None:
-            if self.position is not None:  # a target that waits is none then
-                self.position = None
+            if closed:
                 self._flags.publish(Bool(data=False))
             return
-        loop = asyncio.get_running_loop()
-        now_s = loop.time()
-        if self.position is None:
+        now_s = time.monotonic()
+        if not closed or now_s - self._told_s > HELD_S:  # one started meanwhile missed it
+            self._told_s = now_s
             self._flags.publish(Bool(data=True))
-            self._sent, self._held_s = None, now_s
-        self.position = position
-        wait_s = self._sent_s - now_s + (AGAIN_S if position == self._sent else LEAST_S)
-        if wait_s <= 0.0:
-            self._publish()
-        elif self._later is None and position != self._sent:
-            self._later = loop.call_later(wait_s, self._publish)
-
-    def _publish(self) -> None:
-        """Publish the newest target."""
-        self._later = None
-        if self.position is None:
-            return
-        self._sent, self._sent_s = self.position, asyncio.get_running_loop().time()
-        if self._sent_s - self._held_s > HELD_S:  # a master that was started meanwhile, missed it
-            self._held_s = self._sent_s
-            self._flags.publish(Bool(data=True))
-        self._targets.publish(target_bytes(self.position, time.time_ns()))
+        self._targets.publish(target_bytes(position, time.time_ns()))
