@@ -21,23 +21,12 @@ from pmwvc_core.runtime.parameters import declare, declare_names
 from pmwvc_core.runtime.process import OK, publish_health, run_node
 from pmwvc_core.runtime.real_time import request_priority
 from pmwvc_view import SNAPSHOT_S
-from pmwvc_view.live.graph import LONGEST_S, find
+from pmwvc_view.live.graph import AboutSession, find
 from pmwvc_view.live.session import LiveSession
 from pmwvc_view.web.access import is_loopback, new_token, why_refused
 from pmwvc_view.web.server import PageServer
 
 PRIORITY = 2  # below loops and recorder: a hand waits for no ordinary program
-
-
-@dataclass(frozen=True)
-class PageOfSession(Validated):
-    """What a page cannot see of its session."""
-
-    name: str = parameter("session", "-", "name of the session")
-    description: str = parameter("", "-", "what the session shows")
-    report: str = parameter("", "-", "file of its report, once it is over")
-    emulated: bool = parameter(False, "-", "an emulator belongs to the session")
-    duration_s: float = parameter(0.0, f"0..{LONGEST_S:g} s", "its length, 0: not known")
 
 
 @dataclass(frozen=True)
@@ -50,7 +39,7 @@ class ViewParams(Validated):
     port: int = parameter(0, "0..65535", "port to listen on, 0: any free one")
     token: str = parameter("", "-", "token of the page's address (empty: a random one)")
     snapshot_hz: float = parameter(1.0 / SNAPSHOT_S, "1..125 Hz", "snapshots per second")
-    session: PageOfSession = group(PageOfSession)
+    session: AboutSession = group(AboutSession)
 
 
 def declare_settings(node: Node) -> tuple[list[str], ViewParams]:
@@ -71,16 +60,11 @@ class View:
     def run(self, stop: threading.Event) -> None:
         """Find the session, and serve its page."""
         request_priority(PRIORITY)
-        params, about = self._params, self._params.session
-        graph = find(self._node, self._users, stop, emulated=about.emulated)
+        params, snapshot_s = self._params, 1.0 / self._params.snapshot_hz
+        graph = find(self._node, self._users, stop, emulated=params.session.emulated)
         if graph is None:
             return
-        length_s, snapshot_s = about.duration_s, 1.0 / params.snapshot_hz
-        told = {"name": about.name, "description": about.description}
-        session = LiveSession(
-            self._node, graph, about={**told, "duration_s": length_s or LONGEST_S},
-            snapshot_s=snapshot_s, duration_s=length_s or None, report=about.report,
-        )  # fmt: skip
+        session = LiveSession(self._node, graph, params.session, snapshot_s=snapshot_s)
         host, port, token = params.host, params.port, params.token or new_token()
         self._server = server = PageServer(
             session, host=host, port=port, token=token, snapshot_s=snapshot_s

@@ -17,7 +17,7 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_view import controls, description
+from pmwvc_view import description
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.rows import Source, UserTicks, rows_of
 from pmwvc_view.feed.tape import AVATAR, OBJECT, SIGNALS
@@ -42,9 +42,9 @@ class RecordedSession(Session):
         self._names = [user.name for user in scenario.users]
         if not {user.name for user in traces.users} & set(self._names):
             raise RecordingError("nothing was recorded of the users of its scenario")
-        super().__init__(Predictor(live=traces.live))
+        super().__init__(Predictor(live=traces.live), mode="recorded")
         self._traces, self._scenario, self._summary = traces, scenario, summary
-        self.layout = Layout(self._names, scenario.dof)
+        self.layout, self._duration_s = Layout(self._names, scenario.dof), traces.duration_s
         self._packets = packets_of(traces, scenario)
         self._rows = self._made_rows(snapshot_s)
         self._apart = {user.name: apart(traces, user) for user in traces.users}
@@ -126,10 +126,7 @@ class RecordedSession(Session):
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
-        found = description.describe(
-            self._scenario, mode="recorded", duration_s=self._traces.duration_s,
-            values=controls.values_of(self._scenario), remote=[],
-        )  # fmt: skip
+        found = super().description()
         return {**found, "events": self._summary["events"], "start_s": self._start_s}
 
     def poll(self) -> Sequence[Snapshot]:

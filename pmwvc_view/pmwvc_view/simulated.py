@@ -26,7 +26,7 @@ from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import TraceBlock, TraceStep
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, RunningSession, SessionState, ramped
+from pmwvc_view.session import Handled, RunningSession, ramped
 
 LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in tape.SIGNALS]
@@ -132,11 +132,14 @@ class SimulatedSession(RunningSession):
         self._at_s = self._clock()
         self._left_s = self._lost_s = 0.0  # of real time, not simulated yet; never simulated
 
-    def _state(self) -> SessionState:
+    def _state(self) -> tuple[bool, list[str]]:
         lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
-        return SessionState(self._paused, self._preset, [lost] if self._lost_s >= 0.5 else [])
+        return self._paused, [lost] if self._lost_s >= 0.5 else []
 
-    def _remote(self) -> list[str]:
+    def _preset_name(self) -> str | None:
+        return self._preset
+
+    def _remote(self) -> Sequence[str]:
         return list(self._simulation.targets)
 
     def poll(self) -> Sequence[Snapshot]:
