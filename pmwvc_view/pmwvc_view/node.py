@@ -17,9 +17,9 @@ from rclpy.node import Node
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Validated
 from pmwvc_core.params.fields import group, parameter
+from pmwvc_core.runtime.pacing import request_priority
 from pmwvc_core.runtime.parameters import declare, declare_names
 from pmwvc_core.runtime.process import OK, publish_health, run_node
-from pmwvc_core.runtime.real_time import request_priority
 from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.live.graph import AboutSession, find
 from pmwvc_view.live.session import LiveSession

@@ -15,9 +15,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_core.runtime import pacing, real_time
-from pmwvc_core.runtime.pacing import Pacer, Tick, sleep_until
-from pmwvc_core.runtime.real_time import hold_memory, request_real_time
+from pmwvc_core.runtime import pacing
+from pmwvc_core.runtime.pacing import Pacer, Tick, hold_memory, request_real_time, sleep_until
 
 MS = 1_000_000
 
@@ -205,7 +204,7 @@ def test_refusals_are_reported_with_reason_and_way_out(monkeypatch: pytest.Monke
     def forbid(*_: object) -> None:
         raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
 
-    monkeypatch.setattr(real_time, "_libc", Unprivileged)
+    monkeypatch.setattr(pacing, "_libc", Unprivileged)
     monkeypatch.setattr(os, "sched_setscheduler", forbid)
     monkeypatch.setattr(os, "listdir", lambda _: ["1"])  # one thread that is not Python's
     monkeypatch.setattr("gc.freeze", lambda: None)
@@ -227,12 +226,12 @@ def test_memory_to_come_is_locked_only_where_no_limit_can_make_it_fail(
         prctl = staticmethod(lambda *_: 0)
         mlockall = staticmethod(lambda flags: asked.append(flags))
 
-    monkeypatch.setattr(real_time, "_libc", Granting)
+    monkeypatch.setattr(pacing, "_libc", Granting)
     monkeypatch.setattr(os, "sched_setscheduler", lambda *_: None)
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    for limit in (64 * 2**20, real_time.resource.RLIM_INFINITY):
-        monkeypatch.setattr(real_time.resource, "getrlimit", lambda _, limit=limit: (limit, limit))
+    for limit in (64 * 2**20, pacing.resource.RLIM_INFINITY):
+        monkeypatch.setattr(pacing.resource, "getrlimit", lambda _, limit=limit: (limit, limit))
         assert hold_memory().refused == {}
     assert asked == [1 | 4, 1 | 2 | 4]
 
@@ -241,7 +240,7 @@ def test_memory_that_nothing_has_touched_is_not_held() -> None:
     """Stacks of 8 MB a thread, libraries: most of what a process maps it never uses."""
     code = (
         "import mmap, resource\n"
-        "from pmwvc_core.runtime.real_time import hold_memory\n"
+        "from pmwvc_core.runtime.pacing import hold_memory\n"
         "resident = lambda: int(open('/proc/self/statm').read().split()[1]) * mmap.PAGESIZE\n"
         "unused, used = mmap.mmap(-1, 1 << 26), mmap.mmap(-1, 1 << 24)\n"
         "before = resident()\n"
@@ -259,7 +258,7 @@ def test_memory_that_nothing_has_touched_is_not_held() -> None:
 
 def test_real_system_grants_or_refuses_each_request_and_raises_nothing() -> None:
     code = (
-        "from pmwvc_core.runtime.real_time import hold_memory, request_real_time as ask\n"
+        "from pmwvc_core.runtime.pacing import hold_memory, request_real_time as ask\n"
         "for priority in (20, 1000):\n"
         "    report = hold_memory() + ask(priority)\n"
         "    print(*sorted([*report.granted, *report.refused]), sep=', ')\n"
