@@ -177,9 +177,7 @@ def test_what_is_no_message_is_recorded_and_the_relay_goes_on():
         line.meet()
         for junk in (b"\x00\x01\x00\x00", b"\x00\x01\x00\x00" + bytes(20)):
             line.publisher.publish(junk)
-        peer.until(
-            lambda: sum(row["fate"] == FateKind.INVALID for row in line.records()) == 2,
-        )
+        peer.until(lambda: sum(row["fate"] == FateKind.INVALID for row in line.records()) == 2)
         line.send()
         peer.until(lambda: same(line.received[-1][1], line.sent[-1][1]))
         assert netem.stop() == 0

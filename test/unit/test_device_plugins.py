@@ -17,13 +17,7 @@ from support.processes import ros
 
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.params import (
-    DeviceParams,
-    MasterParams,
-    OperatorParams,
-    SafetyParams,
-    TaskParams,
-)
+from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams
 from pmwvc_core.plugins import installed
 from pmwvc_master import devices as plugins
 from pmwvc_master.devices import (

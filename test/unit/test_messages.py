@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
@@ -58,102 +59,49 @@ def a_block(ticks=8, dof=1, *, filled=None):
 
 def master(types, block, *, dof=1):
     return messages.master_trace(
-        types,
-        block.series(),
-        taken=block.taken,
-        changes=5,
-        stamp_ns=STAMP_NS,
-        start_ns=5,
-        epoch=2**64 - 1,
-        seq=6,
-        first_tick=48,
-        period=0.001,
-        dof=dof,
-        state=3,
-        reason="too fast",
-        missed=1,
-        safety_events=2,
-        hand_force_known=True,
-        energy=ENERGY,
+        types, block.series(), taken=block.taken, changes=5, stamp_ns=STAMP_NS, start_ns=5,
+        epoch=2**64 - 1, seq=6, first_tick=48, period=0.001, dof=dof, state=3, reason="too fast",
+        missed=1, safety_events=2, hand_force_known=True, energy=ENERGY,
         accounts={"velocity_filter": 0.5, "tank": np.array([0.25])},
-    )
+    )  # fmt: skip
 
 
 def server(types):
+    one, two = np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0])
     return messages.server_trace(
-        types,
-        stamp_ns=STAMP_NS,
-        start_ns=5,
-        epoch=9,
-        step=4,
-        period=0.008,
-        dof=3,
-        users=["user1", "user2"],
-        x_o=0.0,
-        xd_o=np.array([1.0, 2.0, 3.0]),
-        target=np.array([0.5, 0.0, 0.0]),
-        x_s=[np.array([1.0, 2.0, 3.0]), 0.0],
-        xd_s=[0.0, np.array([4.0, 5.0, 6.0])],
-        f_s=[0.0, 0.0],
-        u_s=[0.0, 0.0],
-        v_s=[0.0, 0.0],
-        state=[2, 0],
-        contact=[np.True_, False],
-        energy_u_s=[np.array([0.25]), 0.5],
-        energy_v_s=[0.0, 1.0],
-        kinetic=np.array([2.0]),
-        potential=0.5,
-        dissipated=0.125,
-        accounts={"ledger": np.array([1.5])},
-        taken=[(1, 8, 2**64 - 1)],
-        looked=70_000,
-        changes=2,
-    )
+        types, stamp_ns=STAMP_NS, start_ns=5, epoch=9, step=4, period=0.008, dof=3,
+        users=["user1", "user2"], x_o=0.0, xd_o=one, target=two, x_s=[one, 0.0], xd_s=[0.0, two],
+        f_s=[0.0, 0.0], u_s=[0.0, 0.0], v_s=[0.0, 0.0], state=[2, 0], contact=[np.True_, False],
+        energy_u_s=[np.array([0.25]), 0.5], energy_v_s=[0.0, 1.0], kinetic=np.array([2.0]),
+        potential=0.5, dissipated=0.125, accounts={"ledger": np.array([1.5])},
+        taken=[(1, 8, 2**64 - 1)], looked=70_000, changes=2,
+    )  # fmt: skip
 
 
 def link(types):
-    counts = {"in_count": 9, "out_count": 8, "lost": 1, "duplicated": 2}
-    counts |= {"reordered": 3, "corrupted": 6, "queued": 4, "dropped": 5}
-    delays = {"delay_mean": 0.1, "delay_min": 0.05, "delay_max": 0.2, "delay_error_max": 0.001}
+    names = ("in_count", "out_count", "lost", "duplicated", "reordered", "corrupted", "queued")
     return messages.link_state(
-        types,
-        stamp_ns=STAMP_NS,
-        link="user1/up",
-        seq=1,
-        counts=counts,
-        delays=delays,
-        rate_hz=125.0,
+        types, stamp_ns=STAMP_NS, link="user1/up", seq=1, rate_hz=125.0, seed=3,
+        counts={name: 9 - k for k, name in enumerate((*names, "dropped"))},
+        delays=dict(delay_mean=0.1, delay_min=0.05, delay_max=0.2, delay_error_max=0.001),
         params=LinkParams(delay_s=0.016, loss=0.1, jitter="normal", jitter_s=0.001),
-        seed=3,
-    )
+    )  # fmt: skip
 
 
 def fates(types):
-    return messages.packet_fates(
-        types,
-        stamp_ns=STAMP_NS,
-        link="user1/up",
-        first=65,
-        epoch=np.array([2**64 - 1, 0], np.uint64),
-        seq=np.array([1, 2], np.uint32),
-        bytes=np.array([126, 126], np.uint32),
-        time_in_ns=np.array([1, 2], np.int64),
-        time_due_ns=np.array([3, 0], np.int64),
-        time_out_ns=np.array([4, 0], np.int64),
-        fate=np.array([0, 1], np.uint8),
-        cause=np.array([0, 1], np.uint8),
-    )
+    columns = {  # of two packets
+        "epoch": [2**64 - 1, 0], "seq": [1, 2], "bytes": [126, 126], "time_in_ns": [1, 2],
+        "time_due_ns": [3, 0], "time_out_ns": [4, 0], "fate": [0, 1], "cause": [0, 1],
+    }  # fmt: skip
+    arrays = {name: np.array(columns[name], kind) for name, kind in COLUMNS.items()}
+    head = {"stamp_ns": STAMP_NS, "link": "user1/up", "first": 65}
+    return messages.packet_fates(types, **head, **arrays)
 
 
 def health(types):
-    return messages.diagnostic(
-        types,
-        stamp_ns=STAMP_NS,
-        name="/user1/master",
-        level=1,
-        message="late",
-        values={"ticks": 3, "state": "coupled"},
-    )
+    values = {"ticks": 3, "state": "coupled"}
+    about = {"name": "/user1/master", "level": 1, "message": "late", "values": values}
+    return messages.diagnostic(types, stamp_ns=STAMP_NS, **about)
 
 
 BUILDERS = {

@@ -185,6 +185,4 @@ def test_delay_that_changes_under_load_is_noted_until_the_device_is_coupled_anew
     assert notes[: 5000 // 128] == [""] * (5000 // 128)
     assert notes[-1].startswith("delay or impedance changed under load")
     _, _, found = told("wall", 3, change=(1.0, "link.delay_s", 0.04))  # before it touches
-    assert {each["users"]["user1"]["note"] for each in found} == {
-        "",
-    }
+    assert {each["users"]["user1"]["note"] for each in found} == {""}

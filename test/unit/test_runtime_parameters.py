@@ -25,11 +25,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.names import leaves
 from pmwvc_core.runtime.parameter_values import built, to_ros_yaml, values_of
-from pmwvc_core.runtime.parameters import (
-    declare,
-    declare_names,
-    declare_value,
-)
+from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
 from pmwvc_core.runtime.process import refuse_undeclared
 
 GROUPS = [
