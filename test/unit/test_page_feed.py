@@ -115,6 +115,22 @@ def test_silent_node_holds_rows_up_for_a_moment_only():
     assert values(layout, late, "user1.x_m")[-1] > 0.0
 
 
+def test_ticks_that_came_after_their_row_are_in_the_extremes_of_the_next_one():
+    """A loop that stalled sends its trace late: its lateness must be seen."""
+    layout, feed = feed_of()
+    feed.on_master("user2", block(0, np.ones(8)))
+    for start in range(0, 200, 8):
+        feed.on_master("user1", block(start, np.ones(8)))
+        feed.on_server(step(start))
+    early = feed.rows(200 * MS)
+    assert len(early) > 2 and np.nanmax(values(layout, early, "user2.f_max")) == 1.0
+    feed.on_master("user2", block(8, [1.0, 5.0] * 4, lateness_s=[0.09] * 8))
+    feed.on_master("user2", block(16, np.ones(184)))
+    late = feed.rows(260 * MS)
+    assert values(layout, late, "user2.f_max")[0] == 5.0
+    assert values(layout, late, "user2.lateness")[0] == 0.09
+
+
 def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     layout, feed = feed_of()
     rows = []
@@ -136,6 +152,25 @@ def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     feed.on_server(step(1216))
     feed.rows(1300 * MS)
     assert feed.users["user2"].state == 1
+
+
+@pytest.mark.parametrize("again", [None, "master", "server", "user"])
+def test_energy_of_counters_that_began_anew_is_no_longer_judged(again):
+    """A node was started again, or its user came back to the server."""
+    _, feed = feed_of(("user1",))
+    for start in range(0, 400, 8):
+        late = again is not None and start >= 200
+        moved = 1e-3 * (start - 200 * late)
+        own, others = (2 if late and again == node else 1 for node in ("master", "server"))
+        sums = (moved if again == "master" else 1e-3 * start, 0.0, 1e-3 * start)
+        feed.on_master("user1", block(start, np.ones(8), epoch=own, sums=sums))
+        u_s = 0.5 * (moved if again == "user" else 1e-3 * start)
+        made = step(start, users=1)._replace(epoch=others, sums=np.array([[u_s], [0.0]]))
+        feed.on_server(made)
+        feed.rows((start + 8) * MS)
+    balances = feed.users["user1"].balances
+    assert balances.known and balances.judged == (again is None)
+    assert balances.worst["way up"].margin_j >= 0.0
 
 
 def run_live(scenario, ticks, poll=16):

@@ -16,8 +16,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from pmwvc_core.controllers.accounts import OF_STRICT
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 from pmwvc_view.feed.tape import SIGNALS
-from pmwvc_view.live.readers import TraceReader
-from pmwvc_view.live.topics import target_bytes
+from pmwvc_view.live.topics import TraceReader, target_bytes
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 SHOWN = ("x", "xd", "f_h", "f_applied", "u_m", "v_m")
