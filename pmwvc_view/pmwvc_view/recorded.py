@@ -4,6 +4,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,12 +40,13 @@ class RecordedSession(Session):
         self, traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any], *,
         snapshot_s: float, clock: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
-        self._names = [user.name for user in scenario.users]
-        if not {user.name for user in traces.users} & set(self._names):
+        names = [user.name for user in scenario.users]
+        traces = replace(traces, users=[user for user in traces.users if user.name in names])
+        if not traces.users:
             raise RecordingError("nothing was recorded of the users of its scenario")
         super().__init__(Predictor(live=traces.live), mode="recorded")
         self._traces, self._scenario, self._summary = traces, scenario, summary
-        self.layout, self._duration_s = Layout(self._names, scenario.dof), traces.duration_s
+        self.layout, self._duration_s = Layout(names, scenario.dof), traces.duration_s
         self._packets = packets_of(traces, scenario)
         self._rows = self._made_rows(snapshot_s)
         self._apart = {user.name: apart(traces, user) for user in traces.users}
@@ -53,7 +55,6 @@ class RecordedSession(Session):
         there = [  # every user's handle has a place
             np.isfinite(self._rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
             for user in traces.users
-            if user.name in self._names
         ]
         self._start_s = float(self._rows[int(np.logical_and.reduce(there).argmax()), 1])
         self._time_s, self._at_s = self._start_s, clock()
@@ -62,27 +63,24 @@ class RecordedSession(Session):
 
     def _made_rows(self, period_s: float) -> Array:
         """Return the rows of the session, the balances as the report judges them."""
-        traces, layout, users = self._traces, self.layout, self.layout.users
+        traces, layout, packets = self._traces, self.layout, self._packets
         times = np.arange(0.0, traces.duration_s + 0.5 * period_s, period_s)
-        links = [self._packets[self._packets[:, 0] == k, 2:4] for k in range(2 * len(users))]
+        links = [packets[packets[:, 0] == k, 2:4] for k in range(2 * len(layout.users))]
         ticks = [
             UserTicks(user.name, user.time_s, user.f_applied, user.lateness_s)
             for user in traces.users
-            if user.name in users
         ]
-        every = (each for each in self._samples() if each[0] in layout.slices)
         sources = (
             Source(time_s, [(layout.slices[column], values)], *within_s)
-            for column, time_s, values, *within_s in every
+            for column, time_s, values, *within_s in self._samples()
+            if column in layout.slices  # a server may have had other users
         )
         rows = rows_of(times, layout, sources, ticks, links)
         rows[:, 0] = np.arange(1, len(times) + 1)
         return rows
 
     def _samples(self) -> Iterator[tuple[Any, ...]]:
-        """Yield columns with their samples as a :class:`Source` has them; also columns of users
-        that are not shown.
-        """
+        """Yield columns with their samples as a :class:`Source` has them."""
         if (server := self._traces.server) is not None:
             for name in OBJECT:
                 yield f"object.{name}", server.time_s, getattr(server, name)
@@ -119,7 +117,7 @@ class RecordedSession(Session):
             known = self._rows[:, 1] < until_s
             self._rows[known, self.layout.slices[name]] = np.nan if value is None else value
         for user, away in self._apart.items():
-            if away is not None and f"{user}.lag" in self.layout.slices:
+            if away is not None:
                 at = np.searchsorted(away.time_s, self._rows[:, 1] + 1e-9) - 1
                 kept = np.linalg.norm(away.kept[at], axis=-1) > LEAST_M
                 self._rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
@@ -174,7 +172,7 @@ class RecordedSession(Session):
         return {
             "verdict": f"The whole session: {sentence}",
             "level": level,
-            "users": {user: self._state(user, index) for user in self._names},
+            "users": {user: self._state(user, index) for user in self.layout.users},
             "notices": [line["text"] for line in lines if line["text"] != sentence],
         }
 

@@ -18,18 +18,8 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.balances import Balances
-from pmwvc_view.feed.rows import ROUNDED_S, Source, UserTicks, newest, rows_of
-from pmwvc_view.feed.tape import (
-    AVATAR,
-    F_APPLIED,
-    NS,
-    OBJECT,
-    SIGNALS,
-    Tape,
-    TraceBlock,
-    TraceStep,
-    UserTape,
-)
+from pmwvc_view.feed.rows import ROUNDED_S, Source, newest, rows_of
+from pmwvc_view.feed.tape import AVATAR, NS, OBJECT, SIGNALS, Tape, TraceBlock, TraceStep, UserTape
 from pmwvc_view.protocol.snapshot import ENERGIES, NO_PACKETS, Layout, Snapshot
 
 PATIENCE_NS = 60_000_000
@@ -76,13 +66,6 @@ class FeedUser:
         yield Source(ticks[:, 0], [(self._signals_at, ticks[:, 2:])])
         yield Source(blocks[:, 1], states)
         yield Source(energies[:, 0], [(self._energies_at, energies[:, 1:])], math.inf)
-
-    def ticks(self, since_s: float) -> UserTicks:
-        """Return the ticks from a time on."""
-        ticks = self._tape.ticks.since(since_s)
-        dof = (ticks.shape[1] - 2) // len(SIGNALS)
-        force = ticks[:, 2 + F_APPLIED * dof : 2 + (F_APPLIED + 1) * dof]
-        return UserTicks(self._tape.name, ticks[:, 0], force, ticks[:, 1], self.shown_s)
 
     def follow(self, row: Array) -> None:
         """Note what a row says, and complete it; what is kept since joining is no lag."""
@@ -156,10 +139,10 @@ class Feed:
         if not dues:
             return []
         self._balance()
-        since_s, links = dues[0] - LOOKED_BACK_S, self.tape.packets
+        since_s, ends, links = dues[0] - LOOKED_BACK_S, self.tape.users.items(), self.tape.packets
         rows = rows_of(
             np.array(dues), self._layout, self._sources(since_s),
-            [user.ticks(since_s) for user in self.users.values()],
+            [tape.loop_ticks(since_s, self.users[name].shown_s) for name, tape in ends],
             [packets.since(since_s)[:, 2:4] for packets in links],
         )  # fmt: skip
         return [self._completed(row) for row in rows]

@@ -17,6 +17,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, ServerTraces, UserTraces
+from pmwvc_view.feed.rows import UserTicks
 
 NS = 1_000_000_000
 SPAN_S = 6.0  # of the tables
@@ -120,6 +121,12 @@ class UserTape:
         head = (start_s, end_s, block.state, self.reasons.index(block.reason), block.missed, ran_s)
         sums = (math.nan, 0.0, 0.0, 0.0) if block.sums is None else (self._life, *block.sums)
         self.blocks.add(np.array([[*head, *sums]]))
+
+    def loop_ticks(self, since_s: float, shown_s: float) -> UserTicks:
+        """Return the ticks from a time on, the last of which was shown then."""
+        ticks, first = self.ticks.since(since_s), 2 + F_APPLIED * self._dof
+        force = ticks[:, first : first + self._dof]
+        return UserTicks(self.name, ticks[:, 0], force, ticks[:, 1], shown_s)
 
     def traces(self, since_s: float) -> UserTraces | None:
         """Return the whole blocks from a time on; None where there are none."""

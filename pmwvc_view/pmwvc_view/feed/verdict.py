@@ -132,17 +132,10 @@ def verdict(
     users: Mapping[str, FeedUser], judge: Judge, *, storage_j: Mapping[str, float],
     exact_hands: Sequence[str], notices: Sequence[str],
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the text message: verdict, level, users, notices.
-
-    Parameters
-    ----------
-    storage_j
-        Energy that a user's controller was declared to hold at the start [J].
-    exact_hands
-        Users whose device counts its true motion, as a simulated one does whatever its encoder
-        shows: their account from hand to object is judged.
-    notices
-        What people should know beside the verdict.
+    """Return the text message: verdict, level, users, notices, which are what people should know
+    beside the verdict. ``storage_j``: energy that a user's controller was declared to hold at the
+    start [J]. ``exact_hands``: users whose device counts its true motion, as a simulated one does
+    whatever its encoder shows; their account from hand to object is judged.
     """
     level, sentence = _judged(users, judge, storage_j, exact_hands)
     states, earlier = {}, []
