@@ -98,21 +98,16 @@ def test_settings_change_while_running_and_wrong_ones_are_refused():
         assert peer.set_parameters("/netem", {"user1.link.up.loss": 1}) == [""]
         line.send_in_bursts(1, size=10)
         assert {row["fate"] for row in line.originals()[-10:]} == {FateKind.LOST}
-        assert peer.set_parameters(
-            "/netem",
-            {
-                "user1.link.up.loss": 1.5,
-                "user1.link.up.jitter": "sometimes",
-                "seed": 3,
-                "user1.link.up.jitter_s": -1.0,
-            },
-        ) == [
-            "Parameter user1.link.up.loss out of range Min: 0.0, Max: 1.0, value: 1.5",
-            "user1.link.up.jitter = 'sometimes': must be one of none, uniform, normal, pareto, "
-            "paretonormal, gamma, lognormal, quantiles, table, trace",
-            "Trying to set a read-only parameter: seed.",
-            "Parameter user1.link.up.jitter_s out of range Min: 0.0, Max: 10.0, value: -1.0",
-        ]
+        refused = {
+            "user1.link.up.loss": (1.5, "out of range Min: 0.0, Max: 1.0, value: 1.5"),
+            "user1.link.up.jitter": ("sometimes", "must be one of none, uniform, normal, pareto"),
+            "seed": (3, "Trying to set a read-only parameter: seed."),
+            "user1.link.up.jitter_s": (-1.0, "out of range Min: 0.0, Max: 10.0, value: -1.0"),
+        }
+        wrong = {name: value for name, (value, _) in refused.items()}
+        reasons = peer.set_parameters("/netem", wrong)
+        for (name, (_, words)), reason in zip(refused.items(), reasons, strict=True):
+            assert name in reason and words in reason
         (refusal,) = peer.set_parameters("/netem", {"preset": "wifi"})
         assert refusal.startswith("preset = 'wifi': must be one of none, ideal, lan")
         line.send_in_bursts(1, size=10)
