@@ -13,7 +13,6 @@ from support.handmade import FRAME_S
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, bounded, hidden
 from pmwvc_analysis.events.events import complete
-from pmwvc_analysis.traces.hand_work import HandWork
 from pmwvc_analysis.traces.holes import Unjudged, holes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
@@ -86,7 +85,7 @@ def test_a_hole_is_bridged_only_where_nothing_can_have_happened_in_it(out_j, hid
 
 @pytest.mark.parametrize("seed", range(40))
 def test_at_the_hand_a_hole_of_the_server_is_bridged_only_by_a_bound_that_holds(seed):
-    """Work of eight ticks a step, u_s and v_s; the balance of every tick is known here."""
+    """Eight blocks a step, u_s and v_s; the balance of every block is known here."""
     rng = np.random.default_rng(seed)
     first, missing, limit_j = rng.integers(1, 8), rng.integers(1, 9), rng.uniform(0.0, 0.02)
     steps = rng.uniform(-1e-3, 3e-3, (rng.integers(12, 30), 8))
@@ -96,8 +95,8 @@ def test_at_the_hand_a_hole_of_the_server_is_bridged_only_by_a_bound_that_holds(
     after = min(first + missing, len(steps) - 1)
     kept = [*range(first), *range(after, len(steps))]
     joint = Balance(times[kept], work[7::8][kept], (taken - given_j)[kept], limit_j)
-    hand = HandWork(0.001 * np.arange(len(work)) + 0.0005, work, np.zeros(len(work)))
-    entry = UserEnergy("user1", None, None, joint, given_j=given_j[kept], hand=hand)
+    ended = 8 * (np.array(kept) + 1)
+    entry = UserEnergy("user1", None, None, joint, given_j=given_j[kept], work_j=work, ended=ended)
     hole = Unjudged(times[first - 1] + 0.004, times[after] - 0.004, "not recorded (server)")
     found = bounded(entry, [hole])
     rows = range(8 * first - 1, 8 * after + 8)

@@ -48,10 +48,15 @@ class Drive(NamedTuple):
     """Work that the loop gave to all devices together in motion beyond half a hertz."""
 
     given_j: float
-    share: float  # of the work that went to and fro, -1..1
+    moved_j: float  # work that went to and fro
     held_j: float  # most that masses and springs held of it
     free: bool  # whether a hand moves as it likes: a person, or a motion or force that is given
     made_j: float = 0.0  # what came out between hands and object and did not go in
+
+    @property
+    def share(self) -> float:
+        """What the loop gave, of the work that went to and fro, -1..1."""
+        return self.given_j / self.moved_j if self.moved_j > 0.0 else 0.0
 
     @property
     def by_loop(self) -> bool:
@@ -60,13 +65,15 @@ class Drive(NamedTuple):
 
     @property
     def by_hands(self) -> bool:
-        """Tell whether hands did that move as they like."""
-        return self.thrown and self.share < -DRIVES
+        """Tell whether hands that move as they like did, for all that the work shows: the loop did
+        not, and no more came out of it unseen than went to and fro.
+        """
+        return self.free and self.share < DRIVES and self.made_j <= self.moved_j
 
     @property
     def thrown(self) -> bool:
         """Tell whether such hands gave more than they got."""
-        return self.free and self.given_j < 0.0 and self.made_j <= self.given_j / self.share
+        return self.by_hands and self.given_j < 0.0
 
 
 UNKNOWN = Drive(0.0, 0.0, 0.0, False)
@@ -127,8 +134,8 @@ def drive(
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
         held_j += 0.5 * scenario.server.object_mass * _longest(server.xd_o[inside]) ** 2
     free = any(u.operator.is_free or not u.device.is_simulated for u in scenario.users)
-    found = Drive(given_j, given_j / moved_j, held_j, free)
-    if not found.thrown:
+    found = Drive(given_j, moved_j, held_j, free)
+    if not found.by_hands:
         return found
     joint = [each.joint for each in user_energies(traces, scenario)]
     spans = [e.balance_j[(e.time_s >= start_s) & (e.time_s <= end_s)] for e in joint]
