@@ -37,7 +37,7 @@ from pmwvc_analysis.traces.block_sums import BlockSums, up_to
 from pmwvc_analysis.traces.hand_work import hand_work
 from pmwvc_analysis.traces.holes import AGAIN, Stretches, Unjudged, stretches
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
-from pmwvc_analysis.traces.sums import running
+from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Array
@@ -179,6 +179,12 @@ def _of_user(
     open_j = up_to(work.resolution, ended)[rows]
     joint = Balance(times[rows], came, went, declared_j, bound_j, open_j)
     return UserEnergy(user.name, up, down, joint, stays, given_j, work.sums, ended[rows])
+
+
+def port_sums(server: ServerTraces) -> tuple[Array, Array]:
+    """Return what the server took in at the ports of all users, and what it gave, at its steps."""
+    u_s, v_s = (sum_of(map(running, e)) for e in (server.energy_u_s, server.energy_v_s))
+    return u_s, v_s
 
 
 def declared(scenario: Scenario, user: User) -> Declared:

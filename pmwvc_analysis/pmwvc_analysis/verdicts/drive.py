@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.budget.energy import port_sums, user_energies
 from pmwvc_analysis.traces.felt import REST_BAND_HZ
 from pmwvc_analysis.verdicts.oscillation import (
     FADED,
@@ -33,7 +33,7 @@ from pmwvc_analysis.verdicts.oscillation import (
 )
 from pmwvc_core.numeric import Array
 from pmwvc_core.quantities import quantity
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 DRIVES = 0.1  # share of the work from which on one side drives a motion
@@ -51,7 +51,8 @@ class Drive(NamedTuple):
     moved_j: float  # work that went to and fro
     held_j: float  # most that masses and springs held of it
     free: bool  # whether a hand moves as it likes: a person, or a motion or force that is given
-    made_j: float = 0.0  # what came out between hands and object and did not go in
+    steady: bool = False  # whether all that such hands do is push with a constant force
+    made_j: float = 0.0  # what the links, or the server, gave out that did not go in
 
     @property
     def share(self) -> float:
@@ -65,10 +66,12 @@ class Drive(NamedTuple):
 
     @property
     def by_hands(self) -> bool:
-        """Tell whether hands that move as they like did, for all that the work shows: the loop did
-        not, and no more came out of it unseen than went to and fro.
+        """Tell whether hands that move as they like explain it: they gave more than they got, or
+        may have shaken it while the loop did not; and no more came out of links and server unseen
+        than went to and fro. A steady force shakes nothing.
         """
-        return self.free and self.share < DRIVES and self.made_j <= self.moved_j
+        hands = self.share < -DRIVES or not (self.steady or self.by_loop)
+        return self.free and hands and self.made_j <= self.moved_j
 
     @property
     def thrown(self) -> bool:
@@ -133,13 +136,30 @@ def drive(
     if (server := traces.server) is not None:
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
         held_j += 0.5 * scenario.server.object_mass * _longest(server.xd_o[inside]) ** 2
-    free = any(u.operator.is_free or not u.device.is_simulated for u in scenario.users)
-    found = Drive(given_j, moved_j, held_j, free)
+    free = any(map(is_free, scenario.users))
+    steady = not any(u.operator.kind != "constant" for u in scenario.users if is_free(u))
+    found = Drive(given_j, moved_j, held_j, free, steady)
     if not found.by_hands:
         return found
-    joint = [each.joint for each in user_energies(traces, scenario)]
-    spans = [e.balance_j[(e.time_s >= start_s) & (e.time_s <= end_s)] for e in joint]
-    return found._replace(made_j=sum(float(span[0] - span[-1]) for span in spans if len(span)))
+
+    def made_j(time_s: Array, balance_j: Array) -> float:
+        inside = balance_j[(time_s >= start_s) & (time_s <= end_s)]
+        return float(inside[0] - inside[-1]) if len(inside) else 0.0
+
+    hands_j = sum(
+        made_j(each.joint.time_s, each.joint.balance_j) for each in user_energies(traces, scenario)
+    )
+    behind_j = 0.0
+    if server is not None:  # what it holds and turned to heat beyond what came in at its ports
+        taken, given = port_sums(server)
+        holds = server.kinetic + server.potential + server.dissipated
+        behind_j = made_j(server.time_s, taken - given - holds)
+    return found._replace(made_j=max(hands_j, behind_j))
+
+
+def is_free(user: User) -> bool:
+    """Tell whether a hand moves as it likes."""
+    return user.operator.is_free or not user.device.is_simulated
 
 
 def kept_driven(traces: SessionTraces, scenario: Scenario | None, moved: Sequence[Motion]) -> str:

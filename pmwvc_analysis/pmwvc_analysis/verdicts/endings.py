@@ -118,7 +118,7 @@ def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
     cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
     if scenario is None or traces.simulated:
         return cut
-    if traces.duration_s > scenario.duration_s - EARLY_S:
+    if (end_s := session_end_s(traces, scenario)) > scenario.duration_s - EARLY_S:
         return ""
-    length = f"{traces.duration_s:.1f} of {scenario.duration_s:g} s"
+    length = f"{end_s:.1f} of {scenario.duration_s:g} s"
     return f"{cut}: {length} are on record" if cut else f"the session ended after {length}"

@@ -94,7 +94,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
         return Strength(0.0, 0.0, known=len(pieces) <= 1)
     middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
     end_s = min(duration_s, float(motion.time_s[-1]) + motion.period_s)  # its user may have left
-    start_s = min(max(0.5 * end_s, motion.since_s), end_s)
+    start_s = min(max(0.5 * end_s, motion.since_s), max(end_s - SHORTEST_S, 0.0))
     third_s = (end_s - start_s) / 3.0
     edges_s = (start_s, start_s + third_s, start_s + 2.0 * third_s, math.inf)
     thirds = [(middles >= a) & (middles < b) for a, b in itertools.pairwise(edges_s)]
@@ -107,7 +107,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,
         known=len(pieces) <= 1 or known >= expected,
-        settled=motion.since_s <= 0.5 * end_s or 3.0 * third_s >= SETTLE_S,
+        settled=motion.since_s <= 0.5 * end_s or end_s - motion.since_s >= SETTLE_S,
         purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
     )
@@ -208,7 +208,8 @@ def motions(
     if server is not None:
         periods_s = server.periods_s[server.time_s >= since_s]
         period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
-        found.append(of("the object", server.time_s, period_s, server.xd_o))
+        there = server.time_s < traces.duration_s  # it runs on behind its users
+        found.append(of("the object", server.time_s[there], period_s, server.xd_o[there]))
     return found
 
 

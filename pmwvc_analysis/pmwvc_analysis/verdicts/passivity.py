@@ -26,7 +26,6 @@ from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, StoodStill, given_until, holes, stood_still
 from pmwvc_analysis.traces.server_starts import starts
-from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.quantities import quantity, share
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.couplings import COMPENSATIONS
@@ -134,7 +133,7 @@ def _of_server(
 ) -> Finding:
     server = traces.server
     assert server is not None
-    taken, given = (sum_of(map(running, e)) for e in (server.energy_u_s, server.energy_v_s))
+    taken, given = energy.port_sums(server)
     for start in starts(server):  # what it held died with the one before
         taken[start.row :] -= taken[start.last] - given[start.last]
     allowance_j = 0.0  # that a port ledger may give out without having received it

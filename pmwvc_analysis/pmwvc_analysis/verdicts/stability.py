@@ -116,7 +116,7 @@ def _judged(
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
         speed = f"{found.late_m_s * 1e3:.1f} mm/s beyond the voluntary band"
-        explained = f"{motion.name} moves with {speed}, and the hands did the work of it"
+        explained = f"{motion.name} moves with {speed}, and the loop did not drive it"
         if not rate_per_s < 0.0:
             return _unknown(f"{explained}: whether the loop keeps it up is not known")
         explained = f"{explained}; {model}"
