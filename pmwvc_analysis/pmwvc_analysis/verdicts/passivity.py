@@ -167,7 +167,7 @@ def verdict(found: Passivity, owner: str) -> str:
     if unknown:
         why = unknown[0].why  # some texts begin with when
         return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
-    least = min(ports, key=lambda port: port.least_j)
+    least = min(ports, key=lambda port: (port.least_j, -port.declared_j))
     if least.by_counts:
         bound = f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}"
         return f"{bound}: {part_words(least)}, {amount(least)}"
