@@ -10,10 +10,10 @@ from support import handmade
 from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
-from pmwvc_analysis.budget.criterion import TOLERANCE_J
 from pmwvc_analysis.budget.energy import Balance, user_energies
 from pmwvc_analysis.traces.block_sums import BlockSums
 from pmwvc_analysis.traces.sums import running
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
 

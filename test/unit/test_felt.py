@@ -8,7 +8,8 @@ from support import handmade
 from support.handmade import FORCE_N, session, without_blocks
 
 from pmwvc_analysis.compare.measures import measures
-from pmwvc_analysis.traces.felt import IMPACT_S, felt
+from pmwvc_analysis.traces.felt import felt
+from pmwvc_analysis.traces.thresholds import IMPACT_S
 from pmwvc_analysis.verdicts.check import verdict_lines
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.session.terminal import verdict_lines as printed

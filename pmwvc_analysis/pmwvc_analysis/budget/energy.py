@@ -13,8 +13,7 @@ it has ended, a server step with its whole period at its start (theory.md 13.1, 
 
 A recording leaves balances open across its holes and between two clocks. *Holes:* running sums of
 waves only grow, so E(t) >= in(start) - out(end) in a hole. Where that is above the limit, the
-balance is judged across it. Where only the server's records are missing, E_hand(t) >= work(t) -
-u_s(end) + v_s(start), with the work block by block. *Clocks:* a balance below the limit at every
+balance is judged across it. *Clocks:* a balance below the limit at every
 alignment of two hosts' clocks within its uncertainty is a violation; one below at some is not
 judged (theory.md 13.9).
 """
@@ -23,7 +22,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.criterion import (
     Declared,
@@ -105,9 +103,6 @@ class UserEnergy:
     down: Balance | None
     joint: Balance  # E_hand
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
-    given_j: Array = field(default_factory=lambda: np.zeros(0))  # of v_s, at the times of joint
-    work_j: Array = field(default_factory=lambda: np.zeros(0))  # at the ends of blocks, of which
-    ended: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))  # had run
 
     @property
     def parts(self) -> dict[str, Balance]:
@@ -172,13 +167,12 @@ def _of_user(
         down = Balance(times[rows], begun(v_s), passed_on)
     else:
         gone = np.zeros(len(times))
-    given_j = begun(v_s)
     declared_j = sum(declared(scenario, known)) if scenario and known else 0.0
     bound_j = counts_j(traces, scenario, user.name)
-    came, went = begun(up_to(work.sums, ended) - gone), taken - given_j
+    came, went = begun(up_to(work.sums, ended) - gone), taken - begun(v_s)
     open_j = up_to(work.resolution, ended)[rows]
     joint = Balance(times[rows], came, went, declared_j, bound_j, open_j)
-    return UserEnergy(user.name, up, down, joint, stays, given_j, work.sums, ended[rows])
+    return UserEnergy(user.name, up, down, joint, stays)
 
 
 def port_sums(server: ServerTraces) -> tuple[Array, Array]:
@@ -197,41 +191,14 @@ def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
     """Return the intervals that may hide a violation of a balance whose sums never fall."""
     found = []
     for interval in unknown:
-        before, after = _around(interval, balance)
+        before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
+        after = int(np.searchsorted(balance.time_s, interval.end_s))
         if interval.why != AGAIN and after < len(balance.time_s):
             came = float(balance.energy_in_j[before]) if before >= 0 else 0.0
             least = came - float(balance.energy_out_j[after])
             if least >= -float(balance.tolerance_j[after]):
                 continue
         found.append(interval)
-    return found
-
-
-def _around(interval: Unjudged, balance: Balance) -> tuple[int, int]:
-    """Return the rows of a balance before an interval, -1: none, and behind it."""
-    before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
-    return before, int(np.searchsorted(balance.time_s, interval.end_s))
-
-
-def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> dict[Unjudged, float]:
-    """Return, of holes in the server's records, those in which the balance at the port of the hand
-    is bounded to be above its limit, and the least that it can have been [J].
-    """
-    joint, given_j = entry.joint, entry.given_j
-    taken_j, limit_j = joint.energy_out_j + given_j, joint.limit_j + joint.resolution_j
-    found: dict[Unjudged, float] = {}
-    for interval in unknown:
-        before, after = _around(interval, joint)
-        if before < 0 or after >= len(joint.time_s):
-            continue
-        sums = up_to(entry.work_j, np.arange(entry.ended[before], entry.ended[after] + 1))
-        worked_j = float(sums.min() - sums[0])
-        # what was given up or begun anew in between counts from the beginning on
-        gone_j = float(joint.energy_in_j[before] + sums[-1] - sums[0] - joint.energy_in_j[after])
-        came_j = float(joint.energy_in_j[before]) + worked_j - max(gone_j, 0.0)
-        least_j = came_j - float(taken_j[after] - given_j[before])
-        if least_j >= limit_j[after]:
-            found[interval] = least_j
     return found
 
 

@@ -20,11 +20,9 @@ from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted, words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
+from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
 from pmwvc_core.numeric import Array
 
-TOLERANCE = 1e-9  # of the energy moved
-TOLERANCE_NOTED = 2e-2  # where ``notes`` give a reason
-SMALLEST_J = 1e-12
 DRAWN = 3  # active parts in a figure, which has no room for small ones
 DRAWN_RATIO = 1e-2  # of the energy moved
 SERVER = "server"
@@ -70,7 +68,7 @@ class Budget:
     @property
     def tolerance_j(self) -> float:
         """Largest residual with which the budget closes [J]."""
-        return SMALLEST_J + (TOLERANCE_NOTED if self.notes else TOLERANCE) * self.moved_j
+        return SMALLEST_J + (CLOSED_NOTED if self.notes else CLOSED) * self.moved_j
 
     @property
     def closes(self) -> bool:

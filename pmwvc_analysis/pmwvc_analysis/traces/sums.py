@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.traces.thresholds import FINAL_S
 from pmwvc_core.account import continued
 from pmwvc_core.numeric import Array, Flags
-
-FINAL_S = 0.5
 
 
 def running(sums: Array) -> Array:

@@ -10,11 +10,9 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.criterion import together
-from pmwvc_analysis.traces.felt import BLOW_N
+from pmwvc_analysis.traces.thresholds import BLOW_N, BREAK_S, LEAST_COUPLED
 from pmwvc_core.plural import count
 
-BREAK_S = 0.1  # without force or coupling: as long as a grip takes to react to a load
-LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
 
 

@@ -17,11 +17,11 @@ from typing import NamedTuple
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.traces.thresholds import EARLY_S
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
-EARLY_S = 0.5  # before the end of the session
 LOOP = ("server", "netem")  # nodes that everybody needs
 
 

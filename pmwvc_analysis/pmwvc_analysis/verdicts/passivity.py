@@ -83,7 +83,7 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing, open_s))
+        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing))
         found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
@@ -95,37 +95,27 @@ def passivity(
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
-    """Return a finding with what forces held on gave, where that is all that was given out."""
+    """Return a finding with what of it forces gave that stayed on while a loop stood still."""
     if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
         return found
     held_j, when = given_until(still, found.least_s)
-    beyond_j = found.given_j - found.declared_j - found.counts_j
-    if held_j < beyond_j:
+    held_j = min(held_j, found.given_j - found.declared_j - found.counts_j)
+    if held_j <= found.tolerance_j:
         return found
-    why = (
-        f"explained by its loop, which stood still ({when}): forces that stayed on gave the hand "
-        f"{quantity(held_j, 'J')} until then"
+    gave = f"{quantity(held_j, 'J')} of it came of its loop, which stood still ({when})"
+    return replace(
+        found, held_j=held_j, why=f"{gave}: the force that stayed on gave it to the hand"
     )
-    return replace(found, held_j=beyond_j, why=why)
 
 
-def _of_user(
-    entry: energy.UserEnergy, missing: Sequence[Hole], uncertain_s: float
-) -> list[Finding]:
-    of_server = [hole.unjudged for hole in missing]
-    unknown = [*entry.stretches.unjudged, *of_server]
-    bounds = energy.bounded(entry, of_server) if uncertain_s == 0.0 else {}
-    open_ = {part: energy.hidden(ways, unknown) for part, ways in entry.parts.items()}
-    open_["hand_port"] = [interval for interval in unknown if interval not in bounds]
-    found = [ways.judged(entry.name, part, open_[part]) for part, ways in entry.parts.items()]
-    if found[-1].passive and bounds:  # the port of the hand
-        missing_s = sum(each.end_s - each.start_s for each in bounds)
-        why = (
-            f"in {missing_s:.2g} s {of_server[0].why} the port of the hand is bounded by the sums "
-            f"at both ends, to {quantity(min(bounds.values()), 'J')} at least"
+def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
+    unknown = [*entry.stretches.unjudged, *(hole.unjudged for hole in missing)]
+    return [
+        ways.judged(
+            entry.name, part, unknown if part == "hand_port" else energy.hidden(ways, unknown)
         )
-        found[-1] = replace(found[-1], why=why)
-    return found
+        for part, ways in entry.parts.items()
+    ]
 
 
 def _of_server(

@@ -152,4 +152,3 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
             parts.append(f"{count(user['ticks_missing'], 'tick')} not recorded")
         found += [f"  {user['name']}: {'; '.join(parts)}."] if parts else []
     return found + [f"  {sentence}." for sentence in (summary["active"] or [])[:1]]
-
