@@ -178,7 +178,8 @@ def _of_user(
         return Outcome("offset", None, text, user.name)
     m_per_s, late_s = force / (2.0 * first_axis(user.impedance)), entry["late_s"]
     even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
-    reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
+    open_ = _unsteady(summary, entry, even_m, kept=scenario.strict)
+    reason = _decided_by_network(user, scenario, summary) or open_
     if reason := reason or (LATE_PLAYOUT if ranges and late_s is None else ""):
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
@@ -230,14 +231,19 @@ def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
     return next((event for event in late if event["time_s"] is not None), None)
 
 
-def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:
-    """Return why an offset is not that of a press at rest, in words; empty where it is."""
+def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float, *, kept: bool) -> str:
+    """Return why an offset is not that of a press at rest, in words; empty where it is. ``kept``:
+    whether motion that limits took out of waves is made up for.
+    """
     if summary["stable"] is False:
         return "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
     known = isinstance(avatar, float)
     if known and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
         return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
+    cut = [(each["kind"], each["who"]) for each in summary["events"]]
+    if ("limit", f"{entry['name']} master") in cut and not kept:
+        return "Its force was limited, which took motion out of the wave."
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         return f"It still changed by {change_m * 1e3:.2f} mm in the last half second."

@@ -96,7 +96,8 @@ def _judged(
     if took_over := limits.taken_over(traces, scenario):
         return False, LIMITED, took_over
     shortened, saturated = limits.often_shortened(traces)
-    if shortened and (own or not saturated):
+    late = drive(traces, scenario, 0.5 * traces.duration_s, traces.duration_s)
+    if shortened and (own or not saturated or late.share > th.DRIVES):
         return False, LIMITED, shortened
     if shortened:
         why = "nothing oscillates beyond the voluntary band: a hand may have pushed harder"
@@ -110,7 +111,7 @@ def _judged(
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
         speed = f"{found.late_m_s * 1e3:.1f} mm/s beyond the voluntary band"
-        explained = f"{motion.name} moves with {speed}, and the loop did not drive it"
+        explained = f"{motion.name} moves with {speed}, and its energy is not seen to come from the loop"
         if not rate_per_s < 0.0:
             return _unknown(f"{explained}: whether the loop keeps it up is not known")
         explained = f"{explained}; {model}"
