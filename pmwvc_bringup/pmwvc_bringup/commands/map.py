@@ -7,7 +7,7 @@ import contextlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
@@ -21,37 +21,37 @@ if TYPE_CHECKING:
 COUNT = 60  # points of an axis without a range
 FRAMES = 6  # largest delay of an axis without a range
 MOST_POINTS = 1_000_000
+AXIS: Any = {
+    "required": True, "metavar": "NAME[=A:B:N]", "completer": cli.parameter_names,
+}  # fmt: skip
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
-def _along(axis: str) -> cli.Argument:
-    options = {"metavar": "NAME[=A:B:N]", "help": f"parameter along {axis}"}
-    return cli.argument(f"--{axis}", required=True, completer=cli.parameter_names, **options)
-
-
 @cli.command(
-    "map",
-    "draw a stability map over two parameters, with measured sessions as points",
-    """\
-examples:
-  pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
-      --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
-  pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s --sessions sessions/*carry*
-  pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
-
-NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
-interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
-""",
     *cli.MODEL,
-    *(_along("x"), _along("y")),
-    cli.folder("--sessions", "session folders to draw as points", nargs="+", default=[]),
-    cli.out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
+    cli.argument("--x", help="parameter along x", **AXIS),
+    cli.argument("--y", help="parameter along y", **AXIS),
+    cli.FOLDER.named("--sessions").but(
+        help="session folders to draw as points", nargs="+", default=[]
+    ),
+    cli.OUT.but(help="where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
     cli.argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
     cli.argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
-    cli.json_document("print map.json on stdout only"),
+    cli.JSON.but(help="print map.json on stdout only"),
 )
 def map_(arguments: argparse.Namespace) -> cli.Result:
-    """Compute the map and write it."""
+    """Draw a stability map over two parameters, with measured sessions as points.
+
+    examples:
+      pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
+          --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
+      pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s \\
+          --sessions sessions/*carry*
+      pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
+
+    NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
+    interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
+    """
     scenario = cli.scenario_of(arguments)
     import numpy as np
 
