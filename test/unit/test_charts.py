@@ -21,10 +21,8 @@ from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Level, Panel
 from pmwvc_analysis.charts.chart_files import (
     MOST_NUMBERS,
-    envelope,
     figure,
     payload,
-    reduced,
     thinned,
     write,
 )
@@ -139,11 +137,14 @@ def test_the_servers_curves_end_with_the_users():
     assert contact.y[-1] == pytest.approx(handmade.FORCE_N)
 
 
-def test_a_gap_in_the_recording_is_a_gap_in_the_curve():
+@pytest.mark.parametrize(("period", "gaps"), [(0.001, 1), (0.0, 0)])
+def test_a_gap_in_the_recording_is_a_gap_in_the_curve(period, gaps):
     x = np.concatenate([np.arange(0.0, 1.0, 0.001), np.arange(2.0, 3.0, 0.001)])
-    parts = reduced(x, np.sin(x), period=0.001, column=0.003)
-    assert [float(round(x[rows[-1]], 6)) for rows in parts] == [0.999, 2.999]
-    assert len(reduced(x, np.sin(x), period=0.0, column=0.003)) == 1
+    chart = Chart("c", "C", "", [Panel("y", [Curve("a", x, np.sin(x), "u0", period=period)])])
+    (line,) = figure(chart).axes[0].get_lines()
+    left = np.flatnonzero(np.isnan(line.get_xdata()))
+    assert len(left) == gaps
+    assert (x[left - 1] == 0.999).all()
 
 
 def test_a_hole_in_a_users_trace_is_a_band_through_its_panels():
@@ -168,18 +169,17 @@ def test_a_loop_that_did_not_run_is_not_called_a_hole():
 
 @given(
     st.lists(st.floats(-1e6, 1e6, allow_subnormal=False), min_size=1, max_size=400),
-    st.floats(0.5, 60.0),
+    st.integers(4, 200),
 )
-def test_thinning_keeps_the_extremes_of_every_column(values, column):
-    y = np.array(values)
-    x = np.arange(len(y), dtype=float)
-    rows = envelope(x, y, np.arange(len(y)), column=column)
-    assert rows[0] == 0
-    assert rows[-1] == len(y) - 1
-    columns = np.floor(x / column)
+def test_thinning_keeps_the_extremes_of_every_column(values, most):
+    y, x = np.array(values), np.arange(len(values), dtype=float)
+    rows = thinned(x, y, period=1.0, most=most)
+    assert len(rows) <= max(most, 4) + 4
+    columns = np.floor(x / max((len(x) - 1) / (most // 4), 1e-9)) if len(x) > most else x
     for each in np.unique(columns):
         here, kept = y[columns == each], y[rows][columns[rows] == each]
         assert (kept.min(), kept.max()) == (here.min(), here.max())
+        assert {here[0], here[-1]} <= set(kept)
 
 
 def test_what_a_report_holds_is_exact_and_complete_while_it_is_small():
