@@ -8,12 +8,12 @@ import re
 import pytest
 from support.plain import load
 
+from pmwvc_analysis.compare import files
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.files import row
 from pmwvc_analysis.compare.measures import MEASURES, Compared
 from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
 from pmwvc_analysis.figures.comparison_charts import measures
-from pmwvc_analysis.report import comparison_report
 from pmwvc_bringup import comparison as report
 from pmwvc_bringup.combinations import combinations
 from pmwvc_core.controllers.library import LIBRARY
@@ -102,7 +102,7 @@ def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
 def test_a_session_that_was_not_judged_is_neither_stable_nor_unstable():
     entries = [entry("waves", coherency_rms_m=1e-3), entry("tdpa", stable=None, passive=None)]
     entries[1].measures["coherency_rms_m"] = 2e-3
-    page = comparison_report.render("two", entries, {}, [])
+    page = files.render("two", entries, {}, [])
     judged, open_ = re.findall(r'<td class="(good|fail|)">(.*?)</td>', page)
     assert judged == ("good", "✓ stable")
     assert open_ == ("", "? stability not judged, passivity not judged")
