@@ -15,7 +15,8 @@ from typing import Any
 from rich.console import Console
 
 from pmwvc_analysis.compare import settings
-from pmwvc_analysis.compare.files import (
+from pmwvc_analysis.compare.measures import Compared, measured
+from pmwvc_analysis.report.comparison import (
     COLUMNS,
     JSON,
     PAGE,
@@ -23,7 +24,6 @@ from pmwvc_analysis.compare.files import (
     read_entries,
     write,
 )
-from pmwvc_analysis.compare.measures import Compared, measured
 from pmwvc_bringup.combinations import Combination
 from pmwvc_bringup.command import Result
 from pmwvc_bringup.output import doing

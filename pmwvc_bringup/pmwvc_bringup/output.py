@@ -99,7 +99,7 @@ class Doing:
             return
         from rich.progress import Progress
 
-        drawn, line_s, said = console.is_interactive, 0.0, ""
+        drawn, line_s, shown = console.is_interactive, 0.0, ""
         with Progress(console=console, transient=True, disable=not drawn) as bar:
             while not ended.wait(LOOK_S):
                 text, begin_s, ratio = self._now
@@ -109,10 +109,10 @@ class Doing:
                     whole = None if ratio is None else 1.0
                     tasks = bar.task_ids or [bar.add_task(text, total=None)]
                     bar.update(tasks[0], description=text, total=whole, completed=ratio or 0.0)
-                elif text != said or (ratio is not None and time.monotonic() >= line_s):
+                elif text != shown or (ratio is not None and time.monotonic() >= line_s):
                     done = "" if ratio is None else f": {100.0 * ratio:.0f} %"
                     console.print(f"{text}{done}", markup=False)
-                    line_s, said = time.monotonic() + LINE_S, text
+                    line_s, shown = time.monotonic() + LINE_S, text
 
 
 @contextlib.contextmanager

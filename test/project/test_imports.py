@@ -93,7 +93,10 @@ ANALYSIS = {
         "budget", "charts", "compare", "filters", "maps", "recording", "traces", "transparency",
         "verdicts",
     },
-    "report": {"budget", "charts", "compare", "figures", "prediction", "traces", "verdicts"},
+    "report": {
+        "arrays", "budget", "charts", "compare", "figures", "prediction", "recording", "traces",
+        "verdicts",
+    },
 }  # fmt: skip
 # Below each folder of the recording: what it may import of the recording; its files import all.
 RECORDING = {"format": set()}

@@ -8,12 +8,12 @@ import re
 import pytest
 from support.plain import load
 
-from pmwvc_analysis.compare import files
 from pmwvc_analysis.compare.conclusion import conclusion
-from pmwvc_analysis.compare.files import row
 from pmwvc_analysis.compare.measures import MEASURES, Compared
 from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
 from pmwvc_analysis.figures.comparison_charts import measures
+from pmwvc_analysis.report import comparison as files
+from pmwvc_analysis.report.comparison import row
 from pmwvc_bringup import comparison as report
 from pmwvc_bringup.combinations import combinations
 from pmwvc_core.controllers.library import LIBRARY

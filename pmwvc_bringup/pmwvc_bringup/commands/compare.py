@@ -148,9 +148,9 @@ def _reported(
     result: "Replay", source: Path, folder: Path, times_real_time: float, *, figures: bool
 ) -> list[str]:
     """Write summary, reports and tables; return the lines for a terminal."""
-    from pmwvc_analysis.compare.files import write
     from pmwvc_analysis.compare.measures import Compared, measured
     from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, exact, reproduced
+    from pmwvc_analysis.report.comparison import write
     from pmwvc_analysis.session_files import finish, write_summary
     from pmwvc_analysis.verdicts.check import state_text
     from pmwvc_analysis.verdicts.verdicts import summary

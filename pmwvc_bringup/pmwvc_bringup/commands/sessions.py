@@ -123,7 +123,7 @@ def report(arguments: argparse.Namespace) -> cli.Result:
       pmwvc report sessions/20260101T120000Z-carry_16ms --json
       pmwvc report sessions/20260101T120000Z-carry_16ms --out /tmp/elsewhere
     """
-    from pmwvc_analysis.compare.files import is_comparison
+    from pmwvc_analysis.report.comparison import is_comparison
     from pmwvc_bringup.session.terminal import finish
 
     folder = arguments.folder

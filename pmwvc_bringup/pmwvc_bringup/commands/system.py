@@ -67,8 +67,8 @@ def _of_recording(folder: Path, mend_into: Path | None) -> "list[RecordingFindin
         return check_recording(mend_into)
     if not folder.exists():
         raise PmwvcError(f"{folder}: there is no such session folder")
-    from pmwvc_analysis.compare.files import is_comparison
-    from pmwvc_analysis.compare.files import session_folders as sessions_of
+    from pmwvc_analysis.report.comparison import is_comparison
+    from pmwvc_analysis.report.comparison import session_folders as sessions_of
 
     if not is_comparison(folder):
         return check_recording(folder)
