@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The defects of ``make mutants``: small, different, and drawn by their seed alone."""
 
-import pytest
 from mutants.__main__ import FOLDERS, ROOT, drawn
 from mutants.concerned import concerned_tests
 from mutants.operators import KINDS, defects
@@ -28,12 +27,13 @@ FOUND = {
 }
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_defect_is_put_in_at_every_place(kind):
-    found = [each.put_into(SOURCE) for each in defects(SOURCE) if each.kind == kind]
-    for part, mutant in zip(FOUND[kind], found, strict=True):
-        assert part in mutant
-        compile(mutant, kind, "exec")
+def test_every_kind_of_defect_is_put_in_at_every_place():
+    assert set(FOUND) == set(KINDS)
+    for kind, parts in FOUND.items():
+        found = [each.put_into(SOURCE) for each in defects(SOURCE) if each.kind == kind]
+        for part, mutant in zip(parts, found, strict=True):
+            assert part in mutant
+            compile(mutant, kind, "exec")
 
 
 def test_the_same_seed_draws_the_same_mutants_from_every_folder():
