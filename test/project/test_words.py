@@ -74,16 +74,12 @@ def wrong_texts(file):
 def wrong_names(file):
     """Yield the names that a file defines with such a word in them."""
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            name = node.name
-        elif isinstance(node, ast.arg):
-            name = node.arg
-        elif isinstance(node, (ast.Name, ast.Attribute)) and isinstance(node.ctx, ast.Store):
-            name = node.id if isinstance(node, ast.Name) else node.attr
-        else:
-            continue
-        for word in INSTEAD.keys() & set(name.lower().split("_")):
-            yield f"{file.name}:{node.lineno} {name}: {INSTEAD[word]}"
+        stored = isinstance(getattr(node, "ctx", None), ast.Store)
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.arg)) or stored:
+            found = (getattr(node, field, None) for field in ("name", "arg", "id", "attr"))
+            name = next(filter(None, found), "")
+            for word in INSTEAD.keys() & set(name.lower().split("_")):
+                yield f"{file.name}:{node.lineno} {name}: {INSTEAD[word]}"
 
 
 def test_names_and_texts_are_in_the_words_of_the_field():

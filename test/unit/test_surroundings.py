@@ -213,17 +213,9 @@ def test_a_simulation_states_which_device_it_leaves_out():
 
 @pytest.mark.parametrize(
     ("users", "cores", "busy", "needed"),
-    [
-        (2, 2, 0.3, None),
-        (6, 2, 0.0, None),
-        (8, 2, 0.0, "2.4"),
-        (8, 4, 0.5, None),
-        (2, 2, 3.5, "0.6"),
-    ],
+    [(2, 2, 0.3, None), (6, 2, 0.0, None), (8, 2, 0.0, "2.4"), (2, 2, 3.5, "0.6")],
 )
-def test_a_session_that_the_cores_cannot_carry_is_warned_of_with_the_number(
-    users, cores, busy, needed
-):
+def test_a_session_that_the_cores_cannot_carry_is_warned_of(users, cores, busy, needed):
     scenario = scenarios.load("carry_16ms", users=users)
     found = surroundings.too_much(scenario, cores=cores, busy=busy)
     assert bool(found) == bool(needed)

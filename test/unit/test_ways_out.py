@@ -4,17 +4,13 @@
 
 import os
 import stat
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.plain import load
 
-from pmwvc_analysis.budget.criterion import judge
 from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_words
-from pmwvc_analysis.models.answer import sentences
-from pmwvc_analysis.verdicts.passivity import amount
 from pmwvc_bringup import cli, scenarios
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import hint
@@ -73,12 +69,6 @@ def test_a_delay_that_no_network_has_is_told_in_milliseconds(setting, told, capf
     assert said.count("\n") == bool(told)
 
 
-def test_what_a_session_leaves_in_the_tree_and_secrets_are_not_for_git():
-    for name in ("keys/server", "keys/user1", "tuned.yaml"):
-        found = subprocess.run(["git", "check-ignore", "-q", name], cwd=ROOT, check=False)
-        assert found.returncode == 0, name
-
-
 def test_a_key_is_for_its_owner_whatever_files_are_by_default(tmp_path):
     before = os.umask(0)
     try:
@@ -105,54 +95,22 @@ def test_a_number_reads_well_and_rounding_is_zero(text, expected):
     assert text == expected
 
 
-def finding(least_j):
-    balance = np.array([0.0, least_j])
-    tolerance = np.full(2, 1e-6)
-    return judge(
-        "user1", "up", np.arange(2.0), balance, tolerance_j=tolerance, moved_j=1e-3, decides=True
-    )
-
-
-def test_a_balance_that_rounding_explains_is_no_amount():
-    assert amount(finding(-0.9999e-6)) == "least balance at server steps 0 J, tolerance 1 µJ"
-    assert amount(finding(-3e-6)).startswith("least balance at server steps -3 µJ at 1.00 s")
-
-
-def test_a_growing_mode_is_not_called_the_slowest():
-    found = {
-        "scenario": "wall", "stable": False, "spectral_radius": 1.02, "k_max": 0.0, "islands": [],
-        "k_max_unknown": "",
-        "slowest": {"frequency_hz": 62.5, "per_second": 3.0}, "states": 8, "hyperframe_ticks": 8,
-        "rigid_body_modes": 0, "notes": [],
-    }  # fmt: skip
-    text = "\n".join(sentences(found))
-    assert "dominant mode: 62.50 Hz, growing" in text
-    assert "unstable at every contact stiffness" in text
-
-
 @pytest.mark.parametrize(
     ("radius", "words"),
     [
-        ([[0.9, 0.9], [0.9, 0.9]], "stable everywhere on the map"),
-        ([[1.1, 1.1], [1.1, 1.1]], "unstable everywhere on the map"),
-        (
-            [[0.9, 0.9], [0.9, 1.1]],
-            "boundary: at link.delay_s = 0 s stable throughout; at link.delay_s = 0.016 s stable "
-            "up to server.contact_stiffness = 1500 N/m",
-        ),
+        ([[0.9, 0.9], [0.9, 0.9]], ["stable everywhere on the map"]),
+        ([[1.1, 1.1], [1.1, 1.1]], ["unstable everywhere on the map"]),
         (
             [[0.9, 1.1], [1.1, 1.1]],
-            "boundary: at link.delay_s = 0 s stable up to server.contact_stiffness = 1500 N/m; at "
-            "link.delay_s = 0.016 s unstable from the first value on",
+            ["0 s stable up to server.contact_stiffness = 1500 N/m", "0.016 s unstable from"],
         ),
     ],
 )
 def test_a_map_is_told_by_its_boundary(radius, words):
-    x, y = (
-        MapAxis("server.contact_stiffness", (1000.0, 2000.0)),
-        MapAxis("link.delay_s", (0.0, 0.016)),
-    )
-    assert boundary_words(Grid(load("wall"), x, y), np.array(radius)) == words
+    x = MapAxis("server.contact_stiffness", (1000.0, 2000.0))
+    grid = Grid(load("wall"), x, MapAxis("link.delay_s", (0.0, 0.016)))
+    told = boundary_words(grid, np.array(radius))
+    assert all(text in told for text in words)
 
 
 def test_every_table_of_a_report_that_scrolls_is_reached_by_keyboard():
