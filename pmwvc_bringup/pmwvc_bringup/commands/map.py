@@ -55,12 +55,13 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     scenario = cli.scenario_of(arguments)
     import numpy as np
 
-    from pmwvc_analysis.figures.map_figure import draw
+    from pmwvc_analysis.figures.model_charts import stability_map
     from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, unfinished, write_data
     from pmwvc_analysis.models.linearize import stable
 
-    if arguments.workers is not None and arguments.workers < 1:
-        raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
+    workers, dask, console = arguments.workers, arguments.dask, terminal()
+    if workers is not None and workers < 1:
+        raise PmwvcError(f"--workers {workers}: must be >= 1")
     x, y = axis_of(scenario, arguments.x, "--x: "), axis_of(scenario, arguments.y, "--y: ")
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
@@ -68,26 +69,23 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     measured = points_in(arguments.sessions, grid)
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
     folder = arguments.out or Path(default)
-    console = terminal()
     radius = unfinished(folder, grid)
-    known, size = int(np.sum(~np.isnan(radius))), radius.size
-    if 0 < known < size:
-        console.print(f"{known} of {size} points were already computed")
-    finished = known
+    finished, size = int(np.sum(~np.isnan(radius))), radius.size
+    if 0 < finished < size:
+        console.print(f"{finished} of {size} points were already computed")
     with doing("computing the map") as work:
-        work(finished / size)
 
         def done(points: "Points") -> None:
             nonlocal finished
             finished += len(points)
             work(min(finished / size, 1.0))
 
-        workers, dask = arguments.workers, arguments.dask
+        done(())
         radius = compute(grid, workers=workers, dask=dask, folder=folder, done=done)
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius, measured)
-        paths += draw(folder, grid, radius, measured)
-    share = f"{radius.size} points, {stable(radius).mean():.1%} of them stable"
+        paths += stability_map(folder, grid, radius, measured)
+    share = f"{size} points, {stable(radius).mean():.1%} of them stable"
     for line in (share, boundary_words(grid, radius), *paths):
         console.print(str(line), markup=False)
     return cli.Result(document=(folder / "map.json").read_text("utf-8"))
@@ -132,13 +130,12 @@ def _usual(scenario: "Scenario", name: str, value: float | None) -> tuple[float,
 
 
 def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
+    import numpy as np
+
     if count < 1 or (count > 1 and last <= first):
         raise ValueError("empty range")
-    if count == 1:
-        return (first,)
     # Rounded, so that 0.016 is written for the delay of 16 ms.
-    step = (last - first) / (count - 1)
-    return tuple(float(f"{first + step * i:.12g}") for i in range(count))
+    return tuple(float(f"{value:.12g}") for value in np.linspace(first, last, count))
 
 
 def points_in(folders: Sequence[Path], grid: "Grid") -> list["MapPoint"]:
