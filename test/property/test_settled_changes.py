@@ -17,8 +17,8 @@ from pmwvc_core.scenario.scenario import PARAMETERS
 CHANGE_S = 0.6  # all are coupled, and nothing has moved
 EXACT_N, CLOCK_N = 1e-9, 2e-3  # where the clock of a playout has to settle: 0.8 s
 BASE = (
-    "task.move_s=2",
-    "task.move_rise_s=1",
+    "task.move_s=1.2",
+    "task.move_rise_s=0.6",
     "server.impedance=25",  # else that of the master at the start
 )
 PLAIN = ("channel=plain",)
@@ -34,9 +34,9 @@ ONE_POLE = (
 )
 SMALL_TANK = (*POLE, "master.position.gain=100", "master.position.most_j=1e-6")
 MODEL = ("master.bank.kind=complementary",)
-OUTAGE = ("link.schedule=2.2 outage; 2.6 base",)
+OUTAGE = ("link.schedule=1.4 outage; 1.8 base",)
 SPARSE = ("server.deadband.kind=weber", "master.deadband.kind=weber")
-LATER = ("task.grip_s=4", "task.move_s=5", "task.distance_m=0.01")
+LATER = ("task.grip_s=2.5", "task.move_s=3", "task.distance_m=0.01")
 
 
 class Case(NamedTuple):
@@ -52,7 +52,7 @@ class Case(NamedTuple):
 
     def forces(self, *settings):
         """Return what is felt from the moment on in which the hands begin."""
-        texts, lasts_s = [*BASE, *self.others, *settings], 6.5 if LATER[0] in self.others else 3.0
+        texts, lasts_s = [*BASE, *self.others, *settings], 4.2 if LATER[0] in self.others else 2.2
         scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=lasts_s)
         users = simulated(scenario).users
         begun = [int(np.argmax(np.abs(user.f_h[:, 0]) > 0.0)) for user in users]

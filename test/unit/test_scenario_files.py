@@ -116,7 +116,7 @@ def links_of(*settings):
     ]
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", ["lan", "lte", "geo"])
 def test_a_network_by_name_has_every_setting_of_its_preset(name):
     preset = PRESETS[name]
     assert links_of(f"link.preset={name}") == [(preset.up, preset.down)] * 2
