@@ -34,8 +34,6 @@ MODULES = {
     "master": "pmwvc_master.node",
     "view": "pmwvc_view.node",
 }
-# Before a command: the kernel ends it, as SIGTERM does, when the process that started it is gone.
-ENDS_WITH_PARENT = "setpriv --pdeathsig TERM"
 
 
 @dataclass(frozen=True)
