@@ -77,6 +77,7 @@ def _events(axes: "Axes", events: Sequence[tuple[float, str]]) -> None:
 
 
 def _panel(axes: "Axes", panel: Panel) -> None:
+    axes.margins(x=0.0)
     axes.set(
         ylabel=panel.y_label,
         xscale="log" if panel.x_log else "linear",

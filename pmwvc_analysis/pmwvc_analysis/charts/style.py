@@ -70,7 +70,6 @@ SETTINGS: dict[str, Any] = {
     "grid.color": "#E3E3E3",
     "grid.linewidth": 0.8,
     "axes.axisbelow": True,
-    "axes.xmargin": 0.0,
     "lines.linewidth": 1.5,
     "legend.frameon": False,
     "legend.fontsize": 9.0,
