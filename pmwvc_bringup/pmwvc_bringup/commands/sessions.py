@@ -4,15 +4,11 @@
 
 import argparse
 import sys
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError
-
-if TYPE_CHECKING:
-    from pmwvc_core.scenario.scenario import Scenario
 
 
 @cli.command(*cli.SESSION, cli.flag("--view", "serve the session's page and open it"), *cli.PAGE)
@@ -57,7 +53,12 @@ def run(arguments: argparse.Namespace) -> cli.Result:
                 return cli.Result(130)
             if session.restart is None:
                 break
-            scenario = begun_again(scenario, session.restart)
+            from pmwvc_view.controls import changed
+
+            try:
+                scenario = changed(scenario, session.restart)
+            except PmwvcError as error:  # settings refused to a page change nothing
+                print(f"pmwvc: {error}", file=sys.stderr)
             folder, page = new_folder(scenario.name, None), session.page
     except StartError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
@@ -65,17 +66,6 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     how = {"check": arguments.check, "figures": arguments.figures}
     results = [finish(console, *each, **how) for each in recorded]
     return cli.Result(max(result.code for result in results), results[-1].document)
-
-
-def begun_again(scenario: "Scenario", settings: Mapping[str, Any]) -> "Scenario":
-    """Return the scenario that a page begins again; settings refused to a page change nothing."""
-    from pmwvc_view.controls import changed
-
-    try:
-        return changed(scenario, settings)
-    except PmwvcError as error:
-        print(f"pmwvc: {error}", file=sys.stderr)
-        return scenario
 
 
 @cli.command(*cli.SESSION)
