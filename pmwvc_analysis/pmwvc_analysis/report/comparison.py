@@ -91,19 +91,17 @@ def row(entry: Compared) -> dict[str, Any]:
         "settings": entry.settings,
         "parameters": parameters_of(entry.scenario),
         "tuning": entry.tuning,
-        **{name: entry.measures[name] for name in MEASURES},
+        **entry.measures,
     }
 
 
 def _write_table(path: Path, entries: Sequence[Compared]) -> None:
     names = list(dict.fromkeys(name for entry in entries for name in entry.settings))
+    columns = ["label", "source", *names, *MEASURES]
     with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, ["label", "source", *names, *MEASURES])
+        table = csv.DictWriter(stream, columns, extrasaction="ignore")
         table.writeheader()
-        for entry in entries:
-            numbers = {name: entry.measures[name] for name in MEASURES}
-            about = {"label": entry.label, "source": entry.traces.source}
-            table.writerow(about | entry.settings | numbers)
+        table.writerows(row(entry) | entry.settings for entry in entries)
 
 
 def _write_arrays(folder: Path, entries: Sequence[Compared]) -> None:
