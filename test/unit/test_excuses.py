@@ -13,6 +13,7 @@ TESTS = """
 import pytest
 from support.excuses import unless_stalled
 
+pytestmark = pytest.mark.integration
 made = []
 
 @pytest.fixture(scope="session")
