@@ -57,9 +57,7 @@ def signals(
     entries: Sequence[Compared], name: str, heading: str, caption: str, y_label: str,
     lines_of: Callable[[Compared], list[Curve]],
 ) -> Chart:  # fmt: skip
-    """Return one panel per session, all with the same axes: they hold every signal of the stable
-    sessions (of all if none is).
-    """
+    """Return a panel per session, of one scale: that of the stable sessions, of all if none is."""
     pairs = [(entry, lines_of(entry)) for entry in entries]
     chosen = [line.y for entry, lines in pairs for line in lines if entry.measures["stable"]]
     chosen = chosen or [line.y for _, lines in pairs for line in lines]

@@ -33,9 +33,7 @@ OVER_FREQUENCY = partial(Panel, x_label="frequency [Hz]", x_log=True)
 def transparency(
     found: Transparency, measured: Admittance | None, scenario: Scenario, *, live: bool
 ) -> Chart:
-    """Return magnitude and phase of x/f: link, ideal coupling and, with its coherence, the
-    measurement.
-    """
+    """Return magnitude and phase of x/f: link, ideal and measurement with its coherence."""
     hertz = found.frequency_hz
     curves = (
         ("link, exact model", found.admittance, "u0", ()),
