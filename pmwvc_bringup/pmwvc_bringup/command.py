@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 
 
 class Argument(NamedTuple):
-    """An argument: its names, the options of ``add_argument``, and the words that a shell may
-    offer for it.
-    """
+    """An argument: names, options of ``add_argument``, and the words that a shell may offer."""
 
     names: tuple[str, ...]
     options: Mapping[str, Any]
@@ -51,9 +49,7 @@ class Result(NamedTuple):
 
 
 class Command(NamedTuple):
-    """One command of ``pmwvc``; ``run`` raises ``PmwvcError`` for a mistake of the user (exit
-    code 2).
-    """
+    """One command; ``run`` raises ``PmwvcError`` for a mistake of the user (exit code 2)."""
 
     name: str
     help: str  # one clause, without a full stop
@@ -163,9 +159,7 @@ PAGE = (  # of commands that serve one
 
 
 def scenario_of(arguments: argparse.Namespace) -> "Scenario":
-    """Return the scenario named, and print on stderr what is unusual about it; ScenarioError with
-    every mistake of file and options.
-    """
+    """Return the scenario named, and print what is unusual; ScenarioError with every mistake."""
     from pmwvc_bringup import scenarios
     from pmwvc_core.scenario.names import doubts
 

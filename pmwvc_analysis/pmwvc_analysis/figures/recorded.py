@@ -77,9 +77,7 @@ ALARMING = ("release", "stall", "limit", "stranger", "recording", "restart")
 
 
 def numbered(traces: SessionTraces) -> list[dict[str, Any]]:
-    """Return the events by time, those without one first, as list and figures number them; and
-    whether the kind of each is a reason to look closer.
-    """
+    """Return the events by time, numbered, and whether each is a reason to look closer."""
     order = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
     return [
         {key: str(event.get(key, "")) for key in ("who", "kind", "what")}

@@ -92,9 +92,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
 
 
 def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
-    """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError, which begins with the
-    option, where it is neither.
-    """
+    """Return the axis of ``NAME=A:B:N`` or of a name alone; else PmwvcError with the option."""
     from pmwvc_analysis.maps.maps import MapAxis
     from pmwvc_core.scenario.names import value_of, varied
 
