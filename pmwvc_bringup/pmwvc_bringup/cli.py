@@ -65,10 +65,7 @@ class Parser(argparse.ArgumentParser):
         if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
             more = hint(choice[1], re.findall(r"[\w-]+", choice[2]))
         elif option := re.match(r"unrecognized arguments: ([^\s=]+)", message):
-            options = {
-                each.name: {name for one in each.arguments for name in one.names}
-                for each in library()
-            }
+            options = {each.name: {one.name for one in each.arguments} for each in library()}
             owners = [name for name, known in options.items() if option[1] in known]
             known = sorted({"--help", "--version"}.union(*options.values()))
             more = hint(option[1], [name for name in known if name.startswith("--")])
@@ -116,8 +113,8 @@ def build_parser() -> argparse.ArgumentParser:
             command.name, help=command.help, description=what, epilog=command.examples
         )
         nested.set_defaults(command=command)
-        for names, options, completer in command.arguments:
-            action = nested.add_argument(*names, **options)
+        for name, text, options, completer in command.arguments:
+            action = nested.add_argument(name, help=text, **options)
             action.completer = completer  # type: ignore[attr-defined]
     return parser
 

@@ -19,26 +19,26 @@ if TYPE_CHECKING:
 
 
 class Argument(NamedTuple):
-    """An argument: names, options of ``add_argument``, and the words that a shell may offer."""
+    """An argument: its name and help, further options of ``add_argument``, and the words that a
+    shell may offer for it.
+    """
 
-    names: tuple[str, ...]
+    name: str
+    help: str
     options: Mapping[str, Any]
     completer: Callable[..., list[str]] | None = None
 
-    def named(self, name: str) -> "Argument":
-        """Return the same argument by another name."""
-        return self._replace(names=(name,))
-
-    def but(self, **options: Any) -> "Argument":
-        """Return the same argument with other options."""
-        return self._replace(options={**self.options, **options})
+    def but(self, text: str | None = None, *, name: str = "", **options: Any) -> "Argument":
+        """Return the same argument with another help, name or other options."""
+        text = self.help if text is None else text
+        return Argument(name or self.name, text, {**self.options, **options}, self.completer)
 
 
 def argument(
-    *names: str, completer: Callable[..., list[str]] | None = None, **options: Any
+    name: str, text: str = "", *, completer: Callable[..., list[str]] | None = None, **options: Any
 ) -> Argument:
     """Return an argument."""
-    return Argument(names, options, completer)
+    return Argument(name, text, options, completer)
 
 
 class Result(NamedTuple):
@@ -122,23 +122,22 @@ def path(text: str) -> Path:
 def flag(name: str, text: str) -> Argument:
     """Return an option without a value; ``--no-NAME`` makes NAME false."""
     dest, off = name.removeprefix("--no-").removeprefix("--"), name.startswith("--no-")
-    return argument(name, dest=dest, action="store_false" if off else "store_true", help=text)
+    return argument(name, text, dest=dest, action="store_false" if off else "store_true")
 
 
-NAMED: Any = {"completer": scenario_names, "help": "name, or a YAML file"}
-SCENARIO = argument("scenario", metavar="SCENARIO", **NAMED)
+NAMED: Any = {"metavar": "SCENARIO", "completer": scenario_names}
+SCENARIO = argument("scenario", "name, or a YAML file", **NAMED)
 KEPT: Any = {"type": path, "metavar": "FOLDER"}
-FOLDER = argument("folder", completer=session_folders, help="a session folder", **KEPT)
+FOLDER = argument("folder", "a session folder", completer=session_folders, **KEPT)
 OUT = argument("--out", **KEPT)
-USERS = argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
-DURATION = argument("--duration", type=float, metavar="S", help="length of the session in s")
+USERS = argument("--users", "number of users, 1 to 8", type=int, metavar="N")
+DURATION = argument("--duration", "length of the session in s", type=float, metavar="S")
 COLLECTED: Any = {"dest": "settings", "action": _Once, "default": [], "metavar": "NAME=VALUE"}
-SET = argument(
-    "--set", completer=parameter_names, help="change a parameter; may be repeated", **COLLECTED
-)
+CHANGE = "change a parameter; may be repeated"
+SET = argument("--set", CHANGE, completer=parameter_names, **COLLECTED)
 JSON = flag("--json", "print JSON on stdout and nothing else")
-SUMMARY = JSON.but(help="print summary.json on stdout and nothing else")
-COMPARISON = JSON.but(help="print comparison.json on stdout and nothing else")
+SUMMARY = JSON.but("print summary.json on stdout and nothing else")
+COMPARISON = JSON.but("print comparison.json on stdout and nothing else")
 LIVE = flag("--live", "use the loop phases of a live session")
 CHECK = flag(
     "--check",
@@ -146,14 +145,14 @@ CHECK = flag(
     "whole",
 )
 NO_FIGURES = flag("--no-figures", "write numbers only")
-NEW_FOLDER = OUT.but(help="session folder, new or empty (default: sessions/<UTC time>-<scenario>)")
+NEW_FOLDER = OUT.but("session folder, new or empty (default: sessions/<UTC time>-<scenario>)")
 ADDRESS = "address of the page (127.0.0.1: this machine only; 0.0.0.0: the network, by token)"
 GIVEN = (SCENARIO, USERS, SET)
 MODEL = (*GIVEN, LIVE)  # for questions about the model of a scenario
 SESSION = (SCENARIO, USERS, DURATION, SET, NEW_FOLDER, CHECK, NO_FIGURES, SUMMARY)
 PAGE = (  # of commands that serve one
-    argument("--host", default="127.0.0.1", help=ADDRESS),
-    argument("--port", type=int, default=0, help="port of the page (0: any free one)"),
+    argument("--host", ADDRESS, default="127.0.0.1"),
+    argument("--port", "port of the page (0: any free one)", type=int, default=0),
     flag("--no-browser", "only print the address of the page"),
 )
 

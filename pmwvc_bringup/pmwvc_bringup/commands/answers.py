@@ -33,15 +33,15 @@ def _numbers(text: str) -> list[float]:
     *cli.MODEL,
     cli.argument(
         "--bound",
+        "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)",
         type=float,
         metavar="K",
-        help="largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)",
     ),
     cli.argument(
         "--damping",
+        "contact dampings in N s/m: the largest stiffness for each (Z-width)",
         type=_numbers,
         metavar="B,...",
-        help="contact dampings in N s/m: the largest stiffness for each (Z-width)",
     ),
     cli.JSON,
 )
@@ -109,7 +109,7 @@ def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> cli.Result:
 
 @cli.command(
     *cli.MODEL,
-    cli.OUT.but(help="YAML file for the scenario with the proposal", metavar="FILE"),
+    cli.OUT.but("YAML file for the scenario with the proposal", metavar="FILE"),
     cli.JSON,
 )
 def tune(arguments: argparse.Namespace) -> cli.Result:
@@ -152,7 +152,7 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result(document=words.answer(scenario, found))
 
 
-@cli.command(*cli.GIVEN, cli.OUT.but(help="folder for figure and numbers"), cli.JSON)
+@cli.command(*cli.GIVEN, cli.OUT.but("folder for figure and numbers"), cli.JSON)
 def filter_(arguments: argparse.Namespace) -> cli.Result:
     """Design and check the velocity filter of a scenario.
 

@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     cli.USERS,
     cli.argument(
         "--over",
+        "values of a parameter; may be repeated",
         action="append",
         default=[],
         metavar="NAME=A,B,...",
-        help="values of a parameter; may be repeated",
     ),
-    cli.argument("--controllers", metavar="A,B,...", help="controllers by name; see below"),
-    cli.DURATION.but(help="length of each session in s"),
-    cli.SET.but(help="change a parameter of all; may be repeated"),
-    cli.LIVE.but(help="real nodes instead of virtual time"),
-    cli.OUT.but(help="new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
+    cli.argument("--controllers", "controllers by name; see below", metavar="A,B,..."),
+    cli.DURATION.but("length of each session in s"),
+    cli.SET.but("change a parameter of all; may be repeated"),
+    cli.LIVE.but("real nodes instead of virtual time"),
+    cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
     cli.NO_FIGURES,
     cli.COMPARISON,
 )
@@ -99,10 +99,8 @@ HAND = (
 @cli.command(
     cli.FOLDER,
     cli.SET,
-    cli.argument("--hand", choices=("operator", "force"), help=HAND),
-    cli.OUT.but(
-        help="session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"
-    ),
+    cli.argument("--hand", HAND, choices=("operator", "force")),
+    cli.OUT.but("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
     cli.NO_FIGURES,
     cli.COMPARISON,
 )

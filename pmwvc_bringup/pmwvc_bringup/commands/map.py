@@ -29,15 +29,13 @@ NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety
 
 @cli.command(
     *cli.MODEL,
-    cli.argument("--x", help="parameter along x", **AXIS),
-    cli.argument("--y", help="parameter along y", **AXIS),
-    cli.FOLDER.named("--sessions").but(
-        help="session folders to draw as points", nargs="+", default=[]
-    ),
-    cli.OUT.but(help="where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
-    cli.argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
-    cli.argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
-    cli.JSON.but(help="print map.json on stdout only"),
+    cli.argument("--x", "parameter along x", **AXIS),
+    cli.argument("--y", "parameter along y", **AXIS),
+    cli.FOLDER.but("session folders to draw as points", name="--sessions", nargs="+", default=[]),
+    cli.OUT.but("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
+    cli.argument("--workers", "processes (default: all cores)", type=int, metavar="N"),
+    cli.argument("--dask", "compute on a Dask cluster", metavar="ADDRESS"),
+    cli.JSON.but("print map.json on stdout only"),
 )
 def map_(arguments: argparse.Namespace) -> cli.Result:
     """Draw a stability map over two parameters, with measured sessions as points.

@@ -43,9 +43,9 @@ def _sessions(**given: object) -> list[str]:
 
 
 @cli.command(
-    cli.argument("what", nargs="?", metavar="WHAT", help=WHAT, completer=_sessions),
+    cli.argument("what", WHAT, nargs="?", metavar="WHAT", completer=_sessions),
     *(cli.USERS, cli.SET),
-    cli.argument("--namespace", default="", help="namespace of the running session"),
+    cli.argument("--namespace", "namespace of the running session", default=""),
     *cli.PAGE,
 )
 def view(arguments: argparse.Namespace) -> cli.Result:
@@ -97,8 +97,8 @@ def _session(arguments: argparse.Namespace) -> "Session":
 
 
 @cli.command(
-    cli.argument("kind", choices=sorted(ROS_ARGUMENTS), help="which node"),
-    cli.argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
+    cli.argument("kind", "which node", choices=sorted(ROS_ARGUMENTS)),
+    cli.argument("arguments", "passed on to the node", nargs=argparse.REMAINDER),
 )
 def node(arguments: argparse.Namespace) -> cli.Result:
     """Run one node by itself.

@@ -102,7 +102,7 @@ def simulate_(arguments: argparse.Namespace) -> cli.Result:
 @cli.command(
     cli.FOLDER,
     cli.CHECK,
-    cli.OUT.but(help="where to write it (default: the session folder)"),
+    cli.OUT.but("where to write it (default: the session folder)"),
     cli.SUMMARY,
 )
 def report(arguments: argparse.Namespace) -> cli.Result:
@@ -134,15 +134,9 @@ TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}
 @cli.command(
     cli.FOLDER,
     cli.argument(
-        "--as",
-        dest="kind",
-        choices=(*TARGETS,),
-        default="csv",
-        help="what to write (default: csv)",
+        "--as", "what to write (default: csv)", dest="kind", choices=(*TARGETS,), default="csv"
     ),
-    cli.OUT.but(
-        help="file, or folder of CSV files (default: in the session folder)", metavar="PATH"
-    ),
+    cli.OUT.but("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
 )
 def export_(arguments: argparse.Namespace) -> cli.Result:
     """Write the signals of a recorded session as CSV, MAT or HDF5.

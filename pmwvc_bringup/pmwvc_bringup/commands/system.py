@@ -23,8 +23,8 @@ MEND = "write the intact part of a damaged recording into a new session folder"
 
 @cli.command(
     cli.FOLDER.but(nargs="?"),
-    cli.argument("--mend", type=cli.path, metavar="NEW", help=MEND),
-    cli.JSON.but(help="print the findings as JSON on stdout"),
+    cli.argument("--mend", MEND, type=cli.path, metavar="NEW"),
+    cli.JSON.but("print the findings as JSON on stdout"),
 )
 def doctor(arguments: argparse.Namespace) -> cli.Result:
     """Check this machine or a recorded session.
@@ -83,7 +83,7 @@ WIDTH = 99
 LISTED = ("name", "description", "controller", "users", "dof", "duration_s")
 
 
-@cli.command(cli.SCENARIO.named("name").but(nargs="?", metavar="NAME"), cli.JSON)
+@cli.command(cli.SCENARIO.but(name="name", nargs="?", metavar="NAME"), cli.JSON)
 def scenarios(arguments: argparse.Namespace) -> cli.Result:
     """List the scenarios, or print one.
 
@@ -111,8 +111,8 @@ def scenarios(arguments: argparse.Namespace) -> cli.Result:
 
 
 @cli.command(
-    cli.argument("folder", type=cli.path, help="for the files, new or without them"),
-    cli.argument("users", nargs="+", metavar="USER", help="name of a user (its namespace)"),
+    cli.argument("folder", "for the files, new or without them", type=cli.path),
+    cli.argument("users", "name of a user (its namespace)", nargs="+", metavar="USER"),
 )
 def token(arguments: argparse.Namespace) -> cli.Result:
     """Make the session tokens of a server and its users.
@@ -134,7 +134,7 @@ PROGRAMS = ["pmwvc", "./pmwvc"]
 
 
 @cli.command(
-    cli.argument("shell", nargs="?", choices=SHELLS, default="bash", help="bash by default"),
+    cli.argument("shell", "bash by default", nargs="?", choices=SHELLS, default="bash"),
 )
 def completion(arguments: argparse.Namespace) -> cli.Result:
     """Print the completion script for a shell.
@@ -151,8 +151,8 @@ def completion(arguments: argparse.Namespace) -> cli.Result:
 
 @cli.command(
     *cli.GIVEN,
-    cli.argument("--device", default="DEV", metavar="DEV", help="network interface to name"),
-    cli.OUT.but(help="folder for tables of distributions"),
+    cli.argument("--device", "network interface to name", default="DEV", metavar="DEV"),
+    cli.OUT.but("folder for tables of distributions"),
     cli.JSON,
 )
 def links(arguments: argparse.Namespace) -> cli.Result:

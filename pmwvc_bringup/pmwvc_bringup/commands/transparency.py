@@ -12,13 +12,9 @@ from pmwvc_core.errors import PmwvcError
 
 @cli.command(
     *cli.MODEL,
-    cli.argument(
-        "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
-    ),
-    cli.argument(
-        "--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"
-    ),
-    cli.OUT.but(help="folder for figure, curves and numbers"),
+    cli.argument("--user", "user to analyse (default: the first)", metavar="NAME", dest="whose"),
+    cli.argument("--axis", "axis to analyse (default: 1, x)", type=int, default=1, metavar="N"),
+    cli.OUT.but("folder for figure, curves and numbers"),
     cli.JSON,
 )
 def transparency_(arguments: argparse.Namespace) -> cli.Result:
