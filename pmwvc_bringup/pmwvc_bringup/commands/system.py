@@ -133,9 +133,7 @@ SHELLS = ("bash", "zsh", "fish")
 PROGRAMS = ["pmwvc", "./pmwvc"]
 
 
-@cli.command(
-    cli.argument("shell", "bash by default", nargs="?", choices=SHELLS, default="bash"),
-)
+@cli.command(cli.argument("shell", "bash by default", nargs="?", choices=SHELLS, default="bash"))
 def completion(arguments: argparse.Namespace) -> cli.Result:
     """Print the completion script for a shell.
 
