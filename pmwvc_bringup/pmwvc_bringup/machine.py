@@ -132,7 +132,7 @@ def _clock() -> Outcome:
 
 
 def _real_time() -> Outcome:
-    from pmwvc_core.runtime.real_time import hold_memory, request_real_time
+    from pmwvc_core.runtime.pacing import hold_memory, request_real_time
 
     report = _in_thread(lambda: hold_memory() + request_real_time(20))
     remedy = "set rtprio 20 and memlock unlimited in /etc/security/limits.conf; log in again"
