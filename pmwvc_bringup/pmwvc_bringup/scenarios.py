@@ -58,9 +58,7 @@ def find(name: str) -> Path:
 
 
 def read(path: Path) -> dict[str, object]:
-    """Return the values of a scenario file by dotted name, with absolute paths of named files;
-    ScenarioError where it cannot be read or is not YAML, with line and column.
-    """
+    """Return a file's values by dotted name, with absolute paths of named files; ScenarioError."""
     return _with_files(mapping_in(path), path.resolve().parent)
 
 

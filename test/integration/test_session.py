@@ -9,6 +9,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from support.excuses import unless_stalled
 from support.sessions import ROOT, Running
 from support.simulated import judged, simulated
 from support.verdicts import judged_stable, stood_still
@@ -32,7 +33,8 @@ def test_a_session_ends_well_with_a_report(carried):
 def test_a_session_is_announced_with_a_prediction_and_ends_with_a_verdict(carried):
     text = carried.output()
     assert "acts like a spring" in text
-    assert "carry_16ms: stable" in text or stood_still(carried), text
+    with unless_stalled(lambda: stood_still(carried)):
+        assert "carry_16ms: stable" in text, text
     assert f"report: {carried.folder}/report.html" in text
 
 
@@ -79,7 +81,6 @@ def test_a_live_session_does_what_the_simulated_one_does(carried):
     scenario = load("carry_16ms", duration_s=4.0)
     live, ideal, longer = carried.summary(), judged(scenario), []
     traces, others = read_session(carried.folder), simulated(scenario)
-    within_n = 0.1 if stood_still(carried) else 0.05  # the grip is still settling after a stall
     for index, user in enumerate(scenario.users):
         device_n, avatar_n, apart_m = settled(traces, index)
         other_n, other_avatar_n, other_apart_m = settled(others, index)
@@ -89,8 +90,9 @@ def test_a_live_session_does_what_the_simulated_one_does(carried):
         assert per_lag * 0.004 - 5e-5 < more < per_lag * late_s + 0.001
         hand = 1.0 / (1.0 / user.operator.stiffness + 1.0 / user.operator.grip_stiffness)
         softer = sign * hand / (1.0 + hand / user.contact.contact_stiffness) * more
-        assert device_n == pytest.approx(other_n - softer, abs=within_n)
-        assert avatar_n == pytest.approx(other_avatar_n - softer, abs=within_n)
+        with unless_stalled(lambda: stood_still(carried)):  # then the grip is still settling
+            assert device_n == pytest.approx(other_n - softer, abs=0.05)
+            assert avatar_n == pytest.approx(other_avatar_n - softer, abs=0.05)
         # a machine that stalls delays packets, and of a disturbance no more is claimed
         one, other = live["users"][index], ideal["users"][index]
         assert one["force_peak_n"] <= 1.5 * other["force_peak_n"]

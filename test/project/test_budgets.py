@@ -75,9 +75,9 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_859, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_715, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_244, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(4_036, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_220, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_890, 3_000, ("pmwvc_view",)),
 }

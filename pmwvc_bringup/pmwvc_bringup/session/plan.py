@@ -34,8 +34,6 @@ MODULES = {
     "master": "pmwvc_master.node",
     "view": "pmwvc_view.node",
 }
-# Before a command: the kernel ends it, as SIGTERM does, when the process that started it is gone.
-ENDS_WITH_PARENT = "setpriv --pdeathsig TERM"
 
 
 @dataclass(frozen=True)
@@ -144,9 +142,7 @@ def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
 
 
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
-    """Return the numbers of publishers and subscribers of every topic of a complete session. A
-    view may find the session later; nothing waits for it.
-    """
+    """Return the numbers of publishers and subscribers of every topic, a view's not counted."""
     recorders = 1 if recorded else 0
     names = ["/server/trace", "/server/reception", "/netem/links", "/netem/fates"]
     names += [f"/{user.name}/{end}" for user in scenario.users for end in ("trace", "reception")]
