@@ -26,9 +26,7 @@ from pmwvc_core.wave.impedance import first_axis
 
 UNKNOWN = "is not known before."
 LATE_PLAYOUT = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
-TOO_LATE = (
-    f"channel = zeroing loses the motion of packets that do not come in time, which {UNKNOWN}"
-)
+TOO_LATE = f"channel = zeroing loses the motion of packets that come too late, which {UNKNOWN}"
 HELD = (
     "channel = plain holds a wave until the next packet: what late and lost ones make of the "
     f"motion {UNKNOWN}"
@@ -37,10 +35,9 @@ SKIPPED = (
     "channel = plain uses the newest packet of a server step only: what the others carried of the "
     f"motion is lost, how much {UNKNOWN}"
 )
-DELAYS = ("stall", "link", "damping")  # kinds of events behind which packets come late
+DELAYS = "stall", "link", "damping"  # kinds of events behind which packets come late
 OFFSET = "offset of the device from its avatar at the end"
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
-TOOK_OVER = "these took over, so the prediction is open"
 STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
     (True, True): (True, "Predicted stable: it was."),
     (False, False): (True, "Predicted unstable: it was."),
@@ -48,7 +45,7 @@ STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # 
     (None, True): (None, "No stability was predicted; the session was stable."),
     (None, False): (None, "No stability was predicted; the session was not stable."),
     (False, True): (None, f"Predicted unstable, but it was stable: {HANDS}."),
-    (True, LIMITED): (None, f"Predicted stable, without limits of force and speed: {TOOK_OVER}."),
+    (True, LIMITED): (None, "Predicted stable, without limits: these took over, so it is open."),
 }
 
 
@@ -115,8 +112,8 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
 
 def _by_standing_loops(port: dict[str, Any]) -> bool:
     """Tell whether all that a port gave out came of loops that stood still."""
-    allowed_j = port["declared_j"] + port["encoder_bound_j"] + port["tolerance_j"]
-    return bool(-port["least_balance_j"] - allowed_j <= port["held_j"])
+    allowed_j = sum(port[n] for n in ("declared_j", "encoder_bound_j", "tolerance_j", "held_j"))
+    return bool(-port["least_balance_j"] <= allowed_j)
 
 
 def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
@@ -241,8 +238,8 @@ def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float, *, 
     known = isinstance(avatar, float)
     if known and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
         return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
-    cut = [(each["kind"], each["who"]) for each in summary["events"]]
-    if ("limit", f"{entry['name']} master") in cut and not kept:
+    events = [(each["kind"], each["who"]) for each in summary["events"]]
+    if ("limit", f"{entry['name']} master") in events and not kept:
         return "Its force was limited, which took motion out of the wave."
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):

@@ -110,8 +110,8 @@ def _judged(
         if own or not by_hands:
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
-        speed = f"{found.late_m_s * 1e3:.1f} mm/s beyond the voluntary band"
-        explained = f"{motion.name} moves with {speed}, and its energy is not seen to come from the loop"
+        moves = f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s"
+        explained = f"{moves} beyond the voluntary band, not seen to come from the loop"
         if not rate_per_s < 0.0:
             return _unknown(f"{explained}: whether the loop keeps it up is not known")
         explained = f"{explained}; {model}"
