@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import TOLERANCE_J, TOLERANCE_RELATIVE
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
 from pmwvc_core.controllers.accounts import NODE, OF_STRICT, RELEASED
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed.tape import NewestRows
