@@ -21,7 +21,7 @@ from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import NS
-from pmwvc_view.feed.verdict import Judge, Notices, verdict
+from pmwvc_view.feed.verdict import Judge, Notices, server_words, verdict
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 TEXT_EVERY = 8  # snapshots between two verdicts
@@ -188,6 +188,7 @@ class RunningSession(Session):
                 storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
                 exact_hands=self._exact,
                 notices=notices + self._notices.texts(),
+                server=server_words(self._feed.server.worst, scenario),
             )  # fmt: skip
         known, wanted, preset = self._valued, self.scenario(), self._preset_name()
         if known is None or known[0] is not wanted or known[1] != preset:

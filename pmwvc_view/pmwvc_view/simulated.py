@@ -29,7 +29,7 @@ from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Handled, RunningSession, ramped
 
 LONGEST = 8  # ticks at once, so that a page is shown often enough
-_COLUMNS = [SIGNALS.index(name) for name in tape.SIGNALS]
+_COLUMNS = [SIGNALS.index(name) for name in tape.KEPT]
 
 
 class Simulation:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_view.feed.balances import WAYS, Balances
+from pmwvc_view.feed.balances import WAYS, Balances, ServerBalance
 
 sums = st.lists(st.floats(0.0, 1.0), min_size=4, max_size=40).map(
     lambda parts: list(itertools.accumulate(parts))
@@ -75,3 +75,15 @@ def test_counter_that_begins_anew_is_counted_on_and_not_judged(of_server):
     assert not found.judged
     assert found.worst == dict.fromkeys(WAYS, found.worst["way up"])
     assert found.table.rows[-1, 1] == pytest.approx(9e-3) == found.table.rows[-1, 2]
+
+
+def test_what_a_server_gives_out_is_the_largest_deficit_of_its_ports_in_its_first_life():
+    found, ran_s = ServerBalance(), 0.008 * np.arange(1, 5)
+    sums = np.array([[[1.0, 2.0], [0.5, 1.0]], [[1.5, 2.0], [1.5, 2.5]], [[3, 3], [1, 1]]])
+    lives = np.zeros((3, 2))
+    found.update(ran_s[:2], lives[:2], sums[:2])
+    assert found.worst.balance_j == pytest.approx(-0.5) and found.worst.time_s == ran_s[1]
+    found.update(ran_s[:3], lives, sums)  # what was seen is not balanced again
+    again = np.array([[[0.0, 9.0], [8.0, 9.0]]])  # a counter began anew
+    found.update(ran_s[3:], lives[:1] + 1.0, again)
+    assert found.worst.balance_j == pytest.approx(-0.5)

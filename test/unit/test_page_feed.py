@@ -13,7 +13,7 @@ from support.simulated import judged, simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_view.feed.feed import PATIENCE_NS, Feed
-from pmwvc_view.feed.tape import F_APPLIED, SIGNALS, TraceBlock, TraceStep
+from pmwvc_view.feed.tape import F_APPLIED, KEPT, TraceBlock, TraceStep
 from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.recorded import RecordedSession
@@ -29,8 +29,8 @@ def block(start_ms, forces, **changes):
     """Return a block of a master whose position is its time."""
     count = len(forces)
     times = (start_ms + np.arange(float(count))).reshape(-1, 1)
-    signals = np.zeros((len(SIGNALS), count, 1))
-    signals[SIGNALS.index("x_m")] = times
+    signals = np.zeros((len(KEPT), count, 1))
+    signals[KEPT.index("x_m")] = times
     signals[F_APPLIED, :, 0] = forces
     made = TraceBlock(
         start_ns=start_ms * MS,
@@ -287,7 +287,7 @@ def test_avatar_that_joined_elsewhere_is_noted_until_it_is_with_its_device(texts
     layout, feed = feed_of(("user1",), load("wall", settings_texts=texts))
     notes = []
     for start, place_m in ((0, 0.012), (16, 0.010), (32, 0.001), (48, 0.02)):
-        feed.on_master("user1", block(start, [0.0] * 16, signals=np.zeros((len(SIGNALS), 16, 1))))
+        feed.on_master("user1", block(start, [0.0] * 16, signals=np.zeros((len(KEPT), 16, 1))))
         feed.on_server(step(start, users=1)._replace(avatars=np.full((3, 1, 1), place_m)))
         feed.others = {"user1.lag": 0.04, "user1.impedance": 25.0}
         rows = feed.rows((start + 16) * MS)

@@ -15,11 +15,11 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from pmwvc_core.controllers.accounts import OF_STRICT
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
-from pmwvc_view.feed.tape import SIGNALS
+from pmwvc_view.feed.tape import KEPT
 from pmwvc_view.live.topics import TraceReader, target_bytes
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-SHOWN = ("x", "xd", "f_h", "f_applied", "u_m", "v_m")
+SHOWN = ("x", "xd", "f_h", "f_applied", "u_m", "v_m", "f_m")
 STRICT = [entry.name for entry in OF_STRICT]
 USERS = ("user1", "user2")
 S = 1_000_000_000
@@ -60,7 +60,7 @@ def test_trace_of_a_master_is_read_with_all_that_a_page_shows(names, sums, ticks
     accounts = [0.5 + i for i in range(len(names))]
     message = trace(ticks, dof, account_names=names, accounts=accounts, hand_force_known=known)
     block = reader(dof).block(serialize_message(message))
-    for signal, name, own in zip(block.signals, SHOWN, SIGNALS, strict=True):
+    for signal, name, own in zip(block.signals, SHOWN, KEPT, strict=True):
         wanted = getattr(message, name) if known or name != "f_h" else [math.nan] * ticks * dof
         np.testing.assert_array_equal(signal, np.reshape(wanted, (ticks, dof)), err_msg=own)
     assert block.lateness_s == list(message.lateness)
@@ -71,7 +71,7 @@ def test_trace_of_a_master_is_read_with_all_that_a_page_shows(names, sums, ticks
 
 def test_force_of_a_hand_may_be_left_out():
     block = reader().block(serialize_message(trace(hand_force_known=False, f_h=[])))
-    assert np.isnan(block.signals[SIGNALS.index("f_h")]).all()
+    assert np.isnan(block.signals[KEPT.index("f_h")]).all()
 
 
 def server_trace(users=USERS, dof=1, **changes):

@@ -48,6 +48,31 @@ class Worst(NamedTuple):
     time_s: float = 0.0
 
 
+class ServerBalance:
+    """What the server and its environment took in at the ports of all users less what they gave,
+    as far as all counters are in their first life; ``worst`` of it.
+    """
+
+    def __init__(self) -> None:
+        self.worst = Worst()
+        self._until_s, self._lives = -math.inf, np.zeros(0)
+
+    def update(self, ran_s: Array, lives: Array, sums: Array) -> None:
+        """Balance the steps that are new: when run [s], ``(steps,)``, lives of the counters,
+        ``(steps, users)``, sums of u_s and v_s [J], ``(steps, 2, users)``.
+        """
+        self._lives = self._lives if len(self._lives) else lives[0]
+        new = (ran_s > self._until_s) & (lives == self._lives).all(axis=1)
+        if not new.any():
+            return
+        times_s, (took, gave) = ran_s[new], sums[new].sum(axis=2).T
+        self._until_s, balance = float(times_s[-1]), took - gave
+        margin = balance + TOLERANCE_J + TOLERANCE_RELATIVE * np.abs(took)
+        row = int(margin.argmin())
+        if margin[row] < self.worst.margin_j:
+            self.worst = Worst(*map(float, (margin[row], balance[row], times_s[row])))
+
+
 class Balances:
     """See above. ``table``: time, then of each way energy in, energy out and the lowest balance so
     far [J], NaN where it is not known on its own; ``judged``: both counters are in their first

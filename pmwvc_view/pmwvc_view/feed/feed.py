@@ -17,7 +17,7 @@ from pmwvc_core.ends.server_view import kept_words, why_kept
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.balances import Balances
+from pmwvc_view.feed.balances import Balances, ServerBalance
 from pmwvc_view.feed.rows import ROUNDED_S, Source, newest, rows_of
 from pmwvc_view.feed.tape import AVATAR, NS, OBJECT, SIGNALS, Tape, TraceBlock, TraceStep, UserTape
 from pmwvc_view.protocol.snapshot import ENERGIES, NO_PACKETS, Layout, Snapshot
@@ -63,7 +63,8 @@ class FeedUser:
         ticks, blocks = self._tape.ticks.since(since_s), self._tape.blocks.since(since_s)
         energies = self.balances.table.rows
         states = [(self.at["state"], blocks[:, 2]), (self.at["missed"], blocks[:, 4])]
-        yield Source(ticks[:, 0], [(self._signals_at, ticks[:, 2:])])
+        shown = self._signals_at.stop - self._signals_at.start
+        yield Source(ticks[:, 0], [(self._signals_at, ticks[:, 2 : 2 + shown])])
         yield Source(blocks[:, 1], states)
         yield Source(energies[:, 0], [(self._energies_at, energies[:, 1:])], math.inf)
 
@@ -103,6 +104,7 @@ class Feed:
         self.users = {
             name: FeedUser(tape, layout, scenario) for name, tape in self.tape.users.items()
         }
+        self.server = ServerBalance()
         self._due_ns: int | None = None
         self._seq, self._step_s = 0, -math.inf  # time of the last step shown
         self._packets: list[Array] = []
@@ -183,6 +185,7 @@ class Feed:
         if not len(steps):
             return
         ran_s, (*_, lives, sums) = steps[:, 0] + steps[:, 1], self.tape.parts(steps)
+        self.server.update(ran_s, lives, sums)
         for index, (name, user) in enumerate(self.users.items()):
             blocks = self.tape.users[name].blocks.since(since_s)[:, 5:]
             own = np.column_stack([ran_s, lives[:, index], sums[:, :, index]])

@@ -3,8 +3,8 @@
 """The newest seconds of a running session: blocks of masters, steps of the server and packets of
 links as they come, kept as tables, and the traces of a session as views of them.
 
-What the page does not read is taken as nothing: forces count as asked for as they were applied,
-and no wave of the server is too long. Times count from the first trace [s].
+What the page does not read is taken as nothing: no wave of the server is too long. Times count
+from the first trace [s].
 """
 
 import math
@@ -22,12 +22,13 @@ from pmwvc_view.feed.rows import UserTicks
 NS = 1_000_000_000
 SPAN_S = 6.0  # of the tables
 SIGNALS = ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")
+KEPT = (*SIGNALS, "f_m")  # f_m is not shown
 F_H, F_APPLIED = SIGNALS.index("f_h"), SIGNALS.index("f_applied")
 AVATAR, OBJECT = ("x_s", "xd_s", "f_s"), ("x_o", "xd_o", "target")
 
 
 class TraceBlock(NamedTuple):
-    """Consecutive ticks of a master; ``signals (6, ticks, dof)`` as in ``SIGNALS``, SI units.
+    """Consecutive ticks of a master; ``signals (7, ticks, dof)`` as in ``KEPT``, SI units.
 
     ``sums`` are running sums at its end [J]: into the way up, out of the way down (NaN: not known
     on its own), work of the device's force against the hand; None: not comparable with the
@@ -94,14 +95,14 @@ class NewestRows:
 
 
 class UserTape:
-    """One master. ``ticks``: time, lateness [s], signals as in ``SIGNALS``; ``blocks``: start,
+    """One master. ``ticks``: time, lateness [s], signals as in ``KEPT``; ``blocks``: start,
     end [s], state, number of its reason in ``reasons``, ticks missed, and of its sums when the
     last tick ran [s], life of the master (NaN: not comparable), ``TraceBlock.sums`` [J].
     """
 
     def __init__(self, name: str, dof: int) -> None:
         self.name, self._dof = name, dof
-        self.ticks, self.blocks = NewestRows(2 + len(SIGNALS) * dof), NewestRows(10)
+        self.ticks, self.blocks = NewestRows(2 + len(KEPT) * dof), NewestRows(10)
         self.reasons: list[str] = []
         self.end_ns, self._period_ns, self._epoch, self._life = -1, NS, 0, 0
 
@@ -134,11 +135,11 @@ class UserTape:
         if not len(blocks):
             return None
         ticks, tick_s = self.ticks.since(blocks[0, 0]), self._period_ns / NS
-        signals = ticks[:, 2:].reshape(-1, len(SIGNALS), self._dof)
-        of: dict[str, Any] = {name: signals[:, k] for k, name in enumerate(SIGNALS)}
+        signals = ticks[:, 2:].reshape(-1, len(KEPT), self._dof)
+        of: dict[str, Any] = {name: signals[:, k] for k, name in enumerate(KEPT)}
         return UserTraces(
             name=self.name, tick_s=tick_s, time_s=ticks[:, 0],
-            tick=np.rint(ticks[:, 0] / tick_s).astype(np.int64), f_m=of["f_applied"],
+            tick=np.rint(ticks[:, 0] / tick_s).astype(np.int64),
             u_m_lp=of["u_m"], lateness_s=ticks[:, 1], compute_s=np.zeros(len(ticks)),
             block_time_s=blocks[:, 1], state=blocks[:, 2].astype(np.int64),
             reason=[self.reasons[number] for number in blocks[:, 3].astype(int).tolist()],

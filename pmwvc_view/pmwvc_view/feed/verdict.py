@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.budget.criterion import server_allowance_j
 from pmwvc_analysis.verdicts import stability
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_view.feed.balances import WAYS
+from pmwvc_view.feed.balances import WAYS, Worst
 from pmwvc_view.feed.feed import FeedUser
 from pmwvc_view.feed.tape import SPAN_S, Tape
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
@@ -130,14 +131,16 @@ GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
 
 def verdict(
     users: Mapping[str, FeedUser], judge: Judge, *, storage_j: Mapping[str, float],
-    exact_hands: Sequence[str], notices: Sequence[str],
+    exact_hands: Sequence[str], notices: Sequence[str], server: Sequence[str] = (),
 ) -> dict[str, Any]:  # fmt: skip
     """Return the text message: verdict, level, users, notices, which are what people should know
     beside the verdict. ``storage_j``: energy that a user's controller was declared to hold at the
     start [J]. ``exact_hands``: users whose device counts its true motion, as a simulated one does
-    whatever its encoder shows; their account from hand to object is judged.
+    whatever its encoder shows; their account from hand to object is judged. ``server``: what is
+    wrong with its account.
     """
-    level, sentence = _judged(users, judge, storage_j, exact_hands)
+    active = [*_active(users, storage_j, exact_hands), *server]
+    level, sentence = _judged(users, judge, storage_j, exact_hands, active)
     states, earlier = {}, []
     for name, user in users.items():
         word = "no data" if user.state is None else WORDS[user.state]
@@ -151,12 +154,11 @@ def verdict(
 
 def _judged(
     users: Mapping[str, FeedUser], judge: Judge, storage_j: Mapping[str, float],
-    exact: Sequence[str],
+    exact: Sequence[str], active: Sequence[str],
 ) -> tuple[str, str]:  # fmt: skip
     faults = [f"{name}: {u.reason}" for name, u in users.items() if u.state == SafetyState.FAULT]
     if faults:
         return BAD, f"Force switched off: {'; '.join(faults)}."
-    active = _active(users, storage_j, exact)
     if active or judge.why:
         unstable = [f"Not stable, {judge.why}"] if judge.why else []
         passive = [f"Not passive: {'; '.join(active)}"] if active else []
@@ -190,6 +192,15 @@ def _judged(
             "report judges it as far as the encoder allows."
         )
     return GOOD, f"{sentence}."
+
+
+def server_words(worst: Worst, scenario: Scenario) -> list[str]:
+    """Return in words what the server gave out beyond what it may; empty where nothing."""
+    allowed_j = server_allowance_j(scenario)
+    if scenario.environment.own_energy(scenario.server) or worst.margin_j >= -allowed_j:
+        return []
+    given = f"gave out {quantity(-worst.balance_j, 'J')} more than it received"
+    return [f"server with its environment, {given} (at {worst.time_s:.1f} s)"]
 
 
 def _waits(user: FeedUser) -> str:

@@ -33,11 +33,11 @@ from pmwvc_core.transport.receiver import ROUND_TRIP
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.tape import AVATAR, F_H, NS, OBJECT, SIGNALS, TraceBlock, TraceStep
+from pmwvc_view.feed.tape import AVATAR, F_H, KEPT, NS, OBJECT, TraceBlock, TraceStep
 from pmwvc_view.live.graph import Graph
 
 SAME_CLOCK_NS = 20_000_000  # clocks whose offsets differ by more are of two machines
-OF_MESSAGE = ("x", "xd", "f_h", "f_applied", "u_m", "v_m")  # SIGNALS in a MasterTrace
+OF_MESSAGE = ("x", "xd", "f_h", "f_applied", "u_m", "v_m", "f_m")  # KEPT in a MasterTrace
 
 
 class TraceReader:
@@ -60,7 +60,7 @@ class TraceReader:
         ticks = len(message.lateness)
         known = message.hand_force_known and len(message.f_h)
         every = [getattr(message, n) if n != "f_h" or known else message.x for n in OF_MESSAGE]
-        signals = np.array(every).reshape(len(SIGNALS), ticks, self._dof)
+        signals = np.array(every).reshape(len(KEPT), ticks, self._dof)
         if not known:
             signals[F_H] = math.nan
         kept = dict(zip(message.account_names, message.accounts, strict=True))
