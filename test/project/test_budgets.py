@@ -78,8 +78,8 @@ ROOMS = {
         2_859, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(4_244, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_220, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_890, 3_000, ("pmwvc_view",)),
+    "nodes": Room(2_187, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_559, 3_000, ("pmwvc_view",)),
 }
 
 
