@@ -10,7 +10,7 @@ from rclpy.node import Node
 from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.made.waves import made_waves
 from pmwvc_core.master.safety import check_change
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams, TaskParams, specs

@@ -15,7 +15,7 @@ from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.frame.rows import SIGNALS, Frame, ServerRow
+from pmwvc_core.frame import SIGNALS, Frame, ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.virtual_time import VirtualTime

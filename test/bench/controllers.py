@@ -21,7 +21,7 @@ from pmwvc_bringup.scenarios import load
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample
+from pmwvc_core.frame import DeviceSample
 from pmwvc_core.scenario.scenario import Scenario
 
 FRAMES, REPEATS = 125, 5  # a second each

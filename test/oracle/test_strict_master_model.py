@@ -12,7 +12,7 @@ from oracle.strict_sender import NETWORKS, Sender
 from support.session_given import session_given
 
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample
+from pmwvc_core.frame import DeviceSample
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_WAITING

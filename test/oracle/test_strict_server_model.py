@@ -13,7 +13,7 @@ from oracle.strict_server_model import ServerModel, UserModel
 from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User

@@ -32,8 +32,7 @@ BASE = {
 CORE = {
     "errors": set(),
     "numeric": set(),
-    "quantities": set(),
-    "plural": set(),
+    "words": set(),
     "account": {"numeric"},
     "motion": {"numeric"},
     "params": {"errors", "plugins"},

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.scenario.reader import parse_scenario

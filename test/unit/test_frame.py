@@ -8,8 +8,7 @@ from support import plain as scenarios
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
+from pmwvc_core.frame import AT_ONCE, LIVE, DeviceSample, FrameSchedule
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import SteppedSession, simulate_one
 

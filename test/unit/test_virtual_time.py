@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pmwvc_bringup import scenarios
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import simulate_one

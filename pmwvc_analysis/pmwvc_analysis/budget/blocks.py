@@ -28,7 +28,7 @@ from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE
+from pmwvc_core.frame import AT_ONCE, LIVE
 from pmwvc_core.numeric import Array, dot, squared
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_account

@@ -16,9 +16,9 @@ from pmwvc_analysis.events import limits, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.words import count
 
 SILENT_S = 0.1
 INTERVALS = 5.0  # of the usual interval between two packets

@@ -27,11 +27,10 @@ from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
 from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
-from pmwvc_core.plural import count
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.impedance import WavePort
+from pmwvc_core.words import count, quantity
 
 LEAST_J = 1e-9  # below this a returning wave was not shortened
 WINDOW_S = 0.5

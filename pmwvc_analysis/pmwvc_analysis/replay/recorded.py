@@ -27,7 +27,7 @@ from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.traces.stages import stages as stages_of
 from pmwvc_core.ends.simulated_device import CATCH_UP_S
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
+from pmwvc_core.frame import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.numeric import Flags, Integers
 from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.plant.hands import Made

@@ -9,7 +9,7 @@ from typing import Any
 
 from pmwvc_analysis.budget.criterion import together
 from pmwvc_analysis.traces.felt import BLOW_N
-from pmwvc_core.plural import count
+from pmwvc_core.words import count
 
 BREAK_S = 0.1  # without force or coupling: as long as a grip takes to react to a load
 LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling

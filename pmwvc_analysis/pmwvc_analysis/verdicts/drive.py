@@ -32,9 +32,9 @@ from pmwvc_analysis.verdicts.oscillation import (
     shaking,
 )
 from pmwvc_core.numeric import Array
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.words import quantity
 
 DRIVES = 0.1  # share of the work from which on one side drives a motion
 CYCLES = 4  # a loop gives so many times what masses and springs hold; a passive one: 2.3 once

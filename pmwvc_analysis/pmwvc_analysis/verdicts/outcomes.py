@@ -18,10 +18,9 @@ from pmwvc_analysis.traces.stages import Stage, same_lag, text_of
 from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.master.count_bound import CountBound
 from pmwvc_core.network.effects import is_random
-from pmwvc_core.plural import listed
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.words import listed, quantity
 
 LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
 UNKNOWN = "is not known before."

@@ -16,7 +16,7 @@ from pmwvc_core.controllers.library import accounts_of_server
 from pmwvc_core.ends.forms import message
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.ends.server_view import ServerView
-from pmwvc_core.frame.rows import ServerRow
+from pmwvc_core.frame import ServerRow
 from pmwvc_core.law.channel.arrivals import arrive, news
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, left

@@ -10,7 +10,7 @@ from typing import Any
 
 from pmwvc_core.ends.forms import value
 from pmwvc_core.ends.inbox import PortEnd
-from pmwvc_core.frame.rows import Presence, ServerRow
+from pmwvc_core.frame import Presence, ServerRow
 from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.numeric import Value

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 from pmwvc_core.ends.forms import value, vector
-from pmwvc_core.frame.rows import DeviceSample
+from pmwvc_core.frame import DeviceSample
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
+from pmwvc_core.frame import AT_ONCE, FrameSchedule
 from pmwvc_core.network.in_flight import RecordedLink
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.hand import Place

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from pmwvc_core.frame.rows import Frame, ServerRow
+from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.changes import over_time

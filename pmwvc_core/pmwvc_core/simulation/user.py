@@ -7,7 +7,7 @@ from functools import partial
 
 from pmwvc_core.ends.simulated_device import CATCH_UP_S, DevicePlant
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import Frame
+from pmwvc_core.frame import Frame
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario, User

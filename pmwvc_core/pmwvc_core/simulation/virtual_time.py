@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame.rows import Frame, ServerRow
+from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions

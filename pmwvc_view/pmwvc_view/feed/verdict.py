@@ -15,8 +15,8 @@ from typing import Any
 
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.words import quantity
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
 from pmwvc_view.feed.user import FeedUser
