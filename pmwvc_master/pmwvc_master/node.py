@@ -32,7 +32,7 @@ from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.runtime.watch import Watch
-from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.packet import Admission
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.blocks import FrameBlock

@@ -18,9 +18,9 @@ from pmwvc_core.params.ports import port_conflicts
 from pmwvc_core.runtime.parameter_values import SHARED_AT_MASTER, USER_AT_MASTER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare_top, declare_value
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
-from pmwvc_core.scenario.changes import NEEDS_STRICT
+from pmwvc_core.scenario.names import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.transport.admission import Token
+from pmwvc_core.transport.packet import Token
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup, limits_of
 

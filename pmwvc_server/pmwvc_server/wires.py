@@ -20,7 +20,7 @@ from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
-from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.packet import Admission
 from pmwvc_server.loop import MadeStep, ServerLoop
 from pmwvc_server.settings import ServerSettings
 

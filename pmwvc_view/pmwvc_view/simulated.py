@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame import SIGNALS, Frame, ServerRow

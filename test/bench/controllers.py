@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame import DeviceSample

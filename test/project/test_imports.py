@@ -181,16 +181,15 @@ def test_no_room_has_more_than_about_a_dozen_files(package):
 
 
 @pytest.mark.parametrize(
-    "file",
+    ("file", "adapters"),
     [
-        "pmwvc_master/pmwvc_master/loop.py",
-        "pmwvc_server/pmwvc_server/loop.py",
-        "pmwvc_core/pmwvc_core/simulation/user.py",
-        "pmwvc_core/pmwvc_core/simulation/virtual_time.py",
+        ("pmwvc_master/pmwvc_master/loop.py", 1),
+        ("pmwvc_server/pmwvc_server/loop.py", 1),
+        ("pmwvc_core/pmwvc_core/simulation/virtual_time.py", 2),  # a user, the server
     ],
 )
-def test_an_adapter_of_the_frame_protocol_is_thin(file):
-    assert len((ROOT / file).read_text("utf-8").splitlines()) < 100
+def test_an_adapter_of_the_frame_protocol_is_thin(file, adapters):
+    assert len((ROOT / file).read_text("utf-8").splitlines()) < 100 * adapters
 
 
 @pytest.mark.parametrize("package", [*PACKAGES, "pmwvc_bringup"])

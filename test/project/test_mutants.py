@@ -45,6 +45,6 @@ def test_the_same_seed_draws_the_same_mutants_from_every_folder():
 
 
 def test_the_concerned_tests_a_file_are_those_that_import_it_the_nearest_first():
-    found = concerned_tests(ROOT, ROOT / "pmwvc_core/pmwvc_core/transport/admission.py")
-    assert found[0] == "test/unit/test_admission.py"
+    found = concerned_tests(ROOT, ROOT / "pmwvc_core/pmwvc_core/network/tc.py")
+    assert found[0] == "test/unit/test_tc.py"
     assert "test/unit/test_charts.py" not in found

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.ends.forms import known, value, vector
+from pmwvc_core.ends.inbox import known, value, vector
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (

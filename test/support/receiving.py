@@ -9,8 +9,7 @@ import math
 import numpy as np
 
 from pmwvc_analysis.models.elements import Elements, elements, lifted
-from pmwvc_core.ends.forms import message, value, vector
-from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.ends.inbox import Inbox, message, value, vector
 from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
 from pmwvc_core.law.channel.packet import Packing, Sent, pack, packing_params

@@ -14,7 +14,7 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events import events
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.scenario.changes import Change, changes_text, over_time, read_changes
+from pmwvc_core.scenario.names import Change, changes_text, over_time, read_changes
 from pmwvc_core.simulation.session import simulate, simulate_one
 
 CHANGES = (

@@ -32,7 +32,7 @@ from pmwvc_core.numeric import Flags, Integers
 from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.plant.hands import Made
 from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
-from pmwvc_core.scenario.changes import Change, changes_text
+from pmwvc_core.scenario.names import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.traces import SessionTraces, UserTraces

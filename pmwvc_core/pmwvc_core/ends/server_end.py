@@ -13,8 +13,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_server
-from pmwvc_core.ends.forms import message
-from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.ends.inbox import Inbox, message
 from pmwvc_core.ends.server_view import ServerView
 from pmwvc_core.frame import ServerRow
 from pmwvc_core.law.channel.arrivals import arrive, news
@@ -25,7 +24,7 @@ from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.plant.task import task_of
+from pmwvc_core.plant.forces import task_of
 from pmwvc_core.server.black_box import Call, Outside, directly
 from pmwvc_core.server.contained import BadAnswer, Contained, Faults
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket

@@ -8,13 +8,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from pmwvc_core.ends.forms import value
-from pmwvc_core.ends.inbox import PortEnd
+from pmwvc_core.ends.inbox import PortEnd, value
 from pmwvc_core.frame import Presence, ServerRow
 from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.numeric import Value
-from pmwvc_core.plant.task import Task, offset
+from pmwvc_core.plant.forces import Task, offset
 
 LEAST_M = 1e-3  # avatars less far from their device are not reported
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.frame import DeviceSample
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Value

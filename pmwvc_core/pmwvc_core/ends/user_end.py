@@ -17,8 +17,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_user
-from pmwvc_core.ends.forms import message, value, vector
-from pmwvc_core.ends.inbox import Inbox, PortEnd
+from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value, vector
 from pmwvc_core.frame import AT_ONCE, DeviceSample, FrameReport, FrameSchedule, Row
 from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_signals
 from pmwvc_core.law.user_tick import begin, send, user_tick

@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the server: the shared object, how its algebraic loop is closed, and each user's
-contact.
+contact; and of the controllers to compare with, which both ends of a link share.
+
+The defaults of these are what the rules of :mod:`pmwvc_core.controllers.record` give, with a
+margin, for the default device, hand and contact at 24 ms of delay each way.
 """
 
 from dataclasses import dataclass
@@ -143,3 +146,50 @@ class ContactParams(Validated):
         if self.impedance_matrix.strip() and self.impedance is not None:
             return ["impedance and impedance_matrix are given: a server port takes one of them"]
         return matrix_conflicts(self.impedance_matrix)
+
+
+@dataclass(frozen=True)
+class VirtualCouplingParams(Validated):
+    """Spring and damper between device and avatar, at both ends (Colgate 1995, Adams 1999)."""
+
+    stiffness: float = parameter(300.0, "> 0 N/m", "stiffness of the coupling, K_c")
+    damping: float = parameter(3.0, ">= 0 N s/m", "damping of the coupling, B_c")
+
+
+@dataclass(frozen=True)
+class TdpaParams(Validated):
+    """Time-domain passivity observer and controller (Hannaford 2002, Ryu 2010)."""
+
+    damping: float = parameter(
+        9.0, ">= 0 N s/m", "local damping of the device's end, no part of the link"
+    )
+    damping_max: float = parameter(
+        25.0, ">= 0 N s/m", "most damping that the device's end adds (rule: m/(10 T_c))"
+    )
+    fade_s: float = parameter(
+        0.005, ">= 0 s", "time in which damping fades once it is not needed (0: at once)"
+    )
+    drift_share: float = parameter(
+        0.1,
+        "0..1",
+        "share of the avatar's lag made up in a step, as far as energy allows (0: drifts)",
+    )
+
+
+@dataclass(frozen=True)
+class PspmParams(Validated):
+    """Passive set-position modulation (Lee and Huang 2010)."""
+
+    stiffness: float = parameter(500.0, "> 0 N/m", "spring to the set point, K")
+    damping: float = parameter(2.0, ">= 0 N s/m", "damping to ground, B (rule: > K T_c/2)")
+    initial_j: float = parameter(0.02, ">= 0 J", "energy that each end starts with")
+    cap_j: float = parameter(0.02, ">= 0 J", "energy above which the rest goes to the peer")
+
+
+@dataclass(frozen=True)
+class BaselineParams(Validated):
+    """One group per controller that needs numbers of its own."""
+
+    virtual_coupling: VirtualCouplingParams = group(VirtualCouplingParams)
+    tdpa: TdpaParams = group(TdpaParams)
+    pspm: PspmParams = group(PspmParams)

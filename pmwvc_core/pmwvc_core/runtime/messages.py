@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pmwvc_core.ends.forms import scalar, vector
+from pmwvc_core.ends.inbox import scalar, vector
 from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import LinkParams

@@ -18,11 +18,17 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from pmwvc_core.ends.forms import scalar, vector
+from pmwvc_core.ends.inbox import scalar, vector
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages import KEPT, NS_PER_S, MessageTypes, record_of
-from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.packet import FLAG_SHORT, Receipt, WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import (
+    FLAG_SHORT,
+    Admission,
+    Receipt,
+    WavePacket,
+    refused,
+    size_bytes,
+)
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]

@@ -14,8 +14,7 @@ from pmwvc_core.network.presets import PRESETS, link_settings
 from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import assembled, flat_mapping, hint
-from pmwvc_core.scenario.changes import over_time
-from pmwvc_core.scenario.names import complete, split_user, unknown
+from pmwvc_core.scenario.names import complete, over_time, split_user, unknown
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
 # Stand in for a required value that is wrong, so that the rest can still be checked.

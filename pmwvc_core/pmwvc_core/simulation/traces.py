@@ -21,7 +21,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk.book import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run, empty_steps
-from pmwvc_core.simulation.links import add_link, columns
+from pmwvc_core.simulation.conditions import add_link, columns
 from pmwvc_core.traces import (
     ENERGIES,
     OF_AVATARS,

@@ -21,7 +21,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from std_msgs.msg import Bool
 
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.numeric import Value, finite, flatten
