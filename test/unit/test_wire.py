@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
-from pmwvc_core.transport.packet import FLAG_SHORT, Receipt, WavePacket
+from pmwvc_core.transport.packet import Receipt, WavePacket
 
 STAMP_NS = 1_700_000_000_123_456_789
 LIVE = messages.live_types()
@@ -42,9 +42,8 @@ def packets(draw):
         echo_seq=draw(st.integers(0, 2**32 - 1)),
         echo_sent_ns=draw(whole),
         echo_hold_ns=draw(whole),
-        flags=draw(st.integers(0, 2**16 - 1)) & ~FLAG_SHORT,
+        flags=draw(st.integers(0, 2**16 - 1)),
         session=draw(st.integers(0, 2**64 - 1)),
-        short=draw(st.booleans()),
     )
 
 

@@ -21,6 +21,7 @@ from pmwvc_core.transport.packet import (
     FLAG_ANEW,
     FLAG_DIRECT,
     FLAG_LEAVING,
+    FLAG_SHORT,
     FLAG_WAITING,
     WavePacket,
 )
@@ -53,7 +54,7 @@ def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
     )
     return Packet(
         packet.seq, packet.sent_ns, packet.period, wave, integral, energy_j, position,
-        bool(packet.short), bool(flags & FLAG_WAITING), bool(flags & FLAG_ANEW),
+        bool(flags & FLAG_SHORT), bool(flags & FLAG_WAITING), bool(flags & FLAG_ANEW),
         bool(flags & FLAG_LEAVING), packet.extra, packet.echo_seq, fresh, lost, packet.epoch,
     )  # fmt: skip
 
@@ -63,8 +64,8 @@ def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) 
     flags |= packet.waits * FLAG_WAITING | packet.anew * FLAG_ANEW | packet.leaves * FLAG_LEAVING
     return WavePacket(
         epoch, packet.number, packet.sent_ns, packet.period_s, value(packet.wave),
-        value(packet.integral), packet.energy_j, value(packet.position), *echo, flags,
-        packet.extra, short=packet.short,
+        value(packet.integral), packet.energy_j, value(packet.position), *echo,
+        flags | packet.short * FLAG_SHORT, packet.extra,
     )  # fmt: skip
 
 

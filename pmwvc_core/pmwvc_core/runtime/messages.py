@@ -84,7 +84,7 @@ def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1
     return types.Wave(
         stamp=time_message(types, stamp_ns),
         energy=scalar(packet.energy),
-        flags=packet.message_flags,
+        flags=packet.flags,
         check=0,
         tag=0,
         **{name: getattr(packet, name) for name in (*plain, *echo)},

@@ -39,7 +39,7 @@ FLAG_LEAVING = 2  # the last packet: the sender leaves
 FLAG_LIMITED = 4  # the safety limits changed a force since the last packet
 FLAG_ANEW = 8  # flips whenever the server places the user's avatar anew
 FLAG_WAITING = 16  # the sender has nothing of the receiver's waves at hand (strict channel)
-FLAG_SHORT = 32  # of a message: ``short``
+FLAG_SHORT = 32  # the sender's playout lacks energy (strict channel)
 FLAG_CHALLENGE = 64  # no wave: it asks a sender that is not followed to echo it
 LAST_NUMBER = (1 << 32) - 1  # 1 follows
 
@@ -84,14 +84,8 @@ class WavePacket:
     flags: int = 0
     extra: tuple[float, ...] = ()  # signals beside the wave, as the controller declares them
     session: int = 0  # number of the session, 0: an open one
-    short: bool = False  # the sender's playout lacks energy; in a message a flag
     came_ns: int = 0  # this end's clock at reception where known; no field of the message
     refusal: Receipt | None = None  # found before the receiver, which counts it; no field either
-
-    @property
-    def message_flags(self) -> int:
-        """Return the flags of the message that carries it."""
-        return self.flags | (FLAG_SHORT if self.short else 0)
 
 
 def ahead(before: WavePacket, packet: WavePacket) -> int:
