@@ -22,18 +22,12 @@ class VelocityFilterParams(Validated):
     kind: str = fixed(
         "none",
         ("none", "equivalent", "exact", "complementary"),
-        "which form; complementary: low-pass filters both ways as well, passive by itself",
+        "which form; complementary: with low-pass filters both ways, passive by itself",
     )
     order: int = parameter(2, "1..8", "order of the high-pass filter")
-    share: float = parameter(
-        0.5, "> 0 and <= 1", "part of the high-pass wave fed back (App. D: half)"
-    )
-    alpha: float | None = parameter(
-        None, "> 0 and < 1", "order 1: the pole of (z - 1)/(z - alpha)"
-    )
-    cutoff_hz: float | None = parameter(
-        None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB"
-    )
+    share: float = parameter(0.5, "> 0 and <= 1", "share of the high-pass wave fed back (App. D)")
+    alpha: float | None = parameter(None, "> 0 and < 1", "order 1: pole of (z - 1)/(z - alpha)")
+    cutoff_hz: float | None = parameter(None, "> 0 and <= 10000 Hz", "Butterworth: its -3 dB")
 
     is_on = IsNot("kind", "none")
     in_force = Is("kind", "equivalent")  # whether the force is filtered and not the wave
@@ -58,17 +52,14 @@ class LocalModelParams(Validated):
     """A spring and damper to ground, or a model that is a plug-in."""
 
     kind: str = fixed(
-        "spring_damper",
-        "-",
-        "spring_damper, or the name of an entry point in the group pmwvc.local_models",
+        "spring_damper", "-", "spring_damper, or an entry point of pmwvc.local_models"
     )
     stiffness: float = parameter(500.0, "0..1e6 N/m", "spring_damper: stiffness")
     damping: float = parameter(1.0, "0..10000 N s/m", "spring_damper: damping")
     acts: str = parameter(
         "everywhere",
         ("everywhere", "above", "below"),
-        "where there is something to touch: above, below: only while the device is above or "
-        "below begins_m along axis 0",
+        "everywhere, or while the device is above or below begins_m along axis 0",
     )
     begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
 
@@ -92,14 +83,10 @@ class BankParams(Validated):
     low_pass_hz: float = fixed(300.0, "> 0 Hz", "LP2: edge of the pass band")
     low_pass_db: float = fixed(1.0, "> 0 dB", "LP2: attenuation at low_pass_hz")
     low_stop_hz: float = fixed(
-        600.0,
-        "> 0 Hz",
-        "LP2: edge of the stop band; above half the tick rate it only sets the order",
+        600.0, "> 0 Hz", "LP2: edge of the stop band; above half the tick rate for the order only"
     )
     low_stop_db: float = fixed(40.0, "> 0 dB", "LP2: attenuation at low_stop_hz")
-    split_rad_s: float = parameter(
-        20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both filters"
-    )
+    split_rad_s: float = parameter(20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both")
 
     is_on = IsNot("kind", "none")
     as_published = Is("kind", "dissertation")  # not passive by construction
@@ -138,14 +125,10 @@ class PositionParams(Validated):
         "that as the stored energy falls (strict channel); gain holds until the first answer",
     )
     storage_j: float = fixed(
-        0.0,
-        "0..1 J",
-        "budgeted, integral: energy lent at the start, E0; the port is passive with this storage",
+        0.0, "0..1 J", "budgeted, integral: energy lent at the start, E0, the port's storage"
     )
     most_j: float = parameter(
-        0.05,
-        "0..10 J",
-        "budgeted, integral: cap of the energy tank (0.05 J move 0.25 kg with 0.6 m/s)",
+        0.05, "0..10 J", "budgeted, integral: most in the tank (0.05 J move 0.25 kg with 0.6 m/s)"
     )
 
     def conflicts(self) -> list[str]:

@@ -71,16 +71,11 @@ class DeadbandParams(Validated):
     kind: str = parameter(
         "none",
         ("none", "weber"),
-        "weber: no packet while the wave differs by less than ratio from the one sent last; "
-        "needs channel = strict",
+        "weber: none while the wave is within ratio; needs channel = strict",
     )
-    ratio: float = parameter(
-        0.1, "> 0 and <= 1", "difference that is not felt, of the wave sent last"
-    )
+    ratio: float = parameter(0.1, "> 0 and <= 1", "difference not felt, of the wave sent last")
     longest_s: float = parameter(
-        0.024,
-        "> 0 and <= 1 s",
-        "longest time that a packet stands for; below the silence time safety.timeout_s",
+        0.024, "> 0 and <= 1 s", "longest time that a packet stands for, below safety.timeout_s"
     )
 
     is_on = IsNot("kind", "none")  # whether packets are left out
@@ -119,21 +114,15 @@ class FilterParams(Validated):
         "integrate_and_dump", FILTER_KINDS, "which filter; integrate_and_dump: the mean of a frame"
     )
     pole_rad_s: float | None = parameter(None, "> 0 and <= 100000 rad/s", "first order: the pole")
-    cutoff_hz: float | None = parameter(
-        None, "> 0 and <= 10000 Hz", "first order: frequency of -3 dB"
-    )
+    cutoff_hz: float | None = parameter(None, "> 0 and <= 10000 Hz", "first order: its -3 dB")
     stop_hz: float | None = parameter(
-        None,
-        "> 0 and <= 10000 Hz",
-        "first order: frequency of -20 dB; Butterworth: edge of the stop band",
+        None, "> 0 and <= 10000 Hz", "first order: its -20 dB; Butterworth: edge of the stop band"
     )
     pass_hz: float = parameter(25.0, "> 0 and <= 10000 Hz", "Butterworth: edge of the pass band")
     pass_db: float = parameter(20.0, "> 0 and <= 200 dB", "Butterworth: attenuation at pass_hz")
     stop_db: float = parameter(40.0, "> 0 and <= 200 dB", "Butterworth: attenuation at stop_hz")
     meet: str = parameter("pass", ("pass", "stop"), "Butterworth: which edge is met exactly")
-    discretisation: str = parameter(
-        "bilinear", ("bilinear", "matched"), "Butterworth: from analogue to sampled"
-    )
+    discretisation: str = parameter("bilinear", ("bilinear", "matched"), "Butterworth: sampling")
 
     # whether a packet is the mean of its frame: filter and rate drop in one
     means = Is("kind", "integrate_and_dump")
@@ -165,24 +154,15 @@ class MasterParams(Validated):
 
     impedance: float = parameter(25.0, "0.01..1000 N s/m", "wave impedance b")
     impedance_matrix: str = fixed(
-        "",
-        "-",
-        "symmetric positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)",
+        "", "-", "positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)"
     )
     rate_drop: int = parameter(
-        8,
-        "1..1000",
-        "force-loop ticks per packet, M; changes while running on the strict channel only",
+        8, "1..1000", "ticks per packet, M; changes while running on the strict channel only"
     )
     tick_s: float = fixed(0.001, "0.0001..0.02 s", "period of the force loop, T_c")
-    hold: str = parameter(
-        "foh", ("zoh", "foh"), "expansion of the returning wave (foh: delayed first order)"
-    )
+    hold: str = parameter("foh", ("zoh", "foh"), "returning wave in a frame (foh: delayed ramp)")
     store_j: float = fixed(
-        2e-3,
-        "0..0.1 J",
-        "energy that the playout of the returning wave may lend to late packets, once a session "
-        "(strict channel)",
+        2e-3, "0..0.1 J", "energy that the playout may lend to late packets, once (strict channel)"
     )
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
