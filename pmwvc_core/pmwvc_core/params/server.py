@@ -9,7 +9,7 @@ margin, for the default device, hand and contact at 24 ms of delay each way.
 
 from dataclasses import dataclass
 
-from pmwvc_core.params.fields import Is, Validated, fixed, group, parameter
+from pmwvc_core.params.fields import Validated, fixed, group, has, parameter
 from pmwvc_core.params.ports import DeadbandParams, matrix_conflicts
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
@@ -86,7 +86,7 @@ class ServerParams(Validated):
     active_wall: ActiveWallParams = group(ActiveWallParams)
 
     # whether a port learns the slope of an environment that reports none
-    learns = Is("decoding", "secant")
+    learns = has("decoding", "secant")
 
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
@@ -116,7 +116,7 @@ class ContactParams(Validated):
     gap_m: float = fixed(0.0, ">= 0 m", "distance from avatar to object at the start (grip, wall)")
     deadband: DeadbandParams = group(DeadbandParams)
 
-    grips = Is("contact", "grip")  # whether the contact only pushes, from the user's own side
+    grips = has("contact", "grip")  # whether the contact only pushes, from the user's own side
 
     def conflicts(self) -> list[str]:
         """Check that the matrix is valid and the impedance is given once."""

@@ -8,9 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
-from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
+from pmwvc_core.params.fields import Validated, fixed, group, has, lacks, parameter
 
 OPERATOR_KINDS = (
     *("none", "constant", "sinusoid", "chirp", "hand", "remote"),
@@ -34,8 +32,8 @@ class DeviceParams(Validated):
     )
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
 
-    is_simulated = Is("plugin", "simulated")  # the device of the library, whose state is known
-    differences = Is("velocity", "euler")  # of measured positions
+    is_simulated = has("plugin", "simulated")  # the device of the library, whose state is known
+    differences = has("velocity", "euler")  # of measured positions
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class SafetyParams(Validated):
 
     def conflicts(self) -> list[str]:
         """Check the order of the two speed limits."""
-        if np.any(self.fault_velocity <= self.damper_velocity):
+        if self.fault_velocity <= self.damper_velocity:
             return [
                 f"fault_velocity = {self.fault_velocity}: "
                 f"must be > damper_velocity = {self.damper_velocity} m/s"
@@ -125,14 +123,14 @@ class OperatorParams(Validated):
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
     remote: RemoteHandParams = group(RemoteHandParams)
 
-    is_hand = Is("kind", "hand")  # simulated, does the session's task
-    is_remote = Is("kind", "remote")  # simulated, follows targets as they come
-    is_sinusoid = Is("kind", "sinusoid")  # a force of one frequency
-    is_chirp = Is("kind", "chirp")  # a force of sweeping frequency
-    has_arm = Is("kind", "hand", "remote")  # on the device, follows a target
-    answers = Is("kind", "hand", "remote", "playback_motion")  # with a force, to the motion
-    is_free = IsNot("kind", "none", "hand")  # moves as it likes
-    is_recorded = Is("kind", "playback_force", "playback_motion")
+    is_hand = has("kind", "hand")  # simulated, does the session's task
+    is_remote = has("kind", "remote")  # simulated, follows targets as they come
+    is_sinusoid = has("kind", "sinusoid")  # a force of one frequency
+    is_chirp = has("kind", "chirp")  # a force of sweeping frequency
+    has_arm = has("kind", "hand", "remote")  # on the device, follows a target
+    answers = has("kind", "hand", "remote", "playback_motion")  # with a force, to the motion
+    is_free = lacks("kind", "none", "hand")  # moves as it likes
+    is_recorded = has("kind", "playback_force", "playback_motion")
 
     @property
     def from_outside(self) -> bool:
@@ -157,5 +155,5 @@ class TaskParams(Validated):
     move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
     rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")
 
-    closes = IsNot("kind", "free")  # whether the hands close
-    moves = Is("kind", "carry")  # whether the target moves
+    closes = lacks("kind", "free")  # whether the hands close
+    moves = has("kind", "carry")  # whether the target moves
