@@ -16,7 +16,7 @@ from typing import Any
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams, specs
-from pmwvc_core.params.names import hint
+from pmwvc_core.params.names import hint, timed
 
 DIRECTIONS = ("up", "down")
 OWN_WORDS = ("base", "outage", "repeat")
@@ -64,28 +64,16 @@ def timeline_of(text: str) -> Timeline:
     """Read ``link.schedule``; ParameterError with the entry, its value and what it must be."""
     entries = [TimelineEntry(0.0)]
     length_s = math.inf
-    for number, part in enumerate(filter(str.strip, text.split(";")), start=1):
-        where = f"schedule: entry {number} {part.strip()!r}"
+    for where, start_s, words in timed("schedule", text, "TIME SETTINGS", longest_s=1e6):
         if length_s < math.inf:
             raise ParameterError(f"{where}: nothing may come after repeat")
-        head, *words = part.split()
-        start_s = _number(where, "time", head)
-        before_s = entries[-1].start_s
-        if not words:
-            raise ParameterError(f"{where}: must be TIME SETTINGS")
-        if not 0.0 <= start_s <= 1e6 or (number > 1 and start_s <= before_s):
-            least = f"> {before_s:g}" if number > 1 else ">= 0"
-            raise ParameterError(
-                f"{where}: time = {start_s:g}: must be {least} and <= 1e+06 s; entries come in "
-                "the order of their times"
-            )
-        if words != ["repeat"]:
-            entry = _entry(where, start_s, words)
-            entries = [entry] if start_s == 0.0 else [*entries, entry]
-        elif start_s > 0.0:
+        if words == ["repeat"]:
+            if not start_s:
+                raise ParameterError(f"{where}: time = 0: must be > 0 s for repeat")
             length_s = start_s
         else:
-            raise ParameterError(f"{where}: time = {start_s:g}: must be > 0 s for repeat")
+            entry = _entry(where, start_s, words)
+            entries = [entry] if start_s == 0.0 else [*entries, entry]
     if entries[-1].ramp_s and length_s == math.inf:
         raise ParameterError(f"schedule: {text!r}: a ramp needs a later entry, at which it ends")
     return Timeline(tuple(entries), length_s)
@@ -124,13 +112,3 @@ def _setting(where: str, name: str, text: str) -> Any:
     if problem := spec.problem(value):
         raise ParameterError(f"{where}: {name} = {problem}")
     return value
-
-
-def _number(where: str, name: str, text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise ParameterError(f"{where}: {name} = {text.strip()!r}: must be a number")
-    return number

@@ -23,7 +23,7 @@ from typing import Any
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import LinkParams, ServerParams, Spec, specs
-from pmwvc_core.params.names import hint, replaced
+from pmwvc_core.params.names import hint, replaced, timed
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User
 from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -134,7 +134,7 @@ NEEDS_STRICT = (
     "can change on the strict channel only; on the other channels a packet stands for a fixed time"
 )
 FIXED = "a black box and its port are fixed once running"
-_FORM = "must be 'TIME NAME=VALUE ...; TIME NAME=VALUE ...', such as '2.5 server.object_mass=1'"
+_FORM = "'TIME NAME=VALUE ...; TIME NAME=VALUE ...', such as '2.5 server.object_mass=1'"
 _SETTING = re.compile(r"([A-Za-z0-9_.*]+)=(\S+)")
 
 
@@ -151,17 +151,12 @@ class Change:
 
 
 def read_changes(text: str) -> list[Change]:
-    """Return the changes that a text names, by time; ScenarioError naming what is wrong."""
+    """Return the changes that a text names, by time; else ParameterError."""
     found = []
-    for each in filter(str.strip, text.split(";")):
-        words = each.split()
-        settings = [_SETTING.fullmatch(word) for word in words[1:]]
-        try:
-            time_s = float(words[0])
-        except ValueError:
-            time_s = -1.0
-        if not settings or None in settings or not 0.0 <= time_s < float("inf"):
-            raise ScenarioError("changes", [f"{each.strip()!r}: {_FORM}"])
+    for where, time_s, words in timed("changes", text, _FORM, ordered=False):
+        settings = [_SETTING.fullmatch(word) for word in words]
+        if None in settings:
+            raise ParameterError(f"{where}: must be {_FORM}")
         values = {m[1]: spec_of(m[1]).converted(m[2]) for m in settings if m}
         found.append(Change(time_s, values))
     return sorted(found, key=lambda change: change.time_s)

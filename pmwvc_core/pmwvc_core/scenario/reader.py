@@ -131,8 +131,8 @@ class _Values:
             return None
         try:
             over_time(scenario)
-        except ScenarioError as error:
-            self.problems += [f"changes: {problem}" for problem in error.problems]
+        except ParameterError as error:
+            self.problems.append(str(error))
         return scenario
 
     def _user(self, number: int) -> User:
