@@ -65,7 +65,7 @@ class Simulation:
         """Step up to a tick."""
         while self.tick < until_tick:
             self.tick = min(self.tick + LONGEST, until_tick)
-            self._time.run(self.tick * self.tick_ns)
+            self._time.advance(self.tick * self.tick_ns)
             for index, user in enumerate(self._users):
                 for number, link in enumerate((user.up, user.down), start=2 * index):
                     # The newest fates; an arrival may lie ahead. No record of packets is kept.

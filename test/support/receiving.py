@@ -49,7 +49,7 @@ class ReceivingEnd:
         """Take a packet; return it as the laws have it, None where it is refused."""
         for taken in self.inbox.take([packet], now_ns):
             self.s = arrive(self.s, taken, now_ns, self.p)
-            self.inbox.expect(self.s.silence.limit_ns)
+            self.inbox.silence_ns = self.s.silence.limit_ns
             return taken
         return None
 

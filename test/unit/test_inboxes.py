@@ -25,8 +25,8 @@ def test_the_server_is_silent_to_all_users_alike_as_live(scenario, tmp_path):
     assert live["safety.timeout_s"] == 0.2
     assert batch.server.p.release_s == live["safety.release_s"] == 7.0
     for user in batch.users:
-        assert user.up.receiver._silence_ns == round(live["safety.timeout_s"] * 1e9)
-    own = [user.down.receiver._silence_ns for user in batch.users]
+        assert user.up.receiver.silence_ns == round(live["safety.timeout_s"] * 1e9)
+    own = [user.down.receiver.silence_ns for user in batch.users]
     assert own == [round(user.safety.timeout_s * 1e9) for user in scenario.users]
 
 

@@ -33,7 +33,7 @@ def ran(*settings, ran_ns=None, first=0, **conditions):
     )
     for who, user in enumerate(time.users):
         noted(user, who, seen)
-    time.run(NEVER_NS)
+    time.advance(NEVER_NS)
     return seen
 
 

@@ -69,9 +69,6 @@ def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) 
     )  # fmt: skip
 
 
-LONGEST_PERIOD_S = 10.0  # of a packet on the strict channel
-
-
 class Inbox(Receiver):
     """The receiver at a port of some impedance [N s/m], of a session's controller and channel.
     ``other_controller`` counts packets of another kind of controller, which are ignored.
@@ -82,11 +79,13 @@ class Inbox(Receiver):
         from_server: bool,
     ) -> None:  # fmt: skip
         self._waves = has_waves(session.controller)
-        longest = largest_wave(impedance, waves=self._waves)
-        super().__init__(session.dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+        super().__init__(
+            session.dof, period_s=period_s, timeout_s=timeout_s,
+            any_period=is_strict(session.controller, session.channel),
+        )  # fmt: skip
+        self.match(impedance)
         self.flags = 0 if self._waves else FLAG_DIRECT  # of packets that this end sends
         self._extra = record_of(session.controller).extra(session.dof)[from_server]
-        self._any_period = is_strict(session.controller, session.channel)
         self.other_controller = 0
 
     def take(self, packets: Iterable[WavePacket], now_ns: int) -> list[Packet]:
@@ -107,15 +106,6 @@ class Inbox(Receiver):
     def match(self, impedance: Impedance) -> None:
         """Expect the waves of a port of another impedance [N s/m]."""
         self.max_wave = largest_wave(impedance, waves=self._waves)
-
-    def expect(self, silence_ns: int) -> None:
-        """Count the other end as silent after so long."""
-        self._silence_ns = silence_ns
-
-    def _lasts(self, period_s: float) -> bool:
-        if self._any_period:
-            return 0.0 < period_s <= LONGEST_PERIOD_S
-        return super()._lasts(period_s)
 
 
 class PortEnd:

@@ -188,7 +188,7 @@ class ServerEnd(ServerView):
     def _expect(self) -> None:
         """Tell the receivers from when on users are silent."""
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
-            inbox.expect(guest.arrivals.silence.limit_ns)
+            inbox.silence_ns = guest.arrivals.silence.limit_ns
 
 
 def _contained(p: Any) -> Contained | None:

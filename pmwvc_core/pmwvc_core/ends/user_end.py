@@ -68,7 +68,7 @@ class UserEnd(PortEnd):
         """Take other parameters over, at a frame start: ``master``, ``safety``."""
         old, self._user = self._user, dataclasses.replace(self._user, **groups)
         self.s, self.p = changed_user(self.s, self.p, self._made(), old, self._user)
-        self.inbox.expect(self.s.arrivals.silence.limit_ns)
+        self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
@@ -104,7 +104,7 @@ class UserEnd(PortEnd):
         sensed = self._known(sample, now_ns)
         self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
         if taken:
-            self.inbox.expect(self.s.arrivals.silence.limit_ns)
+            self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
         u_m, u_m_lp, v_m = port_signals(self.s.port)
         applied, arrays = value(f), (value(u_m), value(u_m_lp), value(v_m))
         return applied, packet, (sample.x, sample.xd, sample.f_h, value(f_m), applied, *arrays)

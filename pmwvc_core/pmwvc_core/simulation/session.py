@@ -28,18 +28,15 @@ PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
 R = TypeVar("R")
 
 
-class SteppedSession:
-    """A scenario in virtual time, stepped packet by packet."""
+class SteppedSession(VirtualTime):
+    """A scenario in virtual time, stepped packet by packet from its start to its end."""
 
     def __init__(self, scenario: Scenario, conditions: Conditions = FROM_SCENARIO) -> None:
         self._scenario, self.tick_s = scenario, scenario.tick_s
         self.ticks = round(scenario.duration_s / self.tick_s)
-        self._prescribed = bool(conditions.steps or conditions.schedule.server_s)
         observers: dict[str, Any] = {"on_frame": self._note, "on_step": self._note_step}
-        self.time = time = VirtualTime(
-            scenario, ticks=self.ticks, conditions=conditions, **observers
-        )
-        self.tick_ns, self.server, self.users = time.tick_ns, time.server, time.users
+        super().__init__(scenario, ticks=self.ticks, conditions=conditions, **observers)
+        self._prescribed = bool(conditions.steps or conditions.schedule.server_s)
         self._task = task_of(scenario.task, scenario.dof)
         self.user_notes = [UserNotes(scenario.dof) for _ in scenario.users]
         self.steps: list[Step] = []
@@ -56,10 +53,10 @@ class SteppedSession:
                 until_ns = min(begin_ns + PROGRESS_NS, end_ns)
                 while changes and changes[0][0].time_s * 1e9 < until_ns:
                     change, new = changes.popleft()
-                    self.time.run(round(change.time_s * 1e9))
-                    self.time.change(new)
-                self.time.run(until_ns)
-            self.time.run(NEVER_NS)  # ticks and steps that a recording has later than due
+                    self.advance(round(change.time_s * 1e9))
+                    self.change(new)
+                self.advance(until_ns)
+            self.advance(NEVER_NS)  # ticks and steps that a recording has later than due
         finally:
             if collects:
                 gc.enable()
@@ -77,7 +74,7 @@ class SteppedSession:
             notes.frames.append((frame.ends, user.loop.report(), work, user.loop.changes))
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
-        server, arrays = self.time.server, empty_steps(self._scenario, 1)
+        server, arrays = self.server, empty_steps(self._scenario, 1)
         note_step(server.s, 0, server.p, self._task, *arrays)
         self.steps.append(Step(tick, now_ns, server.p.period_s, server.changes, arrays))
 

@@ -130,7 +130,7 @@ class VirtualTime:
         self._recorded, self._due = recorded is not None, -1  # tick of the next step
         self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
-    def run(self, before_ns: int) -> None:
+    def advance(self, before_ns: int) -> None:
         """Step everything that is due before an instant [ns]."""
         while True:
             now_ns = min(self._at_ns, before_ns)
