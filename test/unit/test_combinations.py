@@ -36,11 +36,6 @@ def test_names_with_the_same_end_are_given_in_full():
     assert found[0].label == "link.up.delay_s = 0, link.down.delay_s = 0"
 
 
-def test_without_a_parameter_there_is_the_scenario_itself():
-    (only,) = combinations("wall", [])
-    assert only.label == "wall"
-
-
 def test_all_mistakes_are_reported_at_once_and_each_once():
     over = ["server.couplng=implicit", "link.delay_s=0,-1", "nothing", "dof=1", "dof=2"]
     with pytest.raises(ScenarioError) as caught:
@@ -86,13 +81,6 @@ def test_features_joined_are_all_there_and_what_is_not_named_is_off():
     assert master.position.gain == 20.0
     assert master.velocity_filter.kind == "none"
     assert one.scenario.server.compensation == "none"
-
-
-def test_a_gain_of_the_scenario_stays():
-    (one,) = combinations(
-        "wall", [], controllers=["position"], settings_texts=["master.position.gain=7"]
-    )
-    assert one.scenario.users[0].master.position.gain == 7.0
 
 
 def test_plain_waves_switch_off_every_feature():

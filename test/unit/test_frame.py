@@ -64,10 +64,6 @@ def test_the_protocol_by_hand_gives_the_simulators_forces_bit_for_bit(scenario, 
     assert np.abs(by_hand).max() > 0.5
 
 
-def test_phases_change_the_forces(scenario):
-    assert np.abs(forces(scenario, AT_ONCE) - forces(scenario, LIVE)).max() > 1e-3
-
-
 @pytest.mark.parametrize(
     ("tick_s", "rate_drop", "expected"),
     [(0.001, 8, 4), (0.001, 4, 3), (0.001, 1, 0), (0.0005, 16, 8), (0.002, 8, 2)],

@@ -63,10 +63,6 @@ def test_a_signal_asks_the_work_to_stop_and_is_a_good_end(number):
     assert signal.getsignal(number) == before
 
 
-def test_work_that_is_over_is_a_good_end():
-    assert run(Work()) == 0
-
-
 def test_an_unusable_setting_is_reported_in_one_line(capfd):
     work = Work(fail(DeviceError("no device\nplug one in")))
     assert run(work) == 2

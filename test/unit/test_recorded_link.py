@@ -59,12 +59,6 @@ def test_what_a_link_did_is_done_again(seed, delay_s, loss, duplicate, jitter_s)
     assert again.counters == link.counters
 
 
-def test_another_record_gives_another_outcome():
-    one = RecordedLink({1: [RecordedFate(3 * MS)], 2: [RecordedFate(3 * MS)]})
-    other = RecordedLink({1: [RecordedFate(3 * MS)], 2: [RecordedFate(4 * MS)]})
-    assert driven(one, 2) != driven(other, 2)
-
-
 def test_twice_as_many_packets_meet_the_fates_recorded_at_their_time():
     lost = RecordedFate(None, FateKind.LOST, Cause.LOSS)
     record = {1: [RecordedFate(0)], 2: [lost], 3: [RecordedFate(0)]}

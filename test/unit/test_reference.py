@@ -68,10 +68,6 @@ def test_groups_that_share_their_parameters_share_a_section():
     assert page.count("`delay_s`") == 1
 
 
-def test_a_section_opens_with_what_the_group_is():
-    assert "Limits between controller and device" in reference_page(SECTIONS)
-
-
 def test_a_parameter_without_default_is_required():
     table = docs_table(
         {"users": Spec(int, low=1, high=8, default=NO_DEFAULT), "name": Spec(str, default="")}

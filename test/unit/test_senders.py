@@ -151,13 +151,3 @@ def test_both_ends_that_were_started_again_find_each_other():
             echo = there.echo(later_ns)
             here.push(answers.pack(0.0, 0.0, later_ns, flags, echo), later_ns + 1)
     assert (here.epoch, there.epoch) == (3, 2)
-
-
-def test_a_goodbye_of_another_sender_is_none():
-    inbox = receiver()
-    mine = Sender(1).packer
-    for n in range(5):
-        inbox.push(mine.pack(1.0, 0.0, n), n)
-    goodbye = Sender(2).packer.pack(0.0, 0.0, 6, FLAG_LEAVING)
-    assert inbox.push(goodbye, 6) is Receipt.STRANGER
-    assert inbox.push(mine.pack(1.0, 0.0, 7), 7) is Receipt.ACCEPTED

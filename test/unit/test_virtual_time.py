@@ -118,12 +118,6 @@ def test_ticks_before_the_first_and_after_the_last_are_not_missed():
     assert [tick for _, tick in of(rows, "TICK")] == list(range(3, 12))
 
 
-def test_what_is_late_beyond_the_end_still_runs():
-    times = np.arange(TICKS) * MS
-    times[-1] += 3 * MS
-    assert of(ran(ran_ns=times), "TICK")[-1] == (times[-1], TICKS - 1)
-
-
 @pytest.mark.parametrize("channel", ["plain", "strict"])
 def test_a_packet_is_taken_at_the_tick_at_which_it_comes(channel):
     texts = [f"channel={channel}", "link.delay_s=0.003"]
