@@ -144,12 +144,6 @@ def test_a_sum_of_energy_that_falls_takes_nothing_back_and_pays_nothing_twice():
     assert end.received_j == pytest.approx(0.3, rel=1e-12)
 
 
-def test_energy_of_packets_that_are_repeated_or_late_counts_once():
-    end = Master().run(1, packet(1)).run(1, packet(3, energy=0.2))
-    end.run(1, packet(3, energy=0.2), packet(2, energy=0.1), packet(3, energy=0.2))
-    assert end.received_j == pytest.approx(0.2, rel=1e-12)
-
-
 @pytest.mark.parametrize("name", ["wave", "integral", "energy", "position"])
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_packet_with_a_value_that_is_no_number_changes_nothing(name, value):
