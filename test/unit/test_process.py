@@ -138,8 +138,3 @@ def test_words_in_front_of_the_ros_arguments_are_refused(words, capfd):
     message = capfd.readouterr().err
     assert message.startswith(f"tried: {' '.join(words)}: not understood; ")
     assert "--ros-args -p name:=value" in message
-
-
-def test_an_empty_list_is_refused(capfd):
-    assert run(Work(), "-p", "users:=[]") == 2
-    assert "empty list" in capfd.readouterr().err
