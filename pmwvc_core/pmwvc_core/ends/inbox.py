@@ -125,7 +125,6 @@ class PortEnd:
         self._waiting.append(change)
 
     def _take_changes(self) -> None:
-        """Make the changes that were handed over."""
         if self._waiting:
             self.changes += 1
         while self._waiting:

@@ -186,7 +186,6 @@ class ServerEnd(ServerView):
         return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
 
     def _expect(self) -> None:
-        """Tell the receivers from when on users are silent."""
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
             inbox.silence_ns = guest.arrivals.silence.limit_ns
 

@@ -126,7 +126,6 @@ class UserEnd(PortEnd):
         return Sample(vector(x, self._dof), vector(xd, self._dof), sample.valid, self._measured_ns)
 
     def _sent(self, now_ns: int, sample: Sample, *, leaves: bool) -> WavePacket | None:
-        """Send what a frame leaves."""
         echo, before = self.inbox.echo(now_ns), self.s.packing.events
         self.s, packet, sends = self._send(self.s, now_ns, sample, leaves, self.p)
         if not sends:

@@ -81,7 +81,6 @@ class EffectFaults:
         self.text = f"link.effects = {name!r} raised {reason(error)}"
 
     def __str__(self) -> str:
-        """Return count and reason."""
         return f"calls without the effect: {self.count}; last: {self.text}"
 
 
@@ -188,7 +187,6 @@ class FateLog:
         self._taken = 0
 
     def __len__(self) -> int:
-        """Return how many records wait to be taken."""
         return len(self._records)
 
     def add(
@@ -201,10 +199,8 @@ class FateLog:
 
     def take(self, most: int | None = None) -> dict[str, Any]:
         """Return the oldest records as columns, and the number of the ``first``."""
-        records = self._records[:most]
+        records = np.array(self._records[:most], dtype=list(COLUMNS.items()))
         self._records = self._records[len(records) :]
-        first = self._taken + 1
         self._taken += len(records)
-        columns = list(zip(*records, strict=True)) or [()] * len(COLUMNS)
-        named = zip(COLUMNS.items(), columns, strict=True)
-        return {"first": first} | {n: np.array(each, dtype=kind) for (n, kind), each in named}
+        first = self._taken - len(records) + 1
+        return {"first": first} | {name: records[name].copy() for name in COLUMNS}

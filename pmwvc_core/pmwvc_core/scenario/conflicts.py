@@ -29,7 +29,6 @@ class Disturbance(NamedTuple):
     node: str
 
     def __str__(self) -> str:
-        """Return it in words."""
         return f"{self.action} {self.node} at {self.time_s:g} s"
 
 

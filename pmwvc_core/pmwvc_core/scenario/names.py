@@ -38,17 +38,12 @@ def split_user(name: str) -> tuple[int, str]:
     return (int(match[1]), match[2]) if match else (0, name)
 
 
-def complete(name: str) -> list[str]:
-    """Return the complete names that a name without user means; none for an unknown one."""
-    short = name.removeprefix("link.").removeprefix("*.")
-    if name.startswith("link.") and short in specs(LinkParams):
-        return [f"link.up.{short}", f"link.down.{short}"]
-    return [name] if name in PARAMETERS else []
-
-
-def unknown(name: str) -> str:
-    """Return the refusal of an unknown name, with the nearest, or one of that symbol."""
-    number, rest = split_user(name)
+def _unknown(number: int, rest: str) -> str:
+    """Return why a name is refused: the nearest one, or one of that symbol."""
+    if number and rest in PARAMETERS:
+        return f"{rest} is shared by all users; set it without user{number}"
+    if rest == "side":
+        return "each user has its own; set user1.side"
     of_user = [path for path, each in PARAMETERS.items() if each.of_user]
     known = of_user if number else sorted(PARAMETERS, key=lambda path: path not in of_user)
     short = len(rest) <= SYMBOL
@@ -65,10 +60,12 @@ def unknown(name: str) -> str:
 def resolved(name: str) -> tuple[int, list[str]]:
     """Return the user (0: all) and the complete names that a name means; else ScenarioError."""
     number, rest = split_user(name)
-    found = complete(rest)
-    if not found or (number and not PARAMETERS[found[0]].of_user):
-        raise ScenarioError(name, [unknown(name)])
-    return number, found
+    short = rest.removeprefix("link.").removeprefix("*.")
+    if rest.startswith("link.") and short in specs(LinkParams):
+        return number, [f"link.up.{short}", f"link.down.{short}"]
+    if rest not in PARAMETERS or (number and not PARAMETERS[rest].of_user) or name == "side":
+        raise ScenarioError(name, [_unknown(number, rest)])
+    return number, [rest]
 
 
 def spec_of(name: str) -> Spec:

@@ -105,7 +105,6 @@ class Scenario:
     own: Any = group(EnvironmentOwn)  # of environments from other packages, by their names
 
     def __post_init__(self) -> None:
-        """Check what holds between groups."""
         problems = conflicts(self)
         if problems:
             raise ScenarioError(self.name, problems)

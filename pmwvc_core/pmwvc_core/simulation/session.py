@@ -110,7 +110,6 @@ class SteppedSession(VirtualTime):
         return traces
 
     def _began_s(self) -> Array:
-        """Return when steps began [s]."""
         ticks = [step.tick for step in self.steps]
         periods_s = [step.period_s for step in self.steps]
         if self._prescribed or len(set(periods_s)) > 1:

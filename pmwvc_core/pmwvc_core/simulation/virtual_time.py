@@ -78,7 +78,6 @@ class SimulatedUser:
             yield Frame(ticks, times_ns, self._advance(ticks, times_ns), ends if over else None)
 
     def _advance(self, ticks: range, times_ns: Sequence[int]) -> list[Value]:
-        """Run ticks of one frame; return their signals."""
         device, loop = self.device, self.loop
         first, acts = self.ticks.first, self._acts
         numbers = range(ticks.start - first, ticks.stop - first)
