@@ -185,7 +185,6 @@ def test_an_impossible_echo_is_not_a_round_trip(echo):
 
 
 ROUND_TRIP_NS = 5 * PERIOD_NS
-STRAY_NS = 25_000_000
 SECOND_NS = 10**9
 
 
@@ -221,34 +220,32 @@ def followed(inbox, *senders):
     return found
 
 
-def test_a_second_sender_at_full_rate_never_takes_over_while_the_first_one_sends():
-    inbox = receiver()
-    found = followed(inbox, Sender(1), Sender(2, begin_ns=1000))
-    assert {epoch for _, epoch in found} == {1}
-    assert inbox.counts[Receipt.STRANGER] == inbox.strangers[2] == 1250
+MIDDLE_NS = SECOND_NS // 2
 
 
-def test_another_sender_takes_over_after_the_silence_of_the_first_one():
-    end = SECOND_NS
-    found = followed(receiver(), Sender(1, end_ns=end), Sender(2, begin_ns=SECOND_NS // 2))
+@pytest.mark.parametrize(
+    ("senders", "taken_ms"),
+    [
+        ((Sender(1), Sender(2, begin_ns=1000)), None),  # while the first one sends
+        # silent 30 ms after its last packet
+        ((Sender(1, end_ns=SECOND_NS), Sender(2, begin_ns=MIDDLE_NS)), (1022, 1040)),
+        ((Sender(1, end_ns=SECOND_NS), Sender(2, begin_ns=MIDDLE_NS, hears=False)), None),
+        # a stray that was there first
+        (
+            (Sender(1, every_ns=100_000_000, hears=False), Sender(2, begin_ns=MIDDLE_NS)),
+            (500, 600),
+        ),
+    ],
+    ids=["two at full rate", "after silence", "played back", "stray"],
+)
+def test_another_sender_takes_over_after_silence_and_only_if_it_hears(senders, taken_ms):
+    found = followed(receiver(), *senders)
+    if taken_ms is None:
+        assert {epoch for _, epoch in found} == {1}
+        return
     taken = next(now for now, epoch in found if epoch == 2)
-    assert end + 22_000_000 < taken <= end + 40_000_000  # silent 30 ms after its last packet
+    assert taken_ms[0] < taken / 1e6 <= taken_ms[1]
     assert {epoch for now, epoch in found if now > taken} == {2}
-
-
-def test_a_sender_that_hears_nothing_never_takes_over():
-    """The control of the one above; as of packets that are played back."""
-    deaf = Sender(2, begin_ns=SECOND_NS // 2, hears=False)
-    found = followed(receiver(), Sender(1, end_ns=SECOND_NS), deaf)
-    assert {epoch for _, epoch in found} == {1}
-
-
-def test_a_stray_that_was_there_first_gives_way_to_a_sender_that_hears():
-    stray = Sender(2, every_ns=4 * STRAY_NS, hears=False)
-    found = followed(receiver(), stray, Sender(1, begin_ns=300_000_001))
-    taken = next(now for now, epoch in found if epoch == 1)
-    assert taken < 400_000_000
-    assert {epoch for now, epoch in found if now > taken} == {1}
 
 
 def test_a_stray_that_comes_during_an_outage_does_not_take_over():

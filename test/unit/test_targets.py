@@ -130,22 +130,6 @@ def test_a_recorded_motion_that_ends_holds_on_where_it_ended(tmp_path):
     assert moving.x == pytest.approx(-HALF + 0.01, abs=1e-6)
 
 
-def test_a_recorded_hand_from_a_real_teleoperator_stays_in_hand(recorded_data):
-    hand = operator(
-        "playback_motion",
-        file=str(recorded_data / "tue_hand.csv"),
-        rate_hz=2000.0,
-        scale=0.075,
-        grip_stiffness=1000.0,
-    )
-    moving = device(0.05, x=-HALF)
-    path = []
-    for _ in range(5000):
-        path.append(moving.x)
-        moving.step(hand.step(moving.x, moving.xd), 0.0)
-    assert 0.010 < np.abs(np.array(path) + HALF).max() < 0.015
-
-
 def test_a_recording_needs_one_column_or_one_per_axis(tmp_path):
     values = np.tile([1.0, 2.0], (10, 1))
     with pytest.raises(RecordingError, match="are 2 columns for 3 axes; give one column"):
