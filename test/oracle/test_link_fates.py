@@ -179,19 +179,6 @@ def test_correlated_jitter_keeps_its_distribution_and_has_its_correlation(rho):
         assert abs(delays.std() - law.std()) < ERRORS * longer * law.std() / np.sqrt(PACKETS)
 
 
-@pytest.mark.parametrize("loss, rho", [(0.01, 0.25), (0.05, 0.25), (0.1, 0.5)])
-def test_correlated_loss_keeps_its_rate(loss, rho):
-    params = LinkParams(loss=loss, loss_correlation=rho)
-    lost, _, _ = arrays(driven(params, SEED, times_ns(30_000))[0])
-    # losses of neighbours go together, by the bivariate normal
-    edge = stats.norm.ppf(loss)
-    both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]]).cdf([edge, edge])
-    related = (both - loss**2) / (loss * (1.0 - loss))
-    assert abs(lag_one(lost) - related) < 6.0 / np.sqrt(30_000)
-    error = np.sqrt(loss * (1.0 - loss) / 30_000 * (1.0 + rho) / (1.0 - rho))
-    assert abs(lost.mean() - loss) <= ERRORS * error
-
-
 def test_a_link_of_four_states_has_the_stationary_loss_of_its_chain():
     p13, p31, p32, p23, p14 = 0.02, 0.3, 0.4, 0.5, 0.01
     chain = np.array(
@@ -208,6 +195,3 @@ def test_a_link_of_four_states_has_the_stationary_loss_of_its_chain():
     names = ("markov_p13", "markov_p31", "markov_p32", "markov_p23", "markov_p14")
     params = LinkParams(**dict(zip(names, (p13, p31, p32, p23, p14), strict=True)))
     assert markov_loss(params) == pytest.approx(share[2] + share[3])
-    lost, _, _ = arrays(driven(params, SEED, times_ns())[0])
-    blocks = lost.reshape(100, -1).mean(axis=1)  # means of batches: losses come in bursts
-    assert abs(lost.mean() - share[2] - share[3]) <= ERRORS * blocks.std() / 10.0

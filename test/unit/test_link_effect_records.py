@@ -237,10 +237,10 @@ def test_where_an_effect_fails_packets_pass_without_it_and_the_faults_are_counte
         [fate.time_due_ns for fate in each] for each in theirs[1::2]
     ]
     assert all(each[0].kind is FateKind.LOST for each in ours[::2])
-    assert link.faults.count == 30 * 5
+    assert link.faults.steps == 30 * 5
     text = "calls without the effect: 150; last: link.effects = 'torn' raised"
-    assert str(link.faults).startswith(text)
-    assert plain.faults.count == 0
+    assert link.failed.startswith(text)
+    assert plain.failed == ""
 
 
 def test_settings_that_an_effect_cannot_take_are_a_fault(lab):

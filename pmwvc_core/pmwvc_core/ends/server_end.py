@@ -25,8 +25,9 @@ from pmwvc_core.made.server import alike, changed_server, resting_server, server
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import task_of
+from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.black_box import Call, Outside, directly
-from pmwvc_core.server.contained import BadAnswer, Contained, Faults
+from pmwvc_core.server.contained import Contained
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance

@@ -31,10 +31,10 @@ from pmwvc_core.made.user import arrivals_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
-from pmwvc_core.plugins import refused
+from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
-from pmwvc_core.server.contained import Contained, Faults
+from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
 from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances

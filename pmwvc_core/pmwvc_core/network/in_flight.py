@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.errors import reason
+from pmwvc_core.plugins import Faults
 
 
 class FateKind(enum.IntEnum):
@@ -68,22 +68,6 @@ class LinkCounters:
     queued: int = 0  # inside the link now
 
 
-@dataclass
-class EffectFaults:
-    """The number of failures of a link's plug-in effects, and the reason of the last one."""
-
-    count: int = 0
-    text: str = ""
-
-    def note(self, name: str, error: BaseException) -> None:
-        """Count a call that failed."""
-        self.count += 1
-        self.text = f"link.effects = {name!r} raised {reason(error)}"
-
-    def __str__(self) -> str:
-        return f"calls without the effect: {self.count}; last: {self.text}"
-
-
 DELIVERED = FateKind.DELIVERED  # an attribute of an enum is slow to look up
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)  # until they come out
 
@@ -93,7 +77,7 @@ class InFlight:
 
     def __init__(self) -> None:
         self.counters = LinkCounters()
-        self.faults = EffectFaults()
+        self.faults = Faults("link.effects")
         self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
         self._entered = 0
         self._highest_out = 0
@@ -102,6 +86,12 @@ class InFlight:
     def next_due_ns(self) -> int | None:
         """Time at which the next packet comes out [ns]; None when none is in flight."""
         return self._in_flight[0][0] if self._in_flight else None
+
+    @property
+    def failed(self) -> str:
+        """How often plug-ins failed, and how they did last; empty where they did not."""
+        steps, text = self.faults.steps, self.faults.text
+        return f"calls without the effect: {steps}; last: {text}" if steps else ""
 
     def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
         """Take out what is due by now, in the order of delivery."""

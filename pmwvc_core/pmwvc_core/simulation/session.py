@@ -92,9 +92,9 @@ class SteppedSession(VirtualTime):
                 ("down", user.down, own.times_ns, user.loop),
             ):
                 add_link(traces, name, way, *link.traces(looks, end.other_controller))
-                if link.link.faults.count:  # of plug-ins
+                if link.link.failed:  # plug-ins
                     of_links = traces.metadata.setdefault("links", {})
-                    of_links[f"{name}/{way}"] = str(link.link.faults)
+                    of_links[f"{name}/{way}"] = link.link.failed
         traces.server = stepped_server(self._scenario, self.steps, self._began_s())
         if self._prescribed:
             traces.metadata["server_lateness_s"] = traces.server.looked_ns * 1e-9
