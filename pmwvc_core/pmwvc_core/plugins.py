@@ -47,11 +47,8 @@ class PluginGroup:
 
     def load(self, name: str) -> Any:
         """Import what a plug-in's entry point names; ``error`` where that cannot be done."""
-        point = self.required(name)
-        try:
-            return point.load()
-        except PLUGIN_ERRORS as error:  # whatever the package raises while it is imported
-            raise self.error(f"{self.where(name)} cannot be imported: {reason(error)}") from error
+        with refused(self.where(name), self.error, "imported"):
+            return self.required(name).load()
 
     def make(self, name: str, setup: Any) -> Any:
         """Return what the factory of a plug-in makes of ``setup``; a PmwvcError of the type
@@ -68,14 +65,16 @@ class PluginGroup:
 
 
 @contextmanager
-def refused(where: str, error_type: type[PmwvcError] = ParameterError) -> Iterator[None]:
+def refused(
+    where: str, error_type: type[PmwvcError] = ParameterError, cannot_be: str = "made"
+) -> Iterator[None]:
     """Refuse by an ``error_type`` what a plug-in fails to make; a PmwvcError passes."""
     try:
         yield
     except PmwvcError:
         raise
     except PLUGIN_ERRORS as error:  # whatever a plug-in raises
-        raise error_type(f"{where} cannot be made: {reason(error)}") from error
+        raise error_type(f"{where} cannot be {cannot_be}: {reason(error)}") from error
 
 
 class BadAnswer(Exception):

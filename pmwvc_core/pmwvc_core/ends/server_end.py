@@ -27,7 +27,6 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.black_box import Call, Outside, directly
-from pmwvc_core.server.contained import Contained
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -55,9 +54,12 @@ class ServerEnd(ServerView):
         count, dof = len(self._users), session.dof
         first, step = (SERVER_EPOCH, 1) if epoch is None else (epoch, 0)
         self._epochs = [first + step * number for number in range(count)]
+        self.faults = Faults("server.coupling", self.params.coupling)
         self.p = self._made(self.params.period_s)
         self.s = resting_server(self._users, session, self.p, call)
-        self.faults = self._found_faults()
+        asked = getattr(self.s.environment.body, "environment", None)
+        if isinstance(asked, Outside):
+            self.faults = asked.faults
         inboxes = []
         for user in self._users:
             times_s = {"period_s": user.master.frame_s, "timeout_s": session.times.timeout_s}
@@ -68,15 +70,10 @@ class ServerEnd(ServerView):
         self._accounts = [each.name for each in kept]
         self.steps, self.paused, self._idle = 0, False, idle_until_joined
 
-    def _made(self, period_s: float, before: Any = None) -> Any:
-        """Return the parameters for steps of that length [s]; counts of faults go on."""
+    def _made(self, period_s: float) -> Any:
+        """Return the parameters for steps of that length [s]."""
         server = dataclasses.replace(self.params, period_s=period_s)
-        p = server_params(self._users, self._session, server)
-        coupling, was = _contained(p), _contained(before)
-        if coupling is None or was is None:
-            return p
-        coupling = coupling._replace(faults=was.faults)
-        return p._replace(environment=p.environment._replace(coupling=coupling))
+        return server_params(self._users, self._session, server, self.faults)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on; users leave, and join anew afterwards."""
@@ -92,21 +89,13 @@ class ServerEnd(ServerView):
         """Take other parameters over before a step, which lasts ``first_s`` [s]."""
         before, self.params = self.params, params
         if params.coupling != before.coupling:
-            self.faults = self._found_faults()
+            self.faults = Faults("server.coupling", params.coupling)
         regular = math.isclose(first_s, params.period_s)
         self._last(params.period_s if regular else first_s)
 
-    def _found_faults(self) -> Faults:
-        """Return what counts the steps that went wrong."""
-        asked = getattr(self.s.environment.body, "environment", None)
-        if isinstance(asked, Outside):
-            return asked.faults
-        coupling = _contained(self.p)
-        return coupling.faults if coupling else Faults("server.coupling", self.params.coupling)
-
     def _last(self, period_s: float) -> None:
         """Let the steps from here on last so long [s]."""
-        p = self._made(period_s, self.p)
+        p = self._made(period_s)
         self.s = self.s._replace(environment=changed_server(self.s.environment, self.p, p))
         self.p = p
 
@@ -119,7 +108,7 @@ class ServerEnd(ServerView):
         ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
-        p = self._made(self.p.period_s, self.p)
+        p = self._made(self.p.period_s)
         pairs = zip(p.guests, self.p.guests, strict=True)
         # What a receiver was made for stays; the longest wave is the receiver's to know.
         self.p = p._replace(
@@ -189,9 +178,3 @@ class ServerEnd(ServerView):
     def _expect(self) -> None:
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
             inbox.silence_ns = guest.arrivals.silence.limit_ns
-
-
-def _contained(p: Any) -> Contained | None:
-    """Return the coupling of another package, if that is what the parameters have."""
-    coupling = getattr(getattr(p, "environment", None), "coupling", None)
-    return coupling if isinstance(coupling, Contained) else None
