@@ -115,13 +115,16 @@ def of_nodes(scenario):
 
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_a_right_value_comes_back_equal_from_file_nodes_and_file(name):
-    assert PARAMETERS[name].spec.description
+    assert PARAMETERS[name].spec.description and TEXTS.keys() <= PARAMETERS.keys()
     for value in right(name):
         file = given(name, value)
         scenario = parse_scenario(file)
-        assert scenario.flat()[shown(name)] == value
-        if type(value) is float:  # YAML 1.1 takes 1e-3 for a text
-            assert parse_scenario(file | {shown(name): str(value)}) == scenario
+        found = scenario.flat()[shown(name)]
+        assert found == value and type(found) is type(value)
+        if type(value) is float:  # YAML 1.1 takes 1e-3 for a text, and 1 is a number, too
+            for same in (str(value), int(value) if value.is_integer() else value):
+                read = parse_scenario(file | {shown(name): same}).flat()[shown(name)]
+                assert read == value and type(read) is float
         assert parse_scenario(written(scenario.to_dict())) == scenario
         assert parse_scenario(of_nodes(scenario)) == scenario
 
