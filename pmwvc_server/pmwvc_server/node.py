@@ -16,7 +16,7 @@ import numpy as np
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
-from pmwvc_core.ends.server_view import kept_words, why_kept
+from pmwvc_core.ends.server_end import kept_words, why_kept
 from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node

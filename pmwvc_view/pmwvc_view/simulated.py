@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.inbox import value
-from pmwvc_core.ends.simulated_device import Target
+from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame import SIGNALS, Frame, ServerRow
 from pmwvc_core.numeric import Array, Value

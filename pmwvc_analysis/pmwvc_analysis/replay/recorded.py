@@ -25,7 +25,7 @@ from pmwvc_analysis.replay import times
 from pmwvc_analysis.replay.times import links, tick_numbers
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.traces.stages import stages as stages_of
-from pmwvc_core.ends.simulated_device import CATCH_UP_S
+from pmwvc_core.ends.user_end import CATCH_UP_S
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.numeric import Flags, Integers

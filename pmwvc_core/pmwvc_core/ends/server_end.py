@@ -13,18 +13,18 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_server
-from pmwvc_core.ends.inbox import Inbox, message
-from pmwvc_core.ends.server_view import ServerView
-from pmwvc_core.frame import ServerRow
+from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value
+from pmwvc_core.frame import Presence, ServerRow
 from pmwvc_core.law.channel.arrivals import arrive, news
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
-from pmwvc_core.law.server.server_port import changed_port, left
+from pmwvc_core.law.server.server_port import changed_port, environment_energies, left, port_shown
 from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.plant.forces import task_of
+from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.black_box import Call, Outside, directly
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
@@ -32,9 +32,26 @@ from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
 
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
+LEAST_M = 1e-3  # avatars less far from their device are not reported
 
 
-class ServerEnd(ServerView):
+def why_kept(*, waves: bool, black_box: bool) -> str:
+    """Return why a distance at joining stays, for a controller and an environment."""
+    if not waves:
+        return "this controller keeps the distance"
+    if black_box:
+        return "an environment known by its forces only has no face to stop at, so it cannot slide"
+    return "it joined with the device inside the object, and slides to it once there is room"
+
+
+def kept_words(distance_m: float, why: str) -> str:
+    """Return the distance and why it stays; nothing below ``LEAST_M``."""
+    if not distance_m > LEAST_M:
+        return ""
+    return f"avatar {1e3 * distance_m:.1f} mm from the device since joining: {why}"
+
+
+class ServerEnd(PortEnd):
     """All users' ports around one environment.
 
     ``session`` has controller, channel, axes, users, server, task, ``times`` of silence, release
@@ -178,3 +195,49 @@ class ServerEnd(ServerView):
     def _expect(self) -> None:
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
             inbox.silence_ns = guest.arrivals.silence.limit_ns
+
+    @property
+    def presence(self) -> list[Presence]:
+        """State of every user."""
+        return [Presence(guest.presence) for guest in self.s.guests]
+
+    @property
+    def x_o(self) -> Value:
+        """Position of the object [m]."""
+        return value(self.s.environment.body.x)
+
+    @property
+    def target_m(self) -> Value:
+        """Where the object is to be brought [m]."""
+        time_s = self.s.task_s
+        return value(offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task))
+
+    def avatar(self, user: int) -> tuple[Value, Value]:
+        """Return where a user's avatar is [m], and its force on the object [N]."""
+        port = self.s.environment.ports[user]
+        return value(port.x_s), value(port.avatar.f)
+
+    def offset(self, user: int) -> Value:
+        """Return how far an avatar is from its device without a force [m]."""
+        return value(self.s.environment.ports[user].offset)
+
+    def learned(self, user: int) -> float | None:
+        """Return (K T + 2B)/b of what a user touches, where its port learns it."""
+        p, s = self.p.environment, self.s.environment
+        return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
+
+    def _row(self) -> ServerRow:
+        """Return all of it, with the energies that the environment counts by name."""
+        p, e = self.p.environment, self.s.environment
+        kinetic, potential, *energies = environment_energies(p, e)
+        of_users = []
+        for user, port in enumerate(e.ports):
+            a, shown = port.avatar, port_shown(p, e, user)
+            motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
+            of_users.append((*motion, port.u_j, port.v_j, shown.touches))
+        columns = zip(*of_users, strict=True)
+        signals: dict[str, Any] = dict(zip(ServerRow._fields[-10:-2], columns, strict=True))
+        accounts = dict(zip(self._accounts, energies, strict=False))
+        of_object = value(e.body.x), value(e.body.xd), self.target_m
+        sums, state = (kinetic, potential, e.dissipated_j), tuple(self.presence)
+        return ServerRow(*of_object, *sums, **signals, state=state, accounts=accounts)

@@ -12,8 +12,7 @@ from functools import partial
 from typing import Any
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.ends.simulated_device import CATCH_UP_S, DevicePlant
-from pmwvc_core.ends.user_end import UserEnd
+from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant, UserEnd
 from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
