@@ -193,7 +193,7 @@ def test_effects_follow_new_settings(lab):
     [
         (
             "moon",
-            "moon is not installed; there are: half, known, late, moody, .*link_effects",
+            "not installed; there are: .*half, known, late, moody, .*link_effects",
         ),
         ("late", "late takes by_s"),
         ("late:by_s=-1", "late: by_s = -1.0: must be >= 0 s"),
