@@ -18,8 +18,8 @@ from pmwvc_core.network.effects import check, plugins_of
 from pmwvc_core.network.effects.library import LIBRARY
 from pmwvc_core.network.effects.record import HOOKS, Effect, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
+from pmwvc_core.network.presets import timeline_of
 from pmwvc_core.network.queues import Order, SerialLine, Slots
-from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import refused
 

@@ -14,7 +14,7 @@ from itertools import product
 from pmwvc_core.errors import ParameterError, PmwvcError, refusal
 from pmwvc_core.network.effects.library import LIBRARY, ORDER
 from pmwvc_core.network.effects.record import Effect, LinkEffect
-from pmwvc_core.network.timeline import timeline_of
+from pmwvc_core.network.presets import timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import Records, imported
 
