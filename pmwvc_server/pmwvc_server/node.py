@@ -19,8 +19,8 @@ from visualization_msgs.msg import MarkerArray
 from pmwvc_core.ends.server_end import kept_words, why_kept
 from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
-from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.packet import FLAG_DIRECT

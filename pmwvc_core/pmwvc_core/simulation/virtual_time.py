@@ -47,11 +47,11 @@ class SimulatedUser:
     def change(self, old: User, new: User) -> None:
         """Hand over the groups of parameters that differ to the loop and the links."""
         both = {name: (getattr(old, name), getattr(new, name)) for name in ("master", "safety")}
-        if groups := {name: other for name, (one, other) in both.items() if other is not one}:
+        if groups := {name: other for name, (one, other) in both.items() if other != one}:
             self.loop.hand_over(partial(self.loop.configure, **groups))
-        if new.link_up is not old.link_up:
+        if new.link_up != old.link_up:
             self.up.configure(new.link_up)
-        if new.link_down is not old.link_down:
+        if new.link_down != old.link_down:
             self.down.configure(new.link_down)
 
     def send(self, until_ns: int) -> bool:
@@ -157,13 +157,13 @@ class VirtualTime:
             yield tick, tick * self.tick_ns, None
 
     def change(self, new: Scenario) -> None:
-        """Hand over what another scenario has: what has not changed is the same object."""
+        """Hand over what another scenario has."""
         old = self._present
-        if new.server is not old.server:
+        if new.server != old.server:
             self.server.hand_over(partial(self._configure, new.server))
         for index, (one, other) in enumerate(zip(old.users, new.users, strict=True)):
             self.users[index].change(one, other)
-            if other.contact is not one.contact:
+            if other.contact != one.contact:
                 port = index, other.contact, other.server_impedance
                 self.server.hand_over(partial(self.server.configure_user, *port))
         self._present = new
