@@ -40,7 +40,7 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_541, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_530, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_922,
         4_700,
