@@ -29,8 +29,8 @@ from pmwvc_bringup.command import Result
 from pmwvc_bringup.output import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.quantities import cell
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.words import cell
 
 
 def folder_of(number: int, one: Combination) -> str:

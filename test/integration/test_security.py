@@ -17,7 +17,7 @@ from pmwvc_core.params import OperatorParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.token_files import write_session
 from pmwvc_core.runtime.topics import RECORDED_QOS, WAVE_QOS, packet_of, wave_bytes
-from pmwvc_core.transport.admission import Admission, Token
+from pmwvc_core.transport.packet import Admission, Token
 from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace, Wave
 
 pytestmark = pytest.mark.integration

@@ -12,7 +12,7 @@ from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import exact, replay, scenario_of
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one

@@ -40,9 +40,9 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_607, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_530, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_185,
+        4_922,
         4_700,
         (
             *inside(

@@ -13,8 +13,8 @@ from support import plain as files
 from pmwvc_analysis.recording.parameter_events import taken_over
 from pmwvc_analysis.replay.run import exact, limits, replay
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.scenario.changes import read_changes
+from pmwvc_core.frame import LIVE
+from pmwvc_core.scenario.names import read_changes
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 

@@ -11,7 +11,7 @@ import pytest
 from support.simulated import simulated
 
 from pmwvc_bringup import scenarios
-from pmwvc_core.scenario.changes import CHANGEABLE
+from pmwvc_core.scenario.names import CHANGEABLE
 from pmwvc_core.scenario.scenario import PARAMETERS
 
 CHANGE_S = 0.6  # all are coupled, and nothing has moved

@@ -10,7 +10,7 @@ from support import handmade
 
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.simulation.session import simulate_one

@@ -10,7 +10,7 @@ from support.packer import Packer
 
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.transport.packet import FLAG_LEAVING
 

@@ -16,7 +16,7 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.session_files import finish
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_core.quantities import cell, quantity
+from pmwvc_core.words import cell, quantity
 
 VOID = {"meta", "img", "br"}
 

@@ -14,8 +14,8 @@ from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_words
 from pmwvc_bringup import cli, scenarios
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import hint
-from pmwvc_core.quantities import cell, quantity, share
 from pmwvc_core.runtime.token_files import write_session
+from pmwvc_core.words import cell, quantity, share
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -16,9 +16,9 @@ import numpy as np
 from pmwvc_analysis.traces.holes import gaps
 from pmwvc_core.controllers.library import entries
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, UserTraces
+from pmwvc_core.words import count
 
 SKIPPED, NOT_RECORDED = "skipped", "not_recorded"
 # words, empty for those of the account of the same name; group under which a figure adds it up

@@ -14,10 +14,9 @@ from pmwvc_analysis.recording.links import DROPPED
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.numeric import Array
-from pmwvc_core.plural import count
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.words import count, quantity
 
 JOIN_S = 0.1  # violations closer than that are marked as one
 LOST_AT = -0.07  # of the largest delay: where packets that never came are drawn

@@ -13,9 +13,9 @@ from pmwvc_analysis.traces import holes
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.network.effects import active
 from pmwvc_core.numeric import Flags
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.words import count
 
 LEAST_PAUSE_S = 0.05
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording import clocks
 from pmwvc_core.account import continued
-from pmwvc_core.frame.rows import SIGNALS
+from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import OF_OBJECT, PER_AXIS
 from pmwvc_core.runtime.misfits import MasterTrace, ServerTrace, Trace, Wave

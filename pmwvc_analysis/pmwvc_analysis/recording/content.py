@@ -29,7 +29,7 @@ from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.traces import HandTargets
-from pmwvc_core.transport.admission import intact
+from pmwvc_core.transport.packet import intact
 
 CUT = "cut"  # kind of event: a file ends early
 TRUSTED_NS = 500_000_000  # from publication to reception

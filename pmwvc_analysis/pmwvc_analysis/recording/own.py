@@ -29,8 +29,8 @@ from pmwvc_analysis.recording import clocks
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.sequence import Numbered
 from pmwvc_core.numeric import Integers
-from pmwvc_core.plural import count
 from pmwvc_core.runtime.misfits import misfit
+from pmwvc_core.words import count
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
 LATEST_NS = 1 << 62  # log times beyond overflow

@@ -18,7 +18,7 @@ from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.holes import SERVER, holes, of_user
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.frame.rows import SIGNALS
+from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate

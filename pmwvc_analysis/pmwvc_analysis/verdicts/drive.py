@@ -20,9 +20,9 @@ from pmwvc_analysis.budget.energy import port_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
 from pmwvc_core.numeric import Array
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.words import quantity
 
 
 class Drive(NamedTuple):

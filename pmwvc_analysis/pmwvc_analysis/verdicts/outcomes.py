@@ -19,10 +19,9 @@ from pmwvc_analysis.traces.stages import Stage, same_lag, text_of
 from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.master.count_bound import CountBound
 from pmwvc_core.network.effects import is_random
-from pmwvc_core.plural import listed
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.words import listed, quantity
 
 UNKNOWN = "is not known before."
 LATE_PLAYOUT = f"The delay of a playout follows how late packets come, which {UNKNOWN}"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
-from pmwvc_core.plural import count
+from pmwvc_core.words import count
 
 if TYPE_CHECKING:
     from pmwvc_analysis.replay.run import Replay
