@@ -21,10 +21,10 @@ from pathlib import Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from pmwvc_analysis.recording.format.topics import Topic, about, session_topics
 from pmwvc_analysis.recording.live import BackgroundWriter
 from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.recording.salvage import RawMessage
+from pmwvc_analysis.recording.topics import Topic, about, session_topics
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec

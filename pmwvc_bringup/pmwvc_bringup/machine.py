@@ -23,7 +23,7 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from pmwvc_analysis.recording.format.topics import live_bytes_per_minute
+from pmwvc_analysis.recording.topics import live_bytes_per_minute
 from pmwvc_bringup import scenarios
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"

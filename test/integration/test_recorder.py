@@ -11,8 +11,7 @@ from support.processes import NodeProcess, refused, ros
 
 from pmwvc_analysis.recorder_node import main
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.recording.salvage import Salvage, messages
-from pmwvc_analysis.recording.whole import check_file
+from pmwvc_analysis.recording.salvage import Salvage, check_file, messages
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import record_of

@@ -14,10 +14,9 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from support import handmade
 
-from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.salvage import Salvage, messages
-from pmwvc_analysis.recording.whole import check_bytes
+from pmwvc_analysis.recording.salvage import Salvage, messages, messages_in
 from pmwvc_core.runtime.messages import nanoseconds
 
 DURATION_S = 0.8
@@ -78,6 +77,12 @@ def test_hashes_of_types_are_those_that_ros_computed():
         known = json.loads((share / f"{type_name.rpartition('/')[2]}.json").read_text())
         hashes = {entry["type_name"]: entry["hash_string"] for entry in known["type_hashes"]}
         assert schemas.hash_of(schemas.schema_text(type_name), type_name) == hashes[type_name]
+
+
+def check_bytes(data):
+    found = Salvage()
+    list(messages_in(io.BytesIO(data), found))
+    return found
 
 
 def whole_chunks(data):

@@ -20,7 +20,7 @@ from rosbags.highlevel import AnyReader
 from setup_ros import locked
 from support.other_systems import ENCODING, GONE, taken_away
 
-from pmwvc_analysis.recording.format.schemas import OUR_TYPES, hash_of, schema_text
+from pmwvc_analysis.recording.schemas import OUR_TYPES, hash_of, schema_text
 
 ROOT = Path(__file__).resolve().parents[2]
 BIN = Path(sys.prefix, "bin")

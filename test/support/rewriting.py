@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The messages of a recording, read and written again with changes."""
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.salvage import Salvage, messages
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 
 

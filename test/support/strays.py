@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.salvage import RawMessage
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 
 STORE = schemas.typestore()

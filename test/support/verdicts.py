@@ -4,8 +4,8 @@
 
 import numpy as np
 
-from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, waited
 
 LATE_S = 0.01  # of a loop: it stood still

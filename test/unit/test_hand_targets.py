@@ -14,8 +14,8 @@ from std_msgs.msg import Bool
 from support import plain as scenarios
 from support.operators import driven
 
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.content import hand_targets, is_of_hand
-from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.replay.recorded import remote_hand
 from pmwvc_analysis.replay.run import replay, reproduced

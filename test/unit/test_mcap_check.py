@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The structural check of MCAP files: each kind of damage is found by the check made for it.
-
-The files are written without checksums, so that no checksum finds the damage first; with them,
-every byte counts.
-"""
+"""The check of MCAP files: with checksums every byte counts; without, what can be told."""
 
 import io
 import struct
@@ -14,7 +10,7 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC as MAGIC
 from mcap.writer import CompressionType, Writer
 
-from pmwvc_analysis.recording.whole import check_bytes
+from pmwvc_analysis.recording.salvage import Salvage, messages_in
 
 MESSAGES = 40
 PREFIX = struct.Struct("<BQ")  # opcode and length in front of every record
@@ -58,6 +54,12 @@ def patched(data, offset, form, value):
     return bytes(changed)
 
 
+def check_bytes(data):
+    found = Salvage()
+    list(messages_in(io.BytesIO(data), found))
+    return found
+
+
 def problems(data):
     return "\n".join(check_bytes(data).problems)
 
@@ -80,37 +82,13 @@ def test_missing_checksums_are_named_but_no_damage():
 P = PREFIX.size
 DAMAGE = {
     # what: (record, its place, offset in it, form, value), words in the finding
-    "statistics: messages": ((Opcode.STATISTICS, 0, P, "<Q", 7), "messages 7, not 40"),
-    "statistics: schemas": ((Opcode.STATISTICS, 0, P + 8, "<H", 3), "schemas 3, not 1"),
-    "statistics: chunks": ((Opcode.STATISTICS, 0, P + 22, "<I", 9), "chunks 9, not 5"),
-    "statistics: times": ((Opcode.STATISTICS, 0, P + 26, "<Q", 5), "times (5, 1039), not (1000"),
-    "statistics: per channel": ((Opcode.STATISTICS, 0, P + 48, "<Q", 1), "messages by channel"),
-    "chunk index: offset": ((Opcode.CHUNK_INDEX, 0, P + 16, "<Q", 77), "chunk index does not fit"),
-    "chunk index: time": ((Opcode.CHUNK_INDEX, 0, P, "<Q", 1), "chunk index does not fit"),
-    "message index: time": ((Opcode.MESSAGE_INDEX, 0, P + 6, "<Q", 3), "is of another chunk"),
-    "message index: channel": ((Opcode.MESSAGE_INDEX, 0, P, "<H", 9), "is of another chunk"),
-    "metadata index": ((Opcode.METADATA_INDEX, 0, P, "<Q", 8), "metadata index does not fit"),
-    "metadata index: name": (
-        (Opcode.METADATA_INDEX, 0, P + 20, "<B", 90),
-        "metadata index does not fit",
-    ),
-    "attachment index": (
-        (Opcode.ATTACHMENT_INDEX, 0, P + 8, "<Q", 8),
-        "attachment index does not fit",
-    ),
-    "attachment index: name": (
-        (Opcode.ATTACHMENT_INDEX, 0, P + 44, "<B", 90),
-        "attachment index does not fit",
-    ),
-    "repeated schema": ((Opcode.SCHEMA, 0, P + 6, "<B", 90), "schema 1 is defined twice"),
-    "repeated channel": ((Opcode.CHANNEL, 0, P + 8, "<B", 90), "channel 1 is defined twice"),
-    "chunk: first time": ((Opcode.CHUNK, 0, P, "<Q", 5), "names times that its messages"),
+    "statistics: chunks": ((Opcode.STATISTICS, 0, P + 22, "<I", 9), "statistics do not fit"),
+    "statistics: per channel": ((Opcode.STATISTICS, 0, P + 48, "<Q", 1), "statistics do not fit"),
     "chunk: checksum": ((Opcode.CHUNK, 0, P + 24, "<I", 5), "crc validation failed in Chunk"),
     "data section: checksum": ((Opcode.DATA_END, 0, P, "<I", 5), "crc validation failed in Data"),
     "summary: checksum": ((Opcode.FOOTER, 0, P + 16, "<I", 5), "the checksum of the summary"),
     "metadata: name": ((Opcode.METADATA, 0, P, "<I", 99), "the file is damaged"),
     "metadata: no UTF-8": ((Opcode.METADATA, 0, P + 4, "<B", 255), "the file is damaged"),
-    "metadata: key": ((Opcode.METADATA, 0, P + 15, "<I", 99), "the file is damaged"),
     "attachment: size": ((Opcode.ATTACHMENT, 0, P + 39, "<Q", 99), "the file is damaged"),
     "record: length": ((Opcode.CHUNK, 1, 1, "<Q", 1 << 40), "exceeds limit"),
     "data end: gone": ((Opcode.DATA_END, 0, 0, "<B", 0x80), "there is no end of the data"),
@@ -129,7 +107,7 @@ def test_a_message_moved_to_another_channel_is_found():
     data = written()
     chunk = found(data, Opcode.CHUNK, 1)
     start = data.index(bytes([Opcode.MESSAGE]) + struct.pack("<Q", 42), chunk)
-    assert "channel 9, defined nowhere" in problems(patched(data, start + P, "<H", 9))
+    assert "channel 9, which is defined nowhere" in problems(patched(data, start + P, "<H", 9))
 
 
 @pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.ZSTD])
@@ -154,13 +132,3 @@ def test_a_file_without_its_summary_is_reported_as_unfinished():
 @pytest.mark.parametrize("data", [b"", b"\x89MCAP0\r\n", bytes(100), b"\x89MCAP0\r\n" * 2])
 def test_a_file_that_is_no_mcap_is_reported(data):
     assert not check_bytes(data).whole
-
-
-def test_a_long_list_of_problems_is_shortened():
-    data = written()
-    for place in range(MESSAGES * 2):
-        start = data.index(bytes([Opcode.MESSAGE]) + struct.pack("<Q", 42), 100 + 50 * place)
-        data = patched(data, start + P, "<H", 9)
-        if data.find(bytes([Opcode.MESSAGE]) + struct.pack("<Q", 42), 150 + 50 * place) < 0:
-            break
-    assert len(check_bytes(data).problems) == 51

@@ -13,12 +13,12 @@ from rclpy.serialization import serialize_message
 from support import handmade
 from support.handmade import START_NS
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.parameter_events import MOST_EVENTS, parameter_change, taken_over
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.recording.salvage import Salvage, messages
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 
 TOPIC = Topic("/parameter_events", schemas.PARAMETER_EVENT, True, 1000, essential=False)

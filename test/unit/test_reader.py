@@ -19,10 +19,10 @@ from support.rewriting import raw, rewritten
 from support.simulated import simulated
 
 from pmwvc_analysis.events.events import complete
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.endings import shortened

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.sequence import (
     MOST_RANGES,
     MOST_STREAMS,

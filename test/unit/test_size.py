@@ -5,9 +5,9 @@
 import pytest
 from support import handmade
 
-from pmwvc_analysis.recording.format.topics import bytes_per_message, live_bytes_per_minute
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.salvage import Salvage, messages
+from pmwvc_analysis.recording.topics import bytes_per_message, live_bytes_per_minute
 
 RECORD = 47
 

@@ -16,11 +16,10 @@ import pytest
 import yaml
 from mcap.reader import make_reader
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter
-from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages, recover
-from pmwvc_analysis.recording.whole import check_file
+from pmwvc_analysis.recording.salvage import RawMessage, Salvage, check_file, messages, recover
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import CHUNK_BYTES, SessionWriter
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.recording import clocks
+from pmwvc_analysis.recording.own import Decoded
 from pmwvc_core.account import continued
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import OF_OBJECT, PER_AXIS
-from pmwvc_core.runtime.misfits import MasterTrace, ServerTrace, Trace, Wave
+from pmwvc_core.runtime.misfits import MasterTrace, ServerTrace, Trace
 from pmwvc_core.traces import (
     ENERGIES,
     OF_AVATARS,
@@ -170,18 +171,16 @@ def server_traces(
     return traces, _column(steps, "lateness"), _taken_by_server(steps, names)
 
 
-def packet_traces(
-    topic: str, messages: Sequence[Wave], log_ns: Sequence[int], *, zero_ns: int
-) -> PacketTraces:
+def packet_traces(topic: str, rows: Sequence[Decoded], *, zero_ns: int) -> PacketTraces:
     """Return the packets seen on one topic; those of another length than most are left out."""
-    lengths = [len(message.wave) for message in messages]
+    lengths = [len(row.message.wave) for row in rows]
     dof = max(set(lengths), key=lengths.count)
-    rows = [i for i, m in enumerate(messages) if len(m.wave) == len(m.integral) == dof]
-    kept, unknown = [messages[i] for i in rows], [math.nan] * dof
+    rows = [row for row in rows if len(row.message.wave) == len(row.message.integral) == dof]
+    kept, unknown = [row.message for row in rows], [math.nan] * dof
     positions = [list(m.position) if len(m.position) == dof else unknown for m in kept]
     return PacketTraces(
         topic=topic,
-        time_s=clocks.seconds(np.array(log_ns, dtype=np.int64)[rows], zero_ns),
+        time_s=clocks.seconds(np.array([row.log_ns for row in rows], dtype=np.int64), zero_ns),
         epoch=_column(kept, "epoch", np.uint64),
         seq=_column(kept, "seq", np.int64),
         sent_ns=_column(kept, "sent_ns", np.int64),

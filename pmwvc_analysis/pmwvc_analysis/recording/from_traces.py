@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.assemble import TRACES
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import about, session_topics
 from pmwvc_analysis.recording.links import fate_blocks, state_blocks
+from pmwvc_analysis.recording.topics import about, session_topics
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import SERVER_EPOCH

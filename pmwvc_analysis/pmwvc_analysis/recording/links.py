@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording import clocks
-from pmwvc_analysis.recording.format.topics import relayed, source_of
 from pmwvc_analysis.recording.sequence import GapCounter
+from pmwvc_analysis.recording.topics import relayed, source_of
 from pmwvc_core.network.in_flight import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Array, Flags

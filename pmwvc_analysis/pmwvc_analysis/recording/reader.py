@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording import assemble, links
+from pmwvc_analysis.recording import assemble, links, schemas
 from pmwvc_analysis.recording.clocks import time_lines
 from pmwvc_analysis.recording.content import CUT, Content, hand_targets, read_content
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.scenario_file import mapping_in
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_analysis.recording.salvage import WHOLE
+from pmwvc_analysis.recording.scenario_file import mapping_in
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.scenario.reader import parse_scenario
@@ -35,16 +34,16 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     """Return decoded messages as traces; ``folder`` may hold the runner's notes. RecordingError
     where no message is of a session.
     """
-    logs = [log_ns for series in content.by_topic.values() for log_ns in series.log_ns]
+    logs = [row.log_ns for series in content.topics.values() for row in series.rows]
     if not logs:
         raise RecordingError(_nothing(folder, content))
     masters = {
         topic.strip("/").rpartition("/")[0]: series.messages
-        for topic, series in sorted(content.of_type(schemas.MASTER_TRACE).items())
+        for topic, series in content.of_type(schemas.MASTER_TRACE).items()
     }
     servers = content.of_type(schemas.SERVER_TRACE).values()
-    steps = [step for series in servers for step in series.messages]
-    steps_log_ns = [log_ns for series in servers for log_ns in series.log_ns]
+    rows = [row for series in servers for row in series.rows]
+    steps, steps_log_ns = [row.message for row in rows], [row.log_ns for row in rows]
     waves, states = content.of_type(schemas.WAVE), content.of_links(schemas.LINK_STATE)
     reports = content.of_links(schemas.RECEPTION)
     fate_messages = content.of_links(schemas.PACKET_FATE)
@@ -72,7 +71,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         users=users,
         server=server,
         packets={
-            topic: assemble.packet_traces(topic, series.messages, series.log_ns, zero_ns=zero_ns)
+            topic: assemble.packet_traces(topic, series.rows, zero_ns=zero_ns)
             for topic, series in waves.items()
         },
         fates=fates,

@@ -18,9 +18,9 @@ from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer
 
-from pmwvc_analysis.recording.format import schemas, topics
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas, topics
 from pmwvc_analysis.recording.sequence import GapCounter, peek
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_core.errors import RecordingError, file_errors
 
 FILE_NAME = "session.mcap"

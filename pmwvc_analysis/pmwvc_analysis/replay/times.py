@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.recording.format.topics import source_of
+from pmwvc_analysis.recording.topics import source_of
 from pmwvc_analysis.traces.holes import of_server, of_user
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_core.network.in_flight import Cause, FateKind, RecordedFate, RecordedLink

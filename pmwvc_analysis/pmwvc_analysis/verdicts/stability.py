@@ -29,7 +29,7 @@ import numpy as np
 from pmwvc_analysis.events import limits
 from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
-from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import drive, kept_driven, kept_up

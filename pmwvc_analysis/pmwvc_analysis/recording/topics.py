@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
-from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording import schemas
 from pmwvc_core.runtime.messages import KEPT, record_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.packet import size_bytes
