@@ -96,7 +96,6 @@ ANALYSIS = {
     "report": {"budget", "charts", "compare", "figures", "prediction", "traces", "verdicts"},
 }  # fmt: skip
 # Below each folder of the recording: what it may import of the recording; its files import all.
-RECORDING = {"format": set()}
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 
 
@@ -154,17 +153,6 @@ def test_rooms_of_the_analysis_import_one_way(room):
         for name in imports_of(file):
             if name.startswith("pmwvc_analysis."):
                 assert name.split(".")[1] in ANALYSIS[room] | {room}, f"{file}: {name}"
-
-
-@pytest.mark.parametrize("folder", RECORDING)
-def test_folders_of_the_recording_import_one_way(folder):
-    files = sorted((ROOT / "pmwvc_analysis/pmwvc_analysis/recording" / folder).glob("*.py"))
-    assert len(files) > 1
-    for file in files:
-        for name in imports_of(file):
-            if name.startswith("pmwvc_analysis."):
-                assert name.split(".")[1] == "recording", f"{file}: {name}"
-                assert name.split(".")[2] in RECORDING[folder] | {folder}, f"{file}: {name}"
 
 
 def test_rooms_of_the_analysis_have_no_cycle():
