@@ -16,8 +16,8 @@ import pytest
 import yaml
 from mcap.reader import make_reader
 
+from pmwvc_analysis.recorder_node import QUEUE_BYTES, BackgroundWriter
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, check_file, messages, recover
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import CHUNK_BYTES, SessionWriter

@@ -28,6 +28,8 @@ RECEPTION = "pmwvc_msgs/msg/Reception"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 POINT = "geometry_msgs/msg/PointStamped"
 FLAG = "std_msgs/msg/Bool"
+MARKERS = "visualization_msgs/msg/MarkerArray"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE, RECEPTION)
 
 _SEPARATOR = "=" * 80

@@ -86,7 +86,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             number = self._writer.register_schema(name, "ros2msg", text.encode())
             self._types[name] = number, schemas.hash_of(text, name)
             self._chunk_bytes += len(text.encode())
-        qos, (schema_id, type_hash) = topics.dump([topic.qos()]), self._types[name]
+        qos, (schema_id, type_hash) = topics.dump(topic.qos), self._types[name]
         self._chunk_bytes += 2 * len(qos)
         metadata = {"offered_qos_profiles": qos.strip(), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)
