@@ -107,35 +107,31 @@ def parameter_changes(
     The session folder has the nodes' parameter files in ``nodes``. Before the begin of the
     session only what differs from the files counts.
     """
-    known: dict[tuple[str, str], Any] = {}
+    nodes = {change.node for change in changes}
+    known = {(node, name): value for node in nodes for name, value in _at_start(folder, node)}
     found: list[dict[str, Any]] = []
     settings: Settings = []
-    count = 0
-    for node in {change.node for change in changes}:
-        known |= {(node, name): value for name, value in _at_start(folder, node)}
-    for change in changes:
-        node = change.node
+    for at_ns, node, values in changes:
         if node.rpartition("/")[2] not in KINDS:
             continue
         texts: list[str] = []
         set_to: dict[str, Any] = {}
-        for name, value in change.values.items():
+        for name, value in values.items():
             before = known.get((node, name))
             known[node, name] = value
-            if value != before and (before is not None or change.at_ns >= zero_ns):
+            if value != before and (before is not None or at_ns >= zero_ns):
                 texts.append(_text(name, before, value))
                 set_to |= _in_scenario(node, name, value)
         if set_to:
-            settings.append(((change.at_ns - zero_ns) * 1e-9, set_to))
-        count += bool(texts)
-        if texts and count <= MOST_EVENTS:
+            settings.append(((at_ns - zero_ns) * 1e-9, set_to))
+        if texts:
             more = len(texts) - MOST_NAMES
             what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
             who = " ".join(node.strip("/").split("/")[-2:])
-            found.append({"time_ns": change.at_ns, "who": who, "kind": "parameter", "what": what})
-    if count > MOST_EVENTS:
-        what = f"{count - MOST_EVENTS} more changes of parameters"
-        found.append({"time_s": None, "who": "session", "kind": "parameter", "what": what})
+            found.append({"time_ns": at_ns, "who": who, "kind": "parameter", "what": what})
+    if (more := len(found) - MOST_EVENTS) > 0:
+        what = f"{more} more changes of parameters"
+        found[MOST_EVENTS:] = [{"who": "session", "kind": "parameter", "what": what}]
     return found, settings
 
 
