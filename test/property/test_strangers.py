@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support import handmade, strays
 from support.handmade import START_NS
+from support.rewriting import raw, written
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -20,7 +21,6 @@ from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.content import content_of
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session, session_of
-from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.session_files import finish
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import PmwvcError
@@ -46,7 +46,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def own(folder):
-    return Own(messages(folder / "session.mcap", Salvage()))
+    return Own(raw(folder))
 
 
 @pytest.fixture(scope="module")
@@ -177,7 +177,7 @@ def test_a_recording_in_which_anything_was_changed_is_never_fatal(own, seed):
 def test_the_report_of_a_disturbed_recording_is_written(own, folder, tmp_path):
     odd = [strays.other_lengths(each, None, 3) for each in own[:200:3]]
     odd += [each._replace(data=each.data[:50]) for each in own[:200:7]]
-    place = strays.written(tmp_path / "stray", own + odd)
+    place = written(sorted(own + odd, key=lambda each: each.log_ns), tmp_path / "stray")
     (place / "scenario.yaml").write_bytes((folder / "scenario.yaml").read_bytes())
     assert finish(place)["passivity"]["passive"] is True
     assert any("do not fit together" in finding.text for finding in check_recording(place))
