@@ -178,10 +178,13 @@ def test_every_command_works_where_the_most_calls_are_missing(fresh, tmp_path):
     assert all(set(GONE["Darwin"][name]) <= set(GONE["Windows"][name]) for name in GONE["Darwin"])
     system, encoding = taken_away("Windows", tmp_path / "gone"), ENCODING["Windows"]
     import time
+
     for words in COMMANDS:
         compiles = {} if words[0] == "tune" else {"NUMBA_DISABLE_JIT": "1"}
         t = time.time()
-        said = run(fresh / "env/bin/pmwvc", *words, cwd=tmp_path, encoding=encoding, **system, **compiles)
+        said = run(
+            fresh / "env/bin/pmwvc", *words, cwd=tmp_path, encoding=encoding, **system, **compiles
+        )
         print(words, time.time() - t)
         assert "Traceback" not in said, (words, said)
     assert {path.parent.name for path in tmp_path.glob("*/*.html")} == {"one", "again", "two"}

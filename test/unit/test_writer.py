@@ -236,4 +236,6 @@ def test_memory_does_not_grow_with_the_messages(tmp_path):
             tracemalloc.stop()
     per_index = 450  # as the library keeps it
     assert after - before < 1.5 * 300 * per_index
-    assert writer.counter.missing(TOPIC.name) == len(range(0, 6_000, 7))
+    assert writer.counter.missing(TOPIC.name) == len(
+        range(0, 5_999, 7)
+    )  # the last one may come yet
