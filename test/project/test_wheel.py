@@ -132,12 +132,8 @@ def system(request, tmp_path):
 
 def test_the_page_of_a_simulated_session_is_served(fresh, system):
     words = [fresh / "env/bin/pmwvc", "view", "wall", "--no-browser"]
-    environment = {
-        "PATH": os.defpath,
-        "HOME": os.environ["HOME"],
-        "PYTHONUNBUFFERED": "1",
-    } | system
-    environment |= system
+    own = {"PATH": os.defpath, "HOME": os.environ["HOME"], "PYTHONUNBUFFERED": "1"}
+    environment = own | system
     view = subprocess.Popen(words, cwd=fresh, env=environment, stdout=subprocess.PIPE, text=True)
     try:
         address = next(m[0] for line in view.stdout if (m := re.search(r"http://\S+", line)))
@@ -156,38 +152,32 @@ COMMANDS = (
     ("links", "carry_16ms"),
     ("token", "keys", "user1", "user2"),
     ("completion", "bash"),
-    ("simulate", "carry_16ms", "--duration", "1", "--out", "one"),
+    ("simulate", "wall", "--duration", "0.5", "--out", "one", "--no-figures"),
     ("report", "one"),
     ("doctor", "one"),
     ("export", "one", "--as", "csv"),
-    ("replay", "one", "--out", "again"),
-    ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "1", "--out", "two"),
+    ("replay", "one", "--out", "again", "--no-figures"),
+    ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "0.5", "--no-figures"),
     ("stability", "wall"),
     ("transparency", "wall"),
     ("filter", "wall_filtered"),
     ("tune", "wall", "--out", "tuned.yaml"),
-    ("simulate", "tuned.yaml", "--duration", "0.2"),
     ("map", "wall", "--x", "master.impedance=10:30:3", "--y", "link.delay_s=0:0.01:2"),
 )
 
 
 def test_every_command_works_where_the_most_calls_are_missing(fresh, tmp_path):
     """Windows lacks all that macOS lacks. No traceback, no character that its terminal cannot
-    show, no file in an encoding that depends on the machine.
+    show, no file in an encoding that depends on the machine. Nothing is compiled: that takes
+    minutes, and needs no call of the system.
     """
     assert all(set(GONE["Darwin"][name]) <= set(GONE["Windows"][name]) for name in GONE["Darwin"])
     system, encoding = taken_away("Windows", tmp_path / "gone"), ENCODING["Windows"]
-    import time
-
+    system = system | {"NUMBA_DISABLE_JIT": "1"}
     for words in COMMANDS:
-        compiles = {} if words[0] == "tune" else {"NUMBA_DISABLE_JIT": "1"}
-        t = time.time()
-        said = run(
-            fresh / "env/bin/pmwvc", *words, cwd=tmp_path, encoding=encoding, **system, **compiles
-        )
-        print(words, time.time() - t)
+        said = run(fresh / "env/bin/pmwvc", *words, cwd=tmp_path, encoding=encoding, **system)
         assert "Traceback" not in said, (words, said)
-    assert {path.parent.name for path in tmp_path.glob("*/*.html")} == {"one", "again", "two"}
+    assert (tmp_path / "one" / "report.html").exists()
 
 
 def test_doctor_finds_nothing_wrong_in_a_sound_environment_of_pip(fresh, system, tmp_path):
