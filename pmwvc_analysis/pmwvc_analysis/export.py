@@ -8,16 +8,16 @@ CSV is a folder with a file per table and ``columns.csv``, which has the units. 
 and HDF5 a group per table.
 """
 
-import csv
 import importlib
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.arrays import write_rows, write_table
 from pmwvc_core.errors import PmwvcError, file_errors
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import OF_AVATARS, ServerTraces, SessionTraces, UserTraces
@@ -138,17 +138,9 @@ def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:
             axes = by_axis(name, values)
             columns |= axes
             meanings += [(table.name, axis, *table.meanings[name]) for axis in axes]
-        rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-        _rows(folder / f"{table.name}.csv", columns, rows)
-    _rows(folder / "columns.csv", ["table", "column", "unit", "meaning"], meanings)
-    _rows(folder / "parameters.csv", ["parameter", "value"], about.items())
-
-
-def _rows(file: Path, head: Iterable[str], rows: Any) -> None:
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(head)
-        table.writerows(rows)
+        write_table(folder / f"{table.name}.csv", columns)
+    write_rows(folder / "columns.csv", ["table", "column", "unit", "meaning"], meanings)
+    write_rows(folder / "parameters.csv", ["parameter", "value"], about.items())
 
 
 def _write_mat(file: Path, found: Sequence[Table], about: About) -> None:

@@ -158,37 +158,13 @@ def check_file(path: str | Path) -> Salvage:
     return salvage
 
 
-def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:
-    """Write what is whole in a damaged ``.mcap`` file as a new, complete session folder.
-
-    The damaged file is left as it is. Topics keep their names, types, times and bytes.
-    RecordingError where nothing can be read or written, or the new file does not read back whole.
-    """
-    salvage = Salvage()
-    with SessionWriter(target_folder) as writer:
-        for message in messages(damaged, salvage):
-            schema = salvage.schemas[message.type_name]
-            writer.add_topic(Topic(message.topic, message.type_name, depth=10), schema=schema)
-            times = {"log_ns": message.log_ns, "publish_ns": message.publish_ns}
-            writer.write(message.topic, message.data, **times)
-        for name, values in salvage.metadata.items():
-            if name != "rosbag2":
-                writer.add_metadata(name, values)
-        cut = salvage.end or WHOLE
-        writer.add_metadata("recovered", {"from": Path(damaged).name, "cut": cut})
-    again = check_file(writer.path)
-    if writer.problem or not again.whole or again.messages != salvage.messages:
-        why = "; ".join([writer.problem or "the new file is incomplete", *again.problems])
-        read = f"{again.messages} of {salvage.messages} messages read back"
-        raise RecordingError(f"recovery of {damaged} failed: {read}; {why}")
-    return salvage
-
-
 def mend(folder: str | Path, target: str | Path) -> str:
-    """Recover a session folder (or one file) into a new one; return as text what was kept.
+    """Write what is whole in a session folder (or one file) into a new one; return as text what
+    was kept. The damaged file is left as it is. Topics keep their names, types, times and bytes;
+    scenario, events and logs are copied.
 
-    Scenario, events and logs are copied. RecordingError where it holds not exactly one MCAP file,
-    or the file cannot be recovered.
+    RecordingError where it holds not exactly one MCAP file, nothing can be read or written, or the
+    new file does not read back whole.
     """
     source, new = Path(folder), Path(target)
     files = sorted(source.glob("*.mcap")) if source.is_dir() else [source]
@@ -196,13 +172,26 @@ def mend(folder: str | Path, target: str | Path) -> str:
         raise RecordingError(f"{source} holds {len(files)} .mcap files: name the one to mend")
     if new.exists() and (not new.is_dir() or any(new.iterdir())):
         raise RecordingError(f"{new} is not empty: a mended session needs a folder of its own")
-    salvage = recover(files[0], new)
+    (damaged,), salvage = files, Salvage()
+    with SessionWriter(new) as writer:
+        for topic, kind, log_ns, publish_ns, data in messages(damaged, salvage):
+            writer.add_topic(Topic(topic, kind, depth=10), schema=salvage.schemas[kind])
+            writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)
+        for name, values in salvage.metadata.items():
+            if name != "rosbag2":
+                writer.add_metadata(name, values)
+        cut = salvage.end or WHOLE
+        writer.add_metadata("recovered", {"from": damaged.name, "cut": cut})
+    again = check_file(writer.path)
+    if writer.problem or not again.whole or again.messages != salvage.messages:
+        why = "; ".join([writer.problem or "the new file is incomplete", *again.problems])
+        read = f"{again.messages} of {salvage.messages} messages read back"
+        raise RecordingError(f"recovery of {damaged} failed: {read}; {why}")
     with file_errors(f"write into {new}"):
         for name in COMPANIONS if source.is_dir() else ():
             if (source / name).is_dir():
                 shutil.copytree(source / name, new / name)
             elif (source / name).is_file():
                 shutil.copy2(source / name, new / name)
-    return (
-        f"{salvage.messages} messages of {files[0]} are in {new} ({salvage.end or f'the {WHOLE}'})"
-    )
+    why = salvage.end or f"the {WHOLE}"
+    return f"{salvage.messages} messages of {damaged} are in {new} ({why})"
