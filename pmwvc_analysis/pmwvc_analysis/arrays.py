@@ -3,7 +3,7 @@
 """Arrays by name as NPZ, MAT and CSV files."""
 
 import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +21,11 @@ def write_arrays(folder: Path, name: str, arrays: Mapping[str, Any]) -> list[Pat
     return paths
 
 
-def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> Path:
-    """Write arrays of equal length as columns of a CSV file, in full precision; return it."""
-    return write_rows(path, columns, zip(*(c.tolist() for c in columns.values()), strict=True))
-
-
-def write_rows(path: Path, head: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
-    """Write rows as a CSV file; return it."""
+def write_table(path: Path, columns: Mapping[str, Sequence[Any] | NDArray[Any]]) -> Path:
+    """Write what has equal length as columns of a CSV file, in full precision; return it."""
+    lists = (np.asarray(column, dtype=object).tolist() for column in columns.values())
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(head)
-        writer.writerows(rows)
+        writer.writerow(columns)
+        writer.writerows(zip(*lists, strict=True))
     return path

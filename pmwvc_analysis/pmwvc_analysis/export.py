@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.arrays import write_rows, write_table
+from pmwvc_analysis.arrays import write_table
 from pmwvc_core.errors import PmwvcError, file_errors
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import OF_AVATARS, ServerTraces, SessionTraces, UserTraces
@@ -139,8 +139,10 @@ def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:
             columns |= axes
             meanings += [(table.name, axis, *table.meanings[name]) for axis in axes]
         write_table(folder / f"{table.name}.csv", columns)
-    write_rows(folder / "columns.csv", ["table", "column", "unit", "meaning"], meanings)
-    write_rows(folder / "parameters.csv", ["parameter", "value"], about.items())
+    heads = ("table", "column", "unit", "meaning")
+    write_table(folder / "columns.csv", dict(zip(heads, zip(*meanings, strict=True), strict=True)))
+    parameters: dict[str, Sequence[Any]] = {"parameter": [*about], "value": [*about.values()]}
+    write_table(folder / "parameters.csv", parameters)
 
 
 def _write_mat(file: Path, found: Sequence[Table], about: About) -> None:

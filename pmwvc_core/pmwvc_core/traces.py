@@ -14,8 +14,6 @@ from pmwvc_core.numeric import Array, Integers
 
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
-Times = Annotated[Array, "s", "time since the start of the session"]
-Epochs = Annotated[NDArray[np.uint64], "", "which start of the sender sent it"]
 Looks = Annotated[Integers, "ns", "look at the packets that had come, behind the deadline"]
 
 
@@ -30,7 +28,7 @@ class UserTraces:
 
     name: str
     tick_s: float
-    time_s: Times  # (tick,)
+    time_s: Annotated[Array, "s", "time since the start of the session"]  # (tick,)
     tick: Annotated[Integers, "", "number of the tick of the force loop"]
     x_m: Annotated[Array, "m", "position of the device"]  # (..., tick, dof)
     xd_m: Annotated[Array, "m/s", "velocity of the device"]
@@ -73,9 +71,8 @@ class UserTraces:
     @property
     def nearest_look_ns(self) -> Integers:
         """When packets were taken in, as looked_ns, or the wake-up where that is not known."""
-        if len(self.looked_ns):
-            return self.looked_ns
-        return np.rint(np.maximum(self.lateness_s, 0.0) * 1e9).astype(np.int64)
+        woken_ns = np.rint(np.maximum(self.lateness_s, 0.0) * 1e9).astype(np.int64)
+        return self.looked_ns if len(self.looked_ns) else woken_ns
 
 
 @dataclass
@@ -83,7 +80,7 @@ class ServerTraces:
     """The server: a row per step of the environment; lists per user in the order of ``users``."""
 
     users: list[str]
-    time_s: Times  # (step,)
+    time_s: Annotated[Array, "s", "time since the start of the session"]  # (step,)
     step: Annotated[Integers, "", "number of the step of the server"]
     periods_s: Annotated[Array, "s", "how long the step lasts"]
     x_o: Annotated[Array, "m", "position of the object"]  # (..., step, dof)
@@ -108,8 +105,7 @@ class ServerTraces:
     @property
     def nearest_look_ns(self) -> Integers:
         """When packets were taken in, as looked_ns, or the deadline where that is not known."""
-        known = len(self.looked_ns) > 0
-        return self.looked_ns if known else np.zeros(len(self.time_s), dtype=np.int64)
+        return self.looked_ns if len(self.looked_ns) else np.zeros_like(self.step)
 
     @property
     def period_s(self) -> float:
@@ -123,7 +119,7 @@ class PacketTraces:
 
     topic: str
     time_s: Annotated[Array, "s", "when the packet was recorded"]
-    epoch: Epochs
+    epoch: Annotated[NDArray[np.uint64], "", "which start of the sender sent it"]
     seq: Annotated[Integers, "", "number of the packet"]
     sent_ns: Annotated[Integers, "ns", "time of sending on the sender's monotonic clock"]
     period_s: Array  # time that each stands for
@@ -139,17 +135,13 @@ class FateTraces:
 
     link: str
     number: Annotated[Integers, "", "number of the packet on the link"]
-    epoch: Epochs
+    epoch: Annotated[NDArray[np.uint64], "", "which start of the sender sent it"]
     seq: Annotated[Integers, "", "number given by the sender"]
     size_bytes: Annotated[Integers, "bytes", "size of the packet"]
     time_in_ns: Annotated[Integers, "ns", "when it came in, on the emulator's monotonic clock"]
     time_due_ns: Annotated[Integers, "ns", "when it was due to go out"]
     time_out_ns: Annotated[Integers, "ns", "when it went out; 0: never"]
-    fate: Annotated[
-        Integers,
-        "",
-        "0 delivered, 1 lost, 2 duplicate, 3 dropped by the rate, 4 queue full, 5 invalid",
-    ]
+    fate: Annotated[Integers, "", "0 delivered, 1 lost, 2 copy, 3 rate limit, 4 queue, 5 invalid"]
     cause: Annotated[Integers, "", "what decided the fate: CAUSE_* of PacketFate.msg, 0 none"]
 
 

@@ -19,7 +19,7 @@ What is left out changes no verdict. It is an event of kind ``stranger``.
 import bisect
 import itertools
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,19 +95,22 @@ def _keep(topic: str, rows: list[Decoded], own: list[bool], why: str) -> Events:
 Spans = Mapping[int, tuple[int, int, int]]  # epoch: first and last log time [ns], messages
 
 
-def _own_epochs(topics: Topics) -> dict[str, Collection[int]]:
+def _own_epochs(topics: Topics) -> dict[str, set[int]]:
     """Return the session's own epochs on every topic that carries one."""
     spans = {t: _spans(s.rows) for t, s in topics.items() if s.type_name in WITH_EPOCH}
-    known: dict[str, Collection[int]] = {}  # by node: those of its packets, then of its trace
+    known: dict[str, set[int]] = {}  # by node: those of its packets, then of its trace
     for topic in spans:
         if topics[topic].type_name == schemas.WAVE:
             known[_sender(topic)] = {*known.get(_sender(topic), ()), *spans[topic]}
     own = {}
     for topic in sorted(spans, key=lambda each: topics[each].type_name not in TRACES):
         node = _sender(topic)
-        own[topic] = _in_turn(spans[topic], known.get(node, ()))
+        own[topic] = _in_turn(spans[topic], known.get(node, set()))
         if topics[topic].type_name in TRACES:
             known[node] = own[topic]
+        if topics[topic].type_name == schemas.RECEPTION and own[topic] & known.get(node, set()):
+            ended_ns = max(spans[topic][epoch][1] for epoch in own[topic])  # no trace has it yet:
+            own[topic] |= {epoch for epoch, span in spans[topic].items() if span[0] > ended_ns}
     return own
 
 
@@ -126,7 +129,7 @@ def _spans(rows: list[Decoded]) -> Spans:
     return {epoch: (min(each), max(each), len(each)) for epoch, each in times.items()}
 
 
-def _in_turn(spans: Spans, known: Collection[int]) -> Collection[int]:
+def _in_turn(spans: Spans, known: set[int]) -> set[int]:
     """Return the epochs that follow one another, those with most messages first."""
     candidates = {e: s for e, s in spans.items() if e in known} or spans
     accepted: dict[int, tuple[int, int, int]] = {}
