@@ -69,9 +69,6 @@ def exit_code(findings: list[Checked]) -> int:
 
 
 def _structure(folder: Path, content: Content) -> Iterator[Checked]:
-    if not content.files:
-        text = f"{folder} is no MCAP recording: its file is read, but not checked"
-        yield Checked("file", WARNING, text)
     for name, file in content.files.items():
         if file.whole:
             size = f"{file.messages} messages in {file.chunks} chunks"

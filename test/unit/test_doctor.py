@@ -7,15 +7,13 @@ import shutil
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import Reader
 from support import handmade
 from support import plain as files
 from support.command_line import call
-from support.rewriting import raw
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import NOTE, PROBLEM, WARNING, check_recording, exit_code
-from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import machine, scenarios
@@ -129,18 +127,6 @@ def test_a_simulation_that_cannot_be_kept_is_refused_in_words(tmp_path):
     (tmp_path / "scenario.yaml").mkdir()
     with pytest.raises(RecordingError, match="cannot record into"):
         recorded(tmp_path, handmade.session(duration_s=0.1))
-
-
-def test_a_database_of_rosbag2_is_read_but_its_file_not_checked(folder, tmp_path):
-    store, topics = schemas.typestore(), {}
-    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        for topic, kind, log_ns, _, data in raw(folder):
-            if topic not in topics:
-                topics[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(topics[topic], log_ns, data)
-    findings = check_recording(tmp_path / "bag")
-    assert "its file is read, but not checked" in texts(findings, WARNING)
-    assert exit_code(findings) == 2
 
 
 def test_a_cut_file_is_mended_by_one_command(folder, tmp_path):

@@ -80,10 +80,9 @@ def test_the_scenario_comes_back_one_from_before_there_were_channels_as_plain(fo
         read_scenario(tmp_path)
 
 
-@pytest.mark.parametrize("plugin", list(StoragePlugin))
-def test_a_folder_that_another_tool_recorded_is_read(folder, tmp_path, plugin):
+def test_a_folder_that_another_tool_recorded_is_read(folder, tmp_path):
     store, place, topics = schemas.typestore(), tmp_path / "bag", {}
-    with Ros2Writer(place, version=9, storage_plugin=plugin) as writer:
+    with Ros2Writer(place, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for topic, kind, log_ns, _, data in raw(folder):
             if topic not in topics:
                 topics[topic] = writer.add_connection(topic, kind, typestore=store)

@@ -72,7 +72,8 @@ def read_content(folder: Path) -> Content:
     if folder.is_dir():  # rosbag2 numbers the files of a folder, without leading zeros
         paths = sorted(folder.glob("*.mcap"), key=lambda path: (len(path.name), path.name))
     if not paths:
-        return _of_other_files(folder)
+        other = "name a session folder; 'ros2 bag convert' makes an .mcap file of other recordings"
+        raise RecordingError(f"{folder} holds no recording: no .mcap file is in it; {other}")
     for path in paths:
         with file_errors(f"read {path}"), open(path, "rb") as stream:
             begin = stream.read(len(MAGIC))
@@ -98,31 +99,6 @@ def read_content(folder: Path) -> Content:
             event = {"time_s": None, "who": "recorder", "kind": CUT, "what": what}
             content.events.insert(0, event)
     return content
-
-
-def _of_other_files(folder: Path) -> Content:
-    """Return the content of a folder that rosbag2 recorded into other files than MCAP; of its
-    messages only the time of reception is known.
-    """
-    from rosbags.highlevel import AnyReader
-
-    if not (folder / "metadata.yaml").exists():
-        why = "neither an .mcap file nor a metadata.yaml is in it"
-        other = "name a session folder, or one that rosbag2 recorded"
-        raise RecordingError(f"{folder} holds no recording: {why}; {other}")
-    try:
-        with AnyReader([folder]) as reader:
-            raw = (
-                RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
-                for connection, log_ns, data in reader.messages()
-            )
-            content = content_of(raw, reader.deserialize)
-            for connection in reader.connections:
-                content.counter.topic(connection.topic)
-            return content
-    except Exception as error:  # rosbags raises many kinds for a damaged file
-        reason = str(error) or type(error).__name__
-    raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
 
 
 def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
