@@ -101,23 +101,21 @@ def reordered(fates: FateTraces) -> Flags:
 
 def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
     """Return the fate of each packet of a link, blocks in order and repeated ones left out."""
-    blocks = list({int(m.first): m for m in sorted(messages, key=lambda m: int(m.first))}.values())
-    numbers = [np.arange(len(b.seq), dtype=np.int64) + int(b.first) for b in blocks]
+    blocks = dict(sorted({int(message.first): message for message in messages}.items()))
+    numbers = [np.arange(len(block.seq), dtype=np.int64) + n for n, block in blocks.items()]
     columns: dict[str, Any] = {}
     for field, name in COLUMNS.items():
-        values = np.concatenate([np.asarray(getattr(block, field)) for block in blocks])
+        values = np.concatenate([getattr(block, field) for block in blocks.values()])
         columns[name] = values.astype(np.uint64 if name == "epoch" else np.int64)
     return FateTraces(link=link, number=np.concatenate(numbers), **columns)
 
 
 def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Array]:
     """Return counts, delays and settings of a link over time, by the names of LinkState."""
-    stamps = clocks.stamps(messages)
-    order = np.argsort(stamps, kind="stable")
-    fields = vars(messages[0]).items()
-    names = [name for name, value in fields if isinstance(value, int | float)]
-    columns = {n: np.array([getattr(m, n) for m in messages], dtype=float)[order] for n in names}
-    return {"time_s": clocks.seconds(stamps[order], zero_ns)} | columns
+    ordered = sorted(messages, key=lambda each: nanoseconds(each.stamp))
+    names = [name for name, value in vars(ordered[0]).items() if isinstance(value, int | float)]
+    columns = {n: np.array([getattr(m, n) for m in ordered], dtype=float) for n in names}
+    return {"time_s": clocks.seconds(clocks.stamps(ordered), zero_ns)} | columns
 
 
 def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:
@@ -138,9 +136,9 @@ def fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> di
     """
     found = {}
     for link, messages in of_links.items():
-        if blocks := [message for message in messages if len(message.time_in_ns)]:
-            last_in = np.array([int(np.max(block.time_in_ns)) for block in blocks])
-            found[link] = zero_ns - int(np.min(clocks.stamps(blocks) - last_in))
+        blocks = [(nanoseconds(m.stamp), m.time_in_ns) for m in messages if len(m.time_in_ns)]
+        if blocks:
+            found[link] = zero_ns - min(at_ns - int(times_ns.max()) for at_ns, times_ns in blocks)
     return found
 
 
