@@ -12,7 +12,7 @@ from pathlib import Path
 
 import yaml
 
-from pmwvc_analysis.recording.format.scenario_file import mapping_in, yaml_text
+from pmwvc_analysis.recording.scenario_file import mapping_in, yaml_text
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import flat_mapping, hint
 from pmwvc_core.scenario.reader import parse_scenario

@@ -75,7 +75,6 @@ ANALYSIS = {
     },
 }  # fmt: skip
 # Below each folder of the recording: what it may import of the recording; its files import all.
-RECORDING = {"format": set()}
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 
 
@@ -135,15 +134,6 @@ def test_rooms_of_the_analysis_import_one_way(room):
             assert first in ANALYSIS[room] | {room}, file
     order = graphlib.TopologicalSorter(ANALYSIS).static_order()  # CycleError names the rooms
     assert set(order) >= set(ANALYSIS)
-
-
-@pytest.mark.parametrize("folder", RECORDING)
-def test_folders_of_the_recording_import_one_way(folder):
-    files = sorted((ROOT / "pmwvc_analysis/pmwvc_analysis/recording" / folder).glob("*.py"))
-    assert len(files) > 1
-    for file in files:
-        for first, second, *_ in parts_of(file, "pmwvc_analysis"):
-            assert first == "recording" and second in RECORDING[folder] | {folder}, file
 
 
 @pytest.mark.parametrize("package", [*PACKAGES, "pmwvc_bringup"])

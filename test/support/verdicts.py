@@ -4,8 +4,8 @@
 
 import numpy as np
 
-from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.thresholds import UNEVEN
 from support.excuses import unless_stalled

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from support import plain as scenarios
 
-from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_bringup.session import plan
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import ContactParams, LinkParams, MasterParams

@@ -30,7 +30,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events import limits
 from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
-from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.holes import stood_still

@@ -118,6 +118,7 @@ def nodes(
     if tokens:
         for name, node in ((SERVER, server), *masters.items()):
             node[TOKEN_FILE] = str(tokens / name)
+    recorder = {"folder": str(folder.resolve()), "users": names, "page": page is not None}
     view = {
         "users": names,
         "session.emulated": True,
@@ -127,7 +128,7 @@ def nodes(
         "session.duration_s": scenario.duration_s,
     }
     return [
-        NodePlan("recorder", parameters={"folder": str(folder.resolve()), "users": names}),
+        NodePlan("recorder", parameters=recorder),
         NodePlan("netem", parameters=netem),
         NodePlan("server", parameters=server),
         *(NodePlan("master", name, master) for name, master in masters.items()),
