@@ -35,7 +35,7 @@ ROOMS = {
         inside(
             "pmwvc_core",
             *("wave", "master", "server", "controllers", "made"),
-            *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
+            *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
     "links and packets": Room(2_607, 2_500, inside("pmwvc_core", "network", "transport")),
