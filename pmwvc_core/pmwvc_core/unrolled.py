@@ -181,7 +181,7 @@ class _Unrolling(ast.NodeTransformer):
             first, s = self._named(given[0])
             laws = self._alias(members(function, self._axes))
             return f"{laws}[type({first})]({', '.join([s, *given[1:]])})"
-        if isinstance(function, type) and hasattr(function, "_fields"):
+        if isinstance(function, type) and len(getattr(function, "_fields", ())) == len(given):
             return f"new_({self._alias(function)}, {_tuple(given)})"
         if _is_short(function):
             return self._in_place(function, given)

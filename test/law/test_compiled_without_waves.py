@@ -82,7 +82,7 @@ def test_both_ends(kind: str, axes: int) -> None:
     port, _ = joined(port, (-0.06, *nothing[1:]), body)
     e = SharedScene((port,), body, 0.0, 0)
     end, p = DeviceEnd(nothing, nothing, state), DeviceEndParams(TICK_S, law)
-    q = AvatarEndParams((law,), body_law(0.5, 1.0, H), kind in ("virtual_coupling", "pspm"))
+    q = AvatarEndParams((law,), body_law(0.5, 1.0, H))
     rules = ArrivalsParams(0.05, 1.0, False, False, PlayoutParams(1.0, 0.1, 0.0))
     arrivals = start_of(False, axes, 0.05, H)
     rng, bulk = np.random.default_rng(axes), in_bulk(frame)

@@ -47,7 +47,6 @@ VIRTUAL_COUPLING = Controller(
     law=lambda baseline, tick_s: VirtualCoupling(
         baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
     ),
-    sprung=True,
     device_rest=lambda baseline, axes: AvatarSeen((0.0,) * axes, (0.0,) * axes),
     avatar_rest=lambda baseline, axes: NOTHING,
     linear="virtual_coupling",
@@ -82,7 +81,6 @@ PSPM = Controller(
     law=lambda baseline, tick_s: Pspm(
         baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
     ),
-    sprung=True,
     device_rest=lambda baseline, axes: PspmDevice(
         ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j), (0.0,) * axes
     ),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.controllers.library import is_strict, record_of
-from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
+from pmwvc_core.controllers.plugged import Kept
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBoxParams, BoxState
 from pmwvc_core.law.black_box.compensations import compensation_params
@@ -27,7 +27,7 @@ from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
-from pmwvc_core.made.user import arrivals_params, values_of
+from pmwvc_core.made.user import arrivals_params, end_law, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
@@ -92,12 +92,11 @@ def server_params(
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
     values = tuple(values_of(user, record) for user in users)
     environment: Any
-    if record.avatar is not None:
-        body = object_of(server)
-        environment = PluggedServerParams(record.avatar, values, record.energies, body)
-    elif record.law is not None:
-        laws = tuple(map(record.law, values, [user.master.tick_s for user in users]))
-        environment = AvatarEndParams(laws, object_of(server), record.sprung)
+    laws = [
+        end_law(record, each, user.master.tick_s) for each, user in zip(values, users, strict=True)
+    ]
+    if record.avatar is not None or record.law is not None:
+        environment = AvatarEndParams(tuple(laws), object_of(server))
     elif COUPLINGS.of(server.coupling).black_box:
         law, of_environment = None, environment_of(server.environment)
         if of_environment.made:

@@ -10,7 +10,7 @@ import dataclasses
 from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
-from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
+from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedLaw
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.packet import LATENESSES, Packing, no_packet, packing_params
@@ -45,6 +45,14 @@ def values_of(user: "scenarios.User", record: Controller) -> Any:
     return getattr(user.own, record.name) if record.params else None
 
 
+def end_law(record: Controller, values: Any, tick_s: float) -> Any:
+    """Return what chooses the law of an end without waves, or of another package."""
+    if record.law is not None:
+        return record.law(values, tick_s)
+    device: Any = record.device
+    return PluggedLaw(device, record.avatar, values, record.energies, record.waves)
+
+
 def arrivals_params(
     session: Any, b: Any, timeout_s: float, lets_go_s: float, store_j: float
 ) -> ArrivalsParams:
@@ -75,15 +83,13 @@ def made_user(
     packet, law = no_packet(nothing, ()), record.device_rest(values, axes)
     port: Any
     of_port: Any
-    if record.device is not None:
-        up, down = record.extra(axes)
-        answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
-        came, sums_j = packet._replace(extra=(0.0,) * down), (0.0,) * 4
-        port = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
-        of_port = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
-    elif record.law is not None:
+    if record.device is not None or record.law is not None:
+        if record.device is not None:
+            up, down = record.extra(axes)
+            answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
+            law = Plugged(law, packet._replace(extra=(0.0,) * down), answer, nothing)
         port = DeviceEnd(nothing, nothing, law)
-        of_port = DeviceEndParams(tick_s, record.law(values, tick_s))
+        of_port = DeviceEndParams(tick_s, end_law(record, values, tick_s))
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0

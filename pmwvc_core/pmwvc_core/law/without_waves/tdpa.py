@@ -21,13 +21,19 @@ observer (after Coelho et al. 2019).
 
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.motion import Body
-from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, offset_of, slid
-from pmwvc_core.law.server.server_port import Came, UserPort
+from pmwvc_core.law.channel.packet import Sent
+from pmwvc_core.law.server.contacts import contact_force, contact_heat, offset_of, slid
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
+from pmwvc_core.law.without_waves.ends import (
+    AvatarAnswer,
+    AvatarStep,
+    DeviceEnd,
+    DeviceEndParams,
+    Heard,
+    Moved,
+    avatar_moved,
+)
 from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -102,13 +108,16 @@ def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndPar
 
 
 @ends.device_sends.member(TdpaDevice)
-def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
-    return s, s.observer.in_j
+def _send(
+    s: TdpaDevice, end: DeviceEnd, frame_s: float, p: DeviceEndParams
+) -> tuple[TdpaDevice, Sent]:
+    return s, Sent(end.xd, end.x, s.observer.in_j, ())
 
 
-@ends.device_receives.member(TdpaDevice)
-def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
-    return s._replace(observer=informed(s.observer, received_j))
+@ends.device_answer.member(TdpaDevice)
+def _answer(s: TdpaDevice, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> TdpaDevice:
+    force = zero(heard.wave) if heard.silent else heard.wave
+    return s._replace(force=force, observer=informed(s.observer, heard.received_j))
 
 
 @ends.device_force.member(TdpaDevice)
@@ -129,27 +138,27 @@ def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
 
 
 @ends.controller_energies.member(Observer)
-def _of_observer(s: Observer) -> Vector:
+def _of_observer(s: Observer, p: Tdpa) -> Vector:
     return (s.dissipated_j, s.allowance_j)
 
 
 @ends.controller_energies.member(TdpaDevice)
-def _of_device(s: TdpaDevice) -> Vector:
-    return _of_observer(s.observer)
+def _of_device(s: TdpaDevice, p: Tdpa) -> Vector:
+    return _of_observer(s.observer, p)
 
 
-@meet.member(Tdpa)
-def _meet(p: Tdpa, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
+@avatar_moved.member(Tdpa)
+def _slid(p: Tdpa, kept: Observer, step: AvatarStep) -> tuple[Observer, AvatarAnswer]:
     """Arrive where the last step led, form the force, choose the velocity from here."""
-    observer = informed(s.brake, came.received_j)
-    contact, lost_j = slid(a.contact, scaled(a.xd, h))
+    observer, body, h = informed(kept, step.received_j), step.body, step.period_s
+    contact, lost_j = slid(step.contact, scaled(step.xd_s, h))
     x_s = plus(body.x, offset_of(contact))
-    rate = minus(came.wave, body.xd)
+    rate = minus(step.wave, body.xd)
     f = contact_force(contact, rate)
-    excess_j = overdraft_j(observer, h * dot(f, came.wave))
-    xd, size = plus(came.wave, scaled(minus(came.position, x_s), p.drift_share / h)), squared(f)
+    excess_j = overdraft_j(observer, h * dot(f, step.wave))
+    xd, size = plus(step.wave, scaled(minus(step.position, x_s), p.drift_share / h)), squared(f)
     if size > LEAST:  # the nearest velocity that gives out no more than may be
         xd = minus(xd, scaled(f, overdraft_j(observer, h * dot(f, xd)) / (h * size)))
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
     lost_j += h * contact_heat(contact, rate)
-    return Met(observer, xd, f, contact, lost_j, observer.in_j)
+    return observer, AvatarAnswer(Moved(x_s, xd, f, contact, lost_j), f, (), observer.in_j)
