@@ -39,7 +39,7 @@ CORE = {
     "params": {"errors", "plugins"},
     "plugins": {"errors"},
     "traces": {"numeric"},
-    "law": {"errors", "numeric", "params", "wave"},
+    "law": set(),
     "compiled": {"law"},
     "unrolled": {"law"},
     "wave": {"account", "errors", "numeric", "params"},

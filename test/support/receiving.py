@@ -13,8 +13,9 @@ from pmwvc_core.ends.forms import message, value, vector
 from pmwvc_core.ends.inbox import Inbox
 from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
-from pmwvc_core.law.channel.packet import Packing, Sent, pack, packing_params
+from pmwvc_core.law.channel.packet import Packing, Sent, pack
 from pmwvc_core.law.channel.playout import RETURN_S, Energies, PlayoutParams
+from pmwvc_core.made.user import packing_params
 from pmwvc_core.params import DeadbandParams
 from support.session_given import session_given
 

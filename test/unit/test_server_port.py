@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.law_rigs import Users
 
-from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS
@@ -84,24 +83,6 @@ def test_leaving_drops_the_spring_and_nothing_more(coupling, contact):
     assert server.f_s[1] == 0.0
 
 
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_those_who_stay_keep_a_quiet_cube_when_one_leaves_and_comes_back(contact):
-    server = make(3, contact=contact, contact_stiffness=2000.0)
-    for i, position in enumerate((-0.03, 0.03, -0.03)):
-        server.join(i, position)
-    squeeze(server, 1500, users=(0, 1, 2))
-    server.leave(2)
-    squeeze(server, 1500)
-    speeds = [server.xd_o]
-    server.join(2, server.x_o - 0.03)
-    for _ in range(200):
-        squeeze(server, 1)
-        speeds.append(server.xd_o)
-    assert server.f_s[:2] == pytest.approx([1.0, -1.0], abs=1e-2)
-    assert np.abs(np.diff(speeds)).max() < 1e-3
-    assert np.abs(server.f_s[2]) < 1e-2
-
-
 def test_energy_keeps_its_account_through_coming_and_going():
     rng = np.random.default_rng(11)
     server = make(4, contact_stiffness=3000.0, contact_damping=4.0)
@@ -129,14 +110,6 @@ def test_an_absent_user_gets_no_packet():
     assert (server.s.ports[1].u_j, server.s.ports[1].v_j) == (0.0, 0.0)
     server.leave(1)  # nobody there: nothing happens
     assert server.dissipated >= 0.0
-
-
-def test_without_users_the_cube_glides_on():
-    server = make(1)
-    server.s = server.s._replace(body=Body((0.0,), (0.1,)))
-    for _ in range(10):
-        assert server.step([0.0]) == [0.0]
-    assert server.x_o == pytest.approx(0.1 * 10 * H)
 
 
 def test_avatar_and_device_share_a_frame_but_for_an_offset():

@@ -74,7 +74,6 @@ class Plugged(NamedTuple):
     law: Any
     packet: Packet
     answer: DeviceAnswer
-    applied: Vector  # [N]
     silent: bool = False
     answered: bool = False
     sent_j: float = 0.0  # by waves, and received by them
@@ -96,15 +95,10 @@ def _answer(s: Plugged, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> Plu
 
 
 @ends.device_force.member(Plugged)
-def _force(s: Plugged, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Plugged, Vector]:
-    tick = DeviceTick(x, xd, s.packet, s.silent, s.answered, s.applied, p.tick_s)
+def _force(s: Plugged, end: DeviceEnd, p: DeviceEndParams) -> tuple[Plugged, Vector]:
+    tick = DeviceTick(end.x, end.xd, s.packet, s.silent, s.answered, end.f, p.tick_s)
     law, answer = p.law.device(s.law, tick, p.law.values)
     return s._replace(law=law, answer=answer, answered=False), answer.force
-
-
-@ends.device_applied.member(Plugged)
-def _applied(s: Plugged, f: Vector, p: DeviceEndParams) -> Plugged:
-    return s._replace(applied=f)
 
 
 @ends.device_passed_j.member(Plugged)

@@ -52,7 +52,7 @@ def _held(s: Held, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> Held:
 
 
 @ends.device_force.member(Held)
-def _force(s: Held, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Held, Vector]:
+def _force(s: Held, end: DeviceEnd, p: DeviceEndParams) -> tuple[Held, Vector]:
     return s, s.force
 
 
@@ -94,9 +94,10 @@ def _seen(s: AvatarSeen, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> Av
 
 
 @ends.device_force.member(AvatarSeen)
-def _pull(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
-    pull, drag = scaled(minus(x, s.p), p.law.stiffness), scaled(minus(xd, s.pd), p.law.damping)
-    return s, plus(pull, drag) if s.coupled else zero(x)
+def _pull(s: AvatarSeen, end: DeviceEnd, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
+    pull = scaled(minus(end.x, s.p), p.law.stiffness)
+    drag = scaled(minus(end.xd, s.pd), p.law.damping)
+    return s, plus(pull, drag) if s.coupled else zero(end.x)
 
 
 @avatar_moved.member(VirtualCoupling)

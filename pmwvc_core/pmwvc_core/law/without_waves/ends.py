@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both ends of all controllers without waves, and of those of other packages. What a controller
+"""Both ends of all controllers without waves, and of those of other packages; what a controller
 adds is chosen by type.
 
-The device's end sends where the device is and how fast it moves, and counts what flowed from the
-hand into the controller and back: the force that the limits let through times the velocity at the
-tick. The wave signals are zero.
+The device's end counts what flowed from the hand into the controller and back: the force that the
+limits let through times the velocity at the tick. The library's send where the device is and how
+fast it moves. The wave signals are zero.
 
-At the server the object moves exactly under the last forces held; then every avatar meets it, each
-by itself. ``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s. An avatar
-goes along with the device (``direct``, ``tdpa``; the force goes back), or hangs on spring and
-damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's frame).
+At the server the object moves exactly under the last forces held; then every avatar meets it.
+``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s. The library's avatars
+go along with the device (``direct``, ``tdpa``; the force goes back), or hang on spring and damper
+(``virtual_coupling``, ``pspm``; the position goes back, in the device's frame).
 """
 
 from operator import add
@@ -51,6 +51,7 @@ class DeviceEnd(NamedTuple):
 
     x: Vector  # [m] last measured
     xd: Vector  # [m/s]
+    f: Vector  # [N] as the limits let it through
     law: Any
     given_j: float = 0.0  # from the device into the controller
     taken_j: float = 0.0  # and back
@@ -85,8 +86,7 @@ def _passed_j(law: Any, given_j: float, taken_j: float, p: Any) -> Vector:
 device_moved = Family("device_moved", same)
 device_sends = Family("device_sends", _sent)  # (law, end, frame_s, p) -> (law, Sent)
 device_answer = Family("device_answer")  # (law, end, heard, p) -> law: once a frame
-device_force = Family("device_force")  # (law, x, xd, p) -> (law, force wanted [N])
-device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
+device_force = Family("device_force")  # (law, end, p) -> (law, force wanted [N])
 # (law, given_j, taken_j, p) -> given, sent, received, taken [J]; p of the controller
 device_passed_j = Family("device_passed_j", _passed_j)
 # (state at either end, p of the controller) -> accounts [J]
@@ -121,7 +121,7 @@ def _tick(
     s: DeviceEnd, arrivals: Any, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Vector]:
     s = _measure(s, x, xd, p)
-    law, f = device_force(s.law, s.x, s.xd, p)
+    law, f = device_force(s.law, s, p)
     return s._replace(law=law), arrivals, f
 
 
@@ -129,7 +129,7 @@ def _tick(
 def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
     energy_j = p.tick_s * dot(f, s.xd)
     given_j, taken_j = s.given_j + max(energy_j, 0.0), s.taken_j + max(-energy_j, 0.0)
-    return DeviceEnd(s.x, s.xd, device_applied(s.law, f, p), given_j, taken_j)
+    return DeviceEnd(s.x, s.xd, f, s.law, given_j, taken_j)
 
 
 @master.port_signals.member(DeviceEnd)

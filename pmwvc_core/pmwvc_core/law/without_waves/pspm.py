@@ -58,10 +58,9 @@ class ModulatedSpring(NamedTuple):
 
 
 class PspmDevice(NamedTuple):
-    """The device's end: its spring, the force as applied [N], whether answers come."""
+    """The device's end: its spring, whether answers come."""
 
     spring: ModulatedSpring
-    force: Vector
     coupled: bool = False
 
 
@@ -105,7 +104,7 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
 @ends.device_moved.member(PspmDevice)
 def _moved(s: PspmDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
-    q, work_j = s.spring.q if s.coupled else x, dot(s.force, minus(x, was.x))
+    q, work_j = s.spring.q if s.coupled else x, dot(was.f, minus(x, was.x))
     return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
 
 
@@ -121,19 +120,14 @@ def _send(
 def _aim(s: PspmDevice, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> PspmDevice:
     spring = taken_in(s.spring, heard.received_j)
     if heard.silent:
-        return PspmDevice(spring_let_go(spring, end.x), s.force, False)
-    return PspmDevice(aimed(spring, heard.wave, end.x, p.law), s.force, True)
+        return PspmDevice(spring_let_go(spring, end.x), False)
+    return PspmDevice(aimed(spring, heard.wave, end.x, p.law), True)
 
 
 @ends.device_force.member(PspmDevice)
-def _force(s: PspmDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
-    pull = scaled(minus(x, s.spring.q), p.law.stiffness)
-    return s, plus(scaled(xd, p.law.damping), pull) if s.coupled else zero(x)
-
-
-@ends.device_applied.member(PspmDevice)
-def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
-    return s._replace(force=f)
+def _force(s: PspmDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
+    pull = scaled(minus(end.x, s.spring.q), p.law.stiffness)
+    return s, plus(scaled(end.xd, p.law.damping), pull) if s.coupled else zero(end.x)
 
 
 @ends.controller_energies.member(ModulatedSpring)

@@ -34,7 +34,6 @@ from pmwvc_core.law.without_waves.ends import (
     Moved,
     avatar_moved,
 )
-from pmwvc_core.params.baselines import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
 
@@ -62,16 +61,8 @@ class TdpaDevice(NamedTuple):
     """The device's end."""
 
     force: Vector  # as last received [N]
-    held: Vector  # force on the device since the last tick [N]
     observer: Observer = Observer()
     damping: float = 0.0  # of the controller [N s/m]
-    braked: float = 0.0  # that damper in it
-
-
-def tdpa_law(params: TdpaParams, tick_s: float) -> Tdpa:
-    """Return the law for a tick [s]."""
-    kept = 1.0 / (1.0 + tick_s / params.fade_s) if params.fade_s > 0.0 else 0.0
-    return Tdpa(params.damping, params.damping_max, kept, params.drift_share)
 
 
 def informed(s: Observer, received_j: float) -> Observer:
@@ -101,10 +92,9 @@ def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndPar
     """Book the work of the force held until here; the local damper is not the link's."""
     way = minus(x, was.x)
     drag = dot(was.xd, way)
-    dissipated_j = s.braked * drag
-    given_j = dissipated_j + p.law.damping * drag - dot(s.held, way)
-    observer = observed(s.observer, given_j, dissipated_j, dissipated_j)
-    return TdpaDevice(s.force, zero(s.held), observer, s.damping, 0.0)
+    dissipated_j = s.damping * drag
+    given_j = dissipated_j + p.law.damping * drag - dot(was.f, way)
+    return s._replace(observer=observed(s.observer, given_j, dissipated_j, dissipated_j))
 
 
 @ends.device_sends.member(TdpaDevice)
@@ -121,20 +111,15 @@ def _answer(s: TdpaDevice, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> 
 
 
 @ends.device_force.member(TdpaDevice)
-def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
+def _force(s: TdpaDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
     """Return the force received and that of both dampers [N]."""
-    square, needed = squared(xd), 0.0
+    xd, square, needed = end.xd, squared(end.xd), 0.0
     if square > LEAST:
         excess_j = overdraft_j(s.observer, -p.tick_s * dot(s.force, xd))
         needed = min(excess_j / (p.tick_s * square), p.law.damping_max)
     damping = max(needed, s.damping * p.law.kept)
     f = plus(s.force, scaled(xd, p.law.damping + damping))
     return s._replace(damping=damping), f
-
-
-@ends.device_applied.member(TdpaDevice)
-def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
-    return s._replace(held=f, braked=s.damping)
 
 
 @ends.controller_energies.member(Observer)
