@@ -43,26 +43,20 @@ def still(controller, **rest):
     return link
 
 
-class TestWhatArrives:
-    def taken(self, *packets):
-        port, taken = master_of("tdpa"), []
-        for each in packets:
-            before = port.arrivals.received_j
-            port.on_packet(each)
-            taken.append(port.arrivals.received_j - before)
-        return taken
-
-    def test_only_what_a_sum_has_grown_since_the_newest_packet(self):
-        packets = (packet(e, seq=n + 1) for n, e in enumerate((0.5, 0.7, 0.7, 1.0)))
-        assert self.taken(*packets) == pytest.approx([0.0, 0.2, 0.0, 0.3])
-
-    def test_another_life_of_the_peer_begins_with_nothing(self):
-        again = packet(9.0, epoch=2), packet(9.5, epoch=2, seq=2)
-        assert self.taken(packet(0.5), *again) == pytest.approx([0.0, 0.0, 0.5])
-
-    def test_a_sum_that_falls_takes_nothing_back(self):
-        packets = packet(0.5), packet(0.2, seq=2), packet(0.6, seq=3)
-        assert self.taken(*packets) == pytest.approx([0.0, 0.0, 0.1])
+@pytest.mark.parametrize(
+    ("packets", "taken"),  # energy, epoch and number of each; what its sum has grown
+    [
+        ([(0.5, 1, 1), (0.7, 1, 2), (0.7, 1, 3), (1.0, 1, 4)], [0.0, 0.2, 0.0, 0.3]),
+        ([(0.5, 1, 1), (9.0, 2, 1), (9.5, 2, 2)], [0.0, 0.0, 0.5]),  # another life
+        ([(0.5, 1, 1), (0.2, 1, 2), (0.6, 1, 3)], [0.0, 0.0, 0.1]),  # takes nothing back
+    ],
+)
+def test_what_arrives_is_what_a_sum_has_grown(packets, taken):
+    port, sums = master_of("tdpa"), [0.0]
+    for energy, epoch, seq in packets:
+        port.on_packet(packet(energy, epoch=epoch, seq=seq))
+        sums.append(port.arrivals.received_j)
+    assert np.diff(sums) == pytest.approx(taken)
 
 
 class TestVirtualCoupling:

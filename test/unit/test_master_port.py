@@ -84,17 +84,6 @@ def test_a_motion_that_is_no_number_leaves_no_trace(broken, dof):
     assert np.ravel(port.x)[-1] == 0.5
 
 
-def test_another_filter_or_hold_starts_from_zero():
-    port = Port(params())
-    port.receive(0.4)
-    port.tick(0.1)
-    energy = port.energies["u_m"]
-    port.configure(params("foh"))
-    assert port.send() == 0.0
-    assert port.tick(0.1) == pytest.approx(2.5)  # v starts at zero: a damper
-    assert port.energies["u_m"] > energy > 0.0
-
-
 @pytest.mark.parametrize("controller", LIBRARY)
 @pytest.mark.parametrize("channel", ["plain", "strict"])
 def test_a_port_at_rest_sends_nothing_and_pushes_nothing(controller, channel):

@@ -47,22 +47,6 @@ def test_joining_stores_no_energy_and_makes_no_force(coupling, contact):
     assert server.present == [True] * 4
 
 
-@pytest.mark.parametrize("coupling", COUPLINGS)
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_late_joiner_without_waves_exerts_no_force_at_rest(coupling, contact):
-    with_guest, without = (make(3, coupling=coupling, contact=contact) for _ in range(2))
-    for server in (with_guest, without):
-        server.join(0, -0.03)
-        server.join(1, 0.03)
-        squeeze(server, 3000)
-    with_guest.join(2, -0.03)
-    for server in (with_guest, without):
-        squeeze(server, 500)
-    assert with_guest.f_s[2] == pytest.approx(0.0, abs=1e-9)
-    assert with_guest.f_s[:2] == pytest.approx(without.f_s[:2], abs=1e-9)
-    assert with_guest.x_o == pytest.approx(without.x_o, abs=1e-9)
-
-
 @pytest.mark.parametrize(
     "coupling", [name for name, one in RECORDS.library.items() if not one.black_box]
 )
@@ -151,23 +135,13 @@ def test_axes_across_do_what_one_axis_does_alone(coupling, contact):
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("contact", CONTACTS)
-@pytest.mark.parametrize("wave", [0.0, 5e-324, -1e-200, 1e-160, 1e4, -1e4])
-def test_finite_waves_get_finite_answers(coupling, contact, wave):
-    server = make(2, coupling=coupling, contact=contact, contact_stiffness=0.0)
-    server.join(0, -0.03)
-    server.join(1, 0.03)
-    for n in range(40):
-        returned = server.step([wave, -wave if n % 2 else wave])
-        assert np.isfinite([*returned, server.x_o, server.dissipated]).all()
-
-
-def test_waves_that_die_away_never_divide_by_zero():
+def test_waves_of_any_size_get_finite_answers(coupling, contact):
     """Depths shrink through the smallest numbers there are; their squares vanish first."""
-    server = make(2, coupling="implicit", contact_stiffness=1e5, contact_damping=0.0)
-    server.join(0, -0.03)
-    server.join(1, 0.03)
-    wave = 1.0
-    while wave > 0.0:
-        returned = server.step([wave, -0.9 * wave])
-        assert np.isfinite(returned).all()
-        wave *= 0.3
+    for k in (0.0, 1e5) if coupling == "implicit" else (0.0,):  # the others are not passive
+        server, wave = make(2, coupling=coupling, contact=contact, contact_stiffness=k), 1e4
+        server.join(0, -0.03)
+        server.join(1, 0.03)
+        while wave != 0.0:
+            returned = server.step([wave, -0.9 * wave])
+            assert np.isfinite([*returned, server.x_o, server.dissipated]).all()
+            wave *= -0.2
