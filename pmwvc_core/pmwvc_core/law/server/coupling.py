@@ -63,7 +63,7 @@ def _implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
     moved, heats = columns(each(_by_axis, (avatars, columns(answers)), law.period_s))
-    return moved, after, total(lost_j, heats), all(settled)
+    return moved, after, total(lost_j, heats), False not in settled
 
 
 def _rows(a: Avatar) -> tuple[Row, ...]:

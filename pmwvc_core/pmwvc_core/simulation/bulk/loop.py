@@ -74,14 +74,14 @@ def session(
         came, fit = columns(
             each(taken, (clock.users, p.guests), 0, up, since, taken_up, packets, empty, axes)
         )
-        if not all(fit):
+        if False in fit:
             return False
         serves[0], answers = server_step(serves[0], tick * clock.tick_ns, came, 0.0, p)
         each(_posted, (answers, clock.users), packets)
         note_step(serves[0], step, p, task, steps, energies, presence)
         fit = each(_ran, (runs, users, clock.users), tick, clock, empty, down, packets, signals,
                    blocks)  # fmt: skip
-        if not all(fit):
+        if False in fit:
             return False
         tick, step = tick + clock.period_ticks, step + 1
     return True
