@@ -4,8 +4,7 @@
 adds is chosen by type.
 
 The device's end counts what flowed from the hand into the controller and back: the force that the
-limits let through times the velocity at the tick. The library's send where the device is and how
-fast it moves. The wave signals are zero.
+limits let through times the velocity at the tick. The library's send position and velocity.
 
 At the server the object moves exactly under the last forces held; then every avatar meets it.
 ``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s. The library's avatars
