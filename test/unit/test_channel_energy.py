@@ -55,6 +55,14 @@ def test_a_spike_at_the_sampling_instant_leaves_m_times_as_large(rate_drop):
         assert found["left_j"].min() == 0.0
 
 
+@pytest.mark.parametrize(("hz", "lowest_j"), [(5.0, -0.0095), (24.0, -0.046), (24.9, -0.40)])
+def test_a_sine_below_half_the_packet_rate_still_gets_below_zero_on_the_way(hz, lowest_j):
+    angles = 2.0 * np.pi * hz * TICK_S * np.arange(20_000)
+    waves = [np.sin(angles + phase) for phase in np.linspace(0.0, np.pi, 91)]
+    found = [channel_energy.rate_drop_energy(u, rate_drop=20, tick_s=TICK_S) for u in waves]
+    assert min(one["left_j"].min() for one in found) == pytest.approx(lowest_j, rel=0.02)
+
+
 @given(packets=signals(longest=20), rate_drop=rate_drops, kind=st.sampled_from(["zoh", "foh"]))
 def test_the_hold_is_the_one_that_runs(packets, rate_drop, kind):
     s, energy, ramp = Hold((0.0,), (0.0,), (0.0,), 0), 0.0, rate_drop if kind == "foh" else 1
