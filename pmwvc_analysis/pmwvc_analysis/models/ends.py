@@ -105,9 +105,8 @@ def _unlimited(e: Any) -> Any:
     """Return an environment without brakes; what a coupling raises is not contained."""
     if hasattr(e, "brakes"):
         e = e._replace(brakes=False)
-    if isinstance(law := next(iter(getattr(e, "laws", ())), None), PluggedLaw):
-        avatar = lifted(law.avatar)
-        return e._replace(laws=tuple(each._replace(avatar=avatar) for each in e.laws))
+    if isinstance(getattr(e, "laws", (None,))[0], PluggedLaw):
+        return e._replace(laws=tuple(p._replace(avatar=lifted(p.avatar)) for p in e.laws))
     if isinstance(getattr(e, "coupling", None), Contained):
         return e._replace(coupling=e.coupling.law)
     return e
