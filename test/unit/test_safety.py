@@ -115,6 +115,13 @@ def test_silence_leaves_what_brakes_lets_go_what_pushes_and_later_all():
     assert rig.events == 1
 
 
+def test_silence_is_counted_in_packets_when_they_are_slow():
+    rig = ForceLimits(timeout_s=0.03, packet_s=0.02)
+    for silence_s, state in ((0.059, SafetyState.STARTING), (0.061, SafetyState.DAMPING)):
+        rig(0.0, silence_s=silence_s)
+        assert rig.state == state
+
+
 def test_other_limits_are_taken_over_without_a_step():
     rig = coupled()
     rig(6.0, ticks=4)

@@ -123,3 +123,21 @@ def test_deficit_of_packets_is_rendered_as_damping_and_no_force_at_rest(share):
     assert port.step(1e-9, 0.02) == pytest.approx((1.0 + min(share, 1.0) * MORE) * B * 0.02)
     port.applied(0.0)
     assert port.step(1e-9, 0.0) == 0.0
+
+
+def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
+    """The force is held back for two frames; what is needed twice is there within a second."""
+    port = made()
+    read = before = wave_j = 0.0
+    deficit_j = []
+    for k in range(125 * M):
+        if k % M == 0:
+            port.measure(read, (read - before) / TICK_S)
+            wave_j += port.send() ** 2 * M * TICK_S / 2.0
+            deficit_j.append(port.s.deficit_j)
+        f = port.step(read, (read - before) / TICK_S)
+        port.applied(0.0 if 10 * M <= k < 12 * M else f)
+        before, read = read, float(np.floor(0.05 * (k + 1) * TICK_S / 55e-6) * 55e-6)
+    assert max(deficit_j) > 5e-4
+    assert deficit_j[-1] < 0.2 * max(deficit_j)
+    assert port.sent.energy_j >= wave_j
