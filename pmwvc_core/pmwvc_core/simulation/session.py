@@ -17,7 +17,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.book import note_step
+from pmwvc_core.simulation.bulk.loop import note_step
 from pmwvc_core.simulation.bulk.run import empty_steps, loops_of, run
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
 from pmwvc_core.simulation.links import add_link

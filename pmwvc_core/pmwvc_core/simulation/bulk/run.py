@@ -26,8 +26,7 @@ from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
-from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
-from pmwvc_core.simulation.bulk.loop import Clock, EndParams, UserRun, session
+from pmwvc_core.simulation.bulk.loop import OF_PACKET, Book, Clock, EndParams, UserRun, session
 from pmwvc_core.simulation.bulk.plan import Network, Plan, network_of, plan_of
 from pmwvc_core.simulation.conditions import place_of
 
@@ -108,7 +107,7 @@ def _book(scenario: Scenario, network: Network, plan: Plan) -> Book:
 
 
 def empty_steps(scenario: Scenario, steps: int) -> tuple[Array, Array, Integers]:
-    """Return the arrays of a :class:`.book.Book` for so many steps of the server."""
+    """Return the arrays of a :class:`.loop.Book` for so many steps of the server."""
     users, kept = len(scenario.users), len(record_of(scenario.controller).accounts)
     return (
         np.zeros((3 + 5 * users, steps, scenario.dof)),
