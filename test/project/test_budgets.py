@@ -32,12 +32,12 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_977, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        4_086,
+        3_866,
         2_500,
         inside(
             "pmwvc_core",
             *("wave", "master", "server", "controllers", "made"),
-            *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
+            *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
     "links and packets": Room(2_530, 2_500, inside("pmwvc_core", "network", "transport")),

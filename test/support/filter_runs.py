@@ -11,8 +11,8 @@ from pmwvc_core.law.wave.filter_and_hold import (
     filter_step,
     hold,
     load,
-    made_filter,
 )
+from pmwvc_core.made.waves import made_filter
 from pmwvc_core.params import FilterParams
 from support.strategies import TICK_S
 

@@ -23,7 +23,7 @@ from pmwvc_core.law.port.master import (
 )
 from pmwvc_core.law.position.feedback import position_packet
 from pmwvc_core.law.safety.brakes import loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_params, limits_restart
+from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
     environment_energies,
@@ -33,7 +33,7 @@ from pmwvc_core.law.server.server_port import (
     port_shown,
 )
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import changed_user, made_user
+from pmwvc_core.made.user import changed_user, limits_params, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.plugins import Faults

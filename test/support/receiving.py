@@ -12,8 +12,9 @@ from pmwvc_analysis.models.elements import Elements, elements, lifted
 from pmwvc_core.ends.inbox import Inbox, message, value, vector
 from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
-from pmwvc_core.law.channel.packet import Packing, Sent, pack, packing_params
+from pmwvc_core.law.channel.packet import Packing, Sent, pack
 from pmwvc_core.law.channel.playout import RETURN_S, Energies, PlayoutParams
+from pmwvc_core.made.user import packing_params
 from pmwvc_core.params import DeadbandParams
 from support.session_given import session_given
 

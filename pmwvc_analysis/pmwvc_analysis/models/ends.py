@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.models.elements import lifted, stacked
 from pmwvc_analysis.models.links import LinkTimes, UnderWay
 from pmwvc_analysis.models.variation import changed
-from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
+from pmwvc_core.controllers.plugged import PluggedLaw
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.server.contacts import offset_of
 from pmwvc_core.law.vectors import plus
@@ -93,8 +93,8 @@ def _opened(s: Any, p: Any) -> tuple[Any, Any]:
     far = {name: math.inf for name, limit in p.limits._asdict().items() if type(limit) is float}
     far |= {"soft_start_s": LEAST_S, "tick_s": p.limits.tick_s, "brakes": False}
     p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
-    if isinstance(p.port, PluggedParams):
-        p = p._replace(port=p.port._replace(device=lifted(p.port.device)))
+    if isinstance(law := getattr(p.port, "law", None), PluggedLaw):
+        p = p._replace(port=p.port._replace(law=law._replace(device=lifted(law.device))))
     if hasattr(s.port, "counts"):
         exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in s.port.x)
         s = s._replace(port=s.port._replace(counts=exact, begun=True))
@@ -105,8 +105,8 @@ def _unlimited(e: Any) -> Any:
     """Return an environment without brakes; what a coupling raises is not contained."""
     if hasattr(e, "brakes"):
         e = e._replace(brakes=False)
-    if isinstance(e, PluggedServerParams):
-        return e._replace(avatar=lifted(e.avatar))
+    if isinstance(getattr(e, "laws", (None,))[0], PluggedLaw):
+        return e._replace(laws=tuple(p._replace(avatar=lifted(p.avatar)) for p in e.laws))
     if isinstance(getattr(e, "coupling", None), Contained):
         return e._replace(coupling=e.coupling.law)
     return e

@@ -28,9 +28,9 @@ from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
-from pmwvc_core.plural import count
 from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.packet import intact
+from pmwvc_core.words import count
 
 CUT = "cut"  # kind of event: a file ends early
 TRUSTED_NS = 500_000_000  # from publication to reception

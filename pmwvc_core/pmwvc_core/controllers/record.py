@@ -119,7 +119,6 @@ class Controller(Record):
     # of one of the library without waves: from ``baseline.*`` and the tick [s], the NamedTuple by
     # whose type the families of :mod:`pmwvc_core.law.without_waves` choose its laws
     law: Callable[[BaselineParams, float], Any] | None = None
-    sprung: bool = False  # whether the avatars of such a one hang on springs to their devices
     # from the parameters (with ``law`` those of ``baseline.*``) and the number of axes, the states
     # that the ends start from (NamedTuples)
     device_rest: Callable[[Any, int], Any] = lambda p, axes: ()

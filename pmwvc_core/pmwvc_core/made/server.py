@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.controllers.library import is_strict, record_of
-from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
+from pmwvc_core.controllers.plugged import Kept
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBoxParams, BoxState
-from pmwvc_core.law.black_box.compensations import compensation_params
+from pmwvc_core.law.black_box.compensations import Terms
 from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.channel.arrivals import start_of
-from pmwvc_core.law.channel.packet import Packing, packing_params
+from pmwvc_core.law.channel.packet import Packing
 from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
@@ -27,7 +27,7 @@ from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
-from pmwvc_core.made.user import arrivals_params, values_of
+from pmwvc_core.made.user import arrivals_params, end_law, packing_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
@@ -95,21 +95,21 @@ def server_params(
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
     values = tuple(values_of(user, record) for user in users)
     environment: Any
-    if record.avatar is not None:
-        body = object_of(server)
-        environment = PluggedServerParams(record.avatar, values, record.energies, body)
-    elif record.law is not None:
-        laws = tuple(map(record.law, values, [user.master.tick_s for user in users]))
-        environment = AvatarEndParams(laws, object_of(server), record.sprung)
+    laws = [
+        end_law(record, each, user.master.tick_s) for each, user in zip(values, users, strict=True)
+    ]
+    if record.avatar is not None or record.law is not None:
+        environment = AvatarEndParams(tuple(laws), object_of(server))
     elif COUPLINGS.of(server.coupling).black_box:
         law, of_environment = None, environment_of(server.environment)
         if of_environment.made:
             _, law = of_environment.made(server, _contacts(users, session), session.dof)
         sloped, moves = of_environment.sloped, weights(server.integrator, server.period_s)
         identity = tuple(map(tuple, np.eye(session.dof).tolist()))
-        wall = body_law(math.inf, 0.0, server.period_s)
+        wall, h = body_law(math.inf, 0.0, server.period_s), server.period_s
+        treated = Terms(h, h * server.allowance_w, server.allowance_j, server.tank_cap_j)
         environment = BlackBoxParams(
-            law, compensation_params(server), wall, strict, *moves, sloped,
+            law, treated, wall, strict, *moves, sloped,
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:

@@ -17,7 +17,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.scenario.names import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.book import note_step
+from pmwvc_core.simulation.bulk.loop import note_step
 from pmwvc_core.simulation.bulk.run import empty_steps, loops_of, run
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions, add_link
 from pmwvc_core.simulation.traces import Step, UserNotes, learned_events, stepped_server, traces_of

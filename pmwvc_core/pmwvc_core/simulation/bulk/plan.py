@@ -44,7 +44,7 @@ class Network(NamedTuple):
 @dataclasses.dataclass(frozen=True, eq=False)
 class Plan:
     """The links of every user after the session, with packets of nothing; what was accepted at
-    their ends (as a :class:`.book.Book` has it); when the server and the masters looked [ns].
+    their ends (as a :class:`.loop.Book` has it); when the server and the masters looked [ns].
     """
 
     up: list[SimulatedLink]
