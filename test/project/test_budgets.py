@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_977, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_866,
+        3_825,
         2_500,
         inside(
             "pmwvc_core",
@@ -42,7 +42,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_530, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_922,
+        4_919,
         4_700,
         (
             *inside(
@@ -51,7 +51,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_684, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_683, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         5_129,
         3_500,
@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_121,
+        5_141,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -75,11 +75,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_715, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_712, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_036, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_220, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_890, 3_000, ("pmwvc_view",)),
+    "command line": Room(4_034, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_186, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_558, 3_000, ("pmwvc_view",)),
 }
 
 
