@@ -29,25 +29,21 @@ def with_late_packets(traces):
     return traces
 
 
-@pytest.mark.parametrize("hertz", [8.0, 12.0, 30.0])
+@pytest.mark.parametrize("hertz", [8.0, 30.0])
 @pytest.mark.parametrize("rate_per_s", [0.0, -4.0])
 def test_motion_of_one_frequency_is_the_loop_s_if_it_goes_on_between_late_packets(
     rate_per_s, hertz
 ):
+    """And not where each late packet sets it off again, as strong each time, and it decays."""
     traces = with_late_packets(session())
     if rate_per_s == 0.0:
         traces = oscillating(traces, rms_m_s=5e-3, hertz=hertz)
     else:
+        shaken = {"hertz": hertz, "rate_per_s": rate_per_s}
         for since_s, until_s in zip(LATE_S, (*LATE_S[1:], 4.0), strict=True):
-            begun_m_s = 20e-3 * np.exp(-rate_per_s * (since_s - 2.0))  # as strong each time
-            during_s = (since_s, until_s)
-            traces = oscillating(
-                traces,
-                rms_m_s=begun_m_s,
-                hertz=hertz,
-                rate_per_s=rate_per_s,
-                during_s=during_s,
-            )
+            begun_m_s = 20e-3 * np.exp(-rate_per_s * (since_s - 2.0))
+            during = {"during_s": (since_s, until_s)}
+            traces = oscillating(traces, rms_m_s=begun_m_s, **shaken, **during)
     found = verdict(traces, handmade.scenario())
     assert found.stable is (False if rate_per_s == 0.0 else None), found.why
     if rate_per_s:
@@ -82,12 +78,8 @@ def stalled(scenario, seed):
     return simulate_one(scenario, Conditions(schedule=LIVE, links=made))
 
 
-SEEDS = (
-    140,
-    180,
-    210,
-    364,
-)  # of 400, those whose motion has one frequency, or which end in a stall
+# Of 400, those whose motion has one frequency, or which end in a stall.
+SEEDS = (140, 180, 210, 364)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -5,6 +5,7 @@
 import math
 import sys
 import threading
+from itertools import pairwise
 
 import pytest
 from support.loop_rig import FRAME_S, TICK_NS, TICKS, Rig
@@ -80,7 +81,7 @@ def test_the_energies_of_a_block_are_those_at_its_end(work):
         name: [value for _, _, series in rig.wires.blocks for value in series[name]]
         for name in ("u_m", "v_m", "x", "f_applied", "f_h")
     }
-    steps = [after - before for before, after in zip(every["x"], every["x"][1:], strict=False)]
+    steps = [after - before for before, after in pairwise(every["x"])]
     for number, energy in enumerate(rig.wires.energies):
         end = (number + 1) * TICKS
         for name in ("u_m", "v_m"):
@@ -206,7 +207,7 @@ def test_a_device_that_senses_nothing_is_given_no_force_and_then_one_without_a_s
     rig.device.sample.valid, rig.device.sample.xd = True, 0.02
     rig.device.forces.clear()
     forces = [0.0, *answered(rig, range(64, 600), every=1).device.forces]
-    steps = [abs(b - a) for a, b in zip(forces, forces[1:], strict=False)]
+    steps = [abs(b - a) for a, b in pairwise(forces)]
     assert max(steps) <= SafetyParams().max_slew * 0.001 + 1e-9
     assert forces[-1] == pytest.approx(25.0 * 0.02 + math.sqrt(50.0) * 0.05, rel=1e-2)
 
