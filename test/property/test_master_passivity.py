@@ -185,12 +185,14 @@ def test_packets_carry_no_more_than_packets_and_hand_brought(impedance, seed, pa
     account = Account(master(impedance, kind="integrate_and_dump", hold=hold))
     safety = ForceLimits(**params)
     port, rng, taken = account.port, np.random.default_rng(seed), 0.0
-    xd = 0.0
+    xd = came = 0.0
     for _ in range(60):
         port.send()
         brought = port.s.v_rx_j + taken + account.deficit_j
         assert port.s.u_tx_j <= brought + account.tolerance
-        port.receive(float(rng.normal(0.0, 1.0)))
+        port.receive(wave := float(rng.normal(0.0, 1.0)))
+        came += wave**2 * M * TICK_S / 2
+        assert port.s.v_rx_j == pytest.approx(came)
         for _ in range(M):
             xd = 0.97 * xd + float(rng.normal(0.0, 0.05))
             f = account.limited(xd, safety)

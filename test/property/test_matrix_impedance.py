@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server behind impedances that couple the axes: energy, and what may not depend on axes.
+"""The server behind impedances that couple the axes: energy, and each principal axis by itself.
 
-Whole sessions: ``unit/test_several_axes.py``; the master's port: ``test_master_passivity.py``.
+Turned sessions: ``unit/test_several_axes.py``; the master's port: ``test_master_passivity.py``.
 """
 
 import numpy as np
@@ -77,37 +77,6 @@ def test_the_implicit_coupling_accounts_for_every_joule_whatever_the_matrices(
         assert server.dissipated - lost >= -1e-13 * through
         for u, v, f_s, xd_s in zip(wave, returned, server.f_s, server.xd_s, strict=True):
             assert abs(power(u) - power(v) - f_s @ xd_s) <= 1e-10 * (power(u) + power(v))
-
-
-@pytest.mark.parametrize("coupling", COUPLINGS)
-@settings(max_examples=10)
-@given(dof=st.integers(2, 6), contact=contacts, seed=seeds)
-def test_a_multiple_of_the_identity_is_the_number(coupling, dof, contact, seed):
-    rng = np.random.default_rng(seed)
-    b = float(rng.uniform(5.0, 60.0))
-    axes, _ = np.linalg.qr(rng.normal(size=(dof, dof)))
-    matrix = MatrixImpedance(np.full(dof, b), axes)
-    starts, waves = rng.normal(0.0, 0.03, (3, dof)), rng.normal(0.0, 0.5, (40, 3, dof))
-    names = dict(dof=dof, contact=contact, coupling=coupling)
-    number = play(make([b] * 3, **names), starts, waves)
-    same = play(make([matrix, b, matrix], **names), starts, waves)
-    np.testing.assert_allclose(number, same, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("coupling", COUPLINGS)
-@settings(max_examples=10)
-@given(dof=st.integers(2, 6), data=st.data(), seed=seeds)
-def test_turning_motion_and_matrices_together_turns_everything(coupling, dof, data, seed):
-    rng = np.random.default_rng(seed)
-    turn, _ = np.linalg.qr(rng.normal(size=(dof, dof)))
-    straight = [data.draw(matrices(dof)) for _ in range(2)]
-    turned = [MatrixImpedance(b.values, turn @ b.axes) for b in straight]
-    starts, waves = rng.normal(0.0, 0.03, (2, dof)), rng.normal(0.0, 0.5, (30, 2, dof))
-    names = dict(dof=dof, contact="bilateral", coupling=coupling, k=60.0, damping=0.2)
-    before = play(make(straight, **names), starts, waves)
-    after = play(make(turned, **names), starts @ turn.T, waves @ turn.T)
-    scale = 1e-9 * (1.0 + np.abs(before).max(axis=-1, keepdims=True))
-    assert np.all(np.abs(before @ turn.T - after) <= scale)
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
