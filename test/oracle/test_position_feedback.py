@@ -109,7 +109,7 @@ def offsets_rms_m(kind, losses):
     return float(np.sqrt(np.mean(np.square(simulate(runs, keep=offset)))))
 
 
-@pytest.mark.parametrize(("kind", "losses"), zip(("budgeted", "integral"), LOSSES, strict=True))
+@pytest.mark.parametrize(("kind", "losses"), [*zip(("budgeted", "integral"), LOSSES, strict=True)])
 def test_positions_that_losses_took_away_come_back(kind, losses):
     without = offsets_rms_m("none", losses)
     assert without > 1e-4

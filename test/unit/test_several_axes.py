@@ -4,8 +4,6 @@
 
 import numpy as np
 import pytest
-from support import plain as scenarios
-from support.simulated import judged, simulated
 from support.strategies import text_of
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -137,21 +135,14 @@ def test_recordings_fit_themselves_and_their_impedance():
     assert all(user["passive"] for user in result["users"])
 
 
-LATE = {"server.coupling": "one_step_delay"}
-
-
-@pytest.mark.parametrize(("damping", "decisive"), [(1.0, 30.0), (10.0, 10.0)])
-def test_what_is_foretold_of_a_diagonal_matrix_is_of_the_worst_of_its_axes(damping, decisive):
-    """But for what a force along the first axis meets."""
-    loose = LATE | {"server.contact_damping": damping}
-    alone = {b: foretold(**{"master.impedance": b}, **loose) for b in (30.0, 10.0)}
+def test_what_is_foretold_of_a_diagonal_matrix_is_what_a_force_along_the_first_axis_meets():
+    """But the axis of 10 N s/m is the first to lose stability."""
+    loose = {"server.coupling": "one_step_delay", "server.contact_damping": 1.0}
     both = foretold(matrix=[[30.0, 0.0], [0.0, 10.0]], **loose)
-    radius = {b: found["spectral_radius"] for b, found in alone.items()}
-    assert max(radius, key=radius.__getitem__) == decisive
-    assert both["spectral_radius"] == pytest.approx(radius[decisive])
+    number = foretold(**{"master.impedance": 30.0}, **loose)
     for name in ("k_felt", "mass_felt"):
-        assert both[name] == pytest.approx(alone[30.0][name])
-    assert both["k_max"] < alone[30.0]["k_max"]
+        assert both[name] == pytest.approx(number[name])
+    assert both["k_max"] < number["k_max"]
     assert not both["any_delay"], "late decoding at a cube has no bound"
 
 
@@ -169,24 +160,3 @@ def test_one_axis_has_no_sideways():
     with pytest.raises(ParameterError, match=r"task.sideways_m = 0.1: there is one axis only"):
         scenario_of(1, **{"task.sideways_m": 0.1})
     assert scenario_of(2, **{"task.sideways_m": 0.1}).task.sideways_m == 0.1
-
-
-def test_cube_3d_is_carried_along_and_sideways_and_the_devices_give_way_across():
-    scenario = scenarios.load("cube_3d")
-    traces = simulated(scenario)
-    result, path = judged(scenario), traces.server.x_o
-    assert result["stable"]
-    assert all(user["passive"] and user["safety_events"] == 0 for user in result["users"])
-    np.testing.assert_allclose(path.max(axis=0), [0.05, 0.03, 0.0], atol=0.002)
-    assert traces.server.contact[0][-1] and traces.server.contact[1][-1]
-    assert result["object"]["path_error_rms_m"] < 0.002
-    resting = traces.server.time_s < 4.5  # held, not yet carried
-    last = np.flatnonzero(resting)[-1]
-    tick = np.searchsorted(traces.users[0].time_s, traces.server.time_s[last])
-    apart = traces.users[0].x_m[tick] - traces.server.x_s[0][last]
-    inverse = np.linalg.inv(scenario.users[0].impedance.matrix)
-    lag = apart[0] / (inverse @ traces.users[0].f_applied[tick])[0]
-    np.testing.assert_allclose(
-        apart, lag * inverse @ traces.users[0].f_applied[tick], rtol=0.1, atol=5e-6
-    )
-    assert apart[1] < -2e-4 < 2e-5 < apart[2]
