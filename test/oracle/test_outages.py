@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.laws import as_written
-from support.least_balance import least_j
-from support.simulated import simulated
+from support.simulated import least_j, simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import handmade
-from support.installed import install
+from support.lab import install
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import figures

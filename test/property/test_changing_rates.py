@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.least_balance import least_j
 from support.packer import Packer
 from support.receiving import ReceivingEnd, SendingEnd
+from support.simulated import least_j
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
-from support.bank_runs import TICK_S, driven, master
 from support.law_rigs import Port
+from support.port_parts import TICK_S, driven, master
 from support.strategies import signals
 
 from pmwvc_core.errors import ParameterError

@@ -4,6 +4,8 @@
 
 import numpy as np
 import pytest
+from support import plain as scenarios
+from support.simulated import judged, simulated
 from support.strategies import text_of
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -160,3 +162,19 @@ def test_one_axis_has_no_sideways():
     with pytest.raises(ParameterError, match=r"task.sideways_m = 0.1: there is one axis only"):
         scenario_of(1, **{"task.sideways_m": 0.1})
     assert scenario_of(2, **{"task.sideways_m": 0.1}).task.sideways_m == 0.1
+
+
+def test_cube_3d_is_carried_along_and_sideways_and_the_devices_give_way_across():
+    """By B^-1 F times the lag, at rest in the grip and not yet carried."""
+    scenario = scenarios.load("cube_3d")
+    traces, result = simulated(scenario), judged(scenario)
+    user, server = traces.users[0], traces.server
+    assert result["stable"] and result["object"]["path_error_rms_m"] < 0.002
+    assert all(each["passive"] and each["safety_events"] == 0 for each in result["users"])
+    np.testing.assert_allclose(server.x_o.max(axis=0), [0.05, 0.03, 0.0], atol=0.002)
+    last = np.flatnonzero(server.time_s < 4.5)[-1]
+    tick = np.searchsorted(user.time_s, server.time_s[last])
+    apart = user.x_m[tick] - server.x_s[0][last]
+    course = np.linalg.inv(scenario.users[0].impedance.matrix) @ user.f_applied[tick]
+    np.testing.assert_allclose(apart, apart[0] / course[0] * course, rtol=0.1, atol=5e-6)
+    assert apart[1] < -2e-4 < 2e-5 < apart[2]
