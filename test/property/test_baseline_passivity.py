@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from support.baseline_link import TICK_S, BaselineLink, M
 from support.law_rigs import Port
 
+from pmwvc_core.law.without_waves.tdpa import Observer, overdraft_j
 from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 
@@ -82,6 +83,12 @@ def test_a_limited_damper_falls_short_by_what_the_limit_leaves(seed, network, mo
         assert link.balance >= -short - ROUNDING_J
 
 
+def test_who_is_overdrawn_is_braked_also_where_the_force_takes_in():
+    """What comes in here may be given out at the other end only."""
+    assert overdraft_j(Observer(allowance_j=-0.2), -0.1) == 0.2
+    assert overdraft_j(Observer(allowance_j=0.2), 0.3) == pytest.approx(0.1)
+
+
 @settings(max_examples=20)
 @given(seeds, st.floats(1e-6, 1e-4))
 def test_work_is_that_of_the_force_held_over_its_own_way(seed, step_m):
@@ -125,6 +132,10 @@ def test_no_tank_gives_out_more_than_it_had_took_in_and_received(
         if not changed:
             assert one.tank_j >= -ROUNDING_J and other.tank_j >= -ROUNDING_J
             assert link.balance >= -2.0 * initial - ROUNDING_J
+    before = one.spring_j + one.dropped_j
+    link.master.silence()
+    after = link.master.s.law.spring
+    assert (after.spring_j, after.dropped_j) == (0.0, pytest.approx(before))
 
 
 ENDLESS = PspmParams(stiffness=500.0, damping=0.3, initial_j=1e6, cap_j=1e6)

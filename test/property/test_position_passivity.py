@@ -247,6 +247,17 @@ def test_the_tank_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
         assert held.frame(**frame) == pytest.approx((free_j, deficit_j), rel=1e-12, abs=1e-15)
 
 
+def test_a_change_of_the_wave_costs_what_it_carries_more_and_what_limits_gave_is_lacking():
+    p, s = HeldTank("zoh").p, Tank(0.05, *((0.0,),) * 4)
+    for wanted, more in ((0.2, 0.5**2 - 0.3**2), (2.0, 0.05 * 2.0 / 0.1), (-0.2, 0.1**2 - 0.3**2)):
+        after, change = tank_down(s, (0.0,), (0.3,), (wanted,), True, p)
+        assert (0.3 + change[0]) ** 2 - 0.3**2 == pytest.approx(more)
+        assert 0.05 - after.saved_j == pytest.approx(0.5 * TICK_S * more)
+    assert tank_free_j(s) == 0.05
+    assert tank_free_j(s._replace(device_j=-0.01)) == pytest.approx(0.04)
+    assert tank_free_j(s._replace(work_j=-0.02)) == pytest.approx(0.03)
+
+
 @pytest.mark.parametrize("pole", [5.0, 50.0])
 def test_what_is_kept_for_a_first_order_filter_is_the_most_it_can_still_give(pole):
     """With packets at 1/g^2 of their energy, the largest over all waves that may follow.
