@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """What the exact model says of the loop of App. E: device, bank with a local model, a slow wall of
-500 N/m, position feedback. (It equals the model written by hand, ``property/test_linear_model.py``,
-and the simulator, ``test_multirate_model.py``.)
+500 N/m, position feedback. It equals the model written by hand (``property/test_linear_model.py``)
+and the simulator (``test_multirate_model.py``).
 """
 
 import numpy as np
