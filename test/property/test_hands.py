@@ -261,6 +261,22 @@ def test_no_tick_makes_energy_and_work_never_exceeds_the_effort(params, mass, ga
     assert free == pytest.approx(-params.remote.brake * moving.xd)
 
 
+@pytest.mark.parametrize("brake", [0.0, 5.0])
+def test_without_dampers_every_joule_is_the_effort_s_while_the_hand_closes(brake):
+    """On a handle in motion; the handle's own brake takes what the grip leaves it."""
+    arm = RemoteHandParams(damping=0.0, brake=brake)
+    params = OperatorParams(kind="remote", grip_stiffness=500.0, grip_damping=0.0, remote=arm)
+    hand, moving = remote(params, held(0, 300, 0.01)), device(0.25)
+    moving.s = moving.s._replace(xd=(0.3,))
+    for f_m in pushes_of(3, 300):
+        before, effort = stored(hand, moving, params, 0.25), hand.effort_j
+        x, xd = moving.x, moving.xd
+        moving.step(hand.step(moving.x, moving.xd), f_m)
+        heat = (1.0 - hand.remote.grip) * brake * (0.5 * (xd + moving.xd)) ** 2 * TICK_S
+        came = hand.effort_j - effort - f_m * (moving.x - x) - heat
+        assert stored(hand, moving, params, 0.25) - before == pytest.approx(came, abs=1e-12)
+
+
 def holds(s, p):
     """Whether the hand will hold the handle in the tick that starts."""
     due = s.next < len(p.ticks) and p.ticks[s.next] <= s.tick
