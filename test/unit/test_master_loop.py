@@ -15,9 +15,8 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.port.master import port_signals
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import MasterParams, SafetyParams
-from pmwvc_core.runtime.real_time import RealTimeReport
+from pmwvc_core.runtime import pacing
 from pmwvc_core.transport.packet import FLAG_LEAVING
-from pmwvc_master import loop as loop_module
 
 
 def answered(rig, grids, wave=-0.05, every=TICKS):
@@ -133,7 +132,7 @@ def test_an_answer_counts_from_the_fourth_tick_of_its_frame_or_of_the_next(came,
 def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monkeypatch):
     rig = Rig()
     rig.device.error = DeviceError("unplugged")
-    monkeypatch.setattr(loop_module, "request_real_time", lambda _: RealTimeReport())
+    monkeypatch.setattr(pacing, "request_real_time", lambda _: pacing.RealTimeReport())
     with pytest.raises(DeviceError, match="unplugged"):
         rig.loop.run(threading.Event())
     assert rig.device.stops == 1
