@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.baseline_link import TICK_S, BaselineLink, M
+from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
 from support.law_rigs import Port
 
 from pmwvc_core.law.without_waves.tdpa import Observer, overdraft_j
@@ -81,6 +81,17 @@ def test_a_limited_damper_falls_short_by_what_the_limit_leaves(seed, network, mo
     for here, _ in wander(link, seed):
         short += M * here.force[0] ** 2 * TICK_S / (4.0 * most)
         assert link.balance >= -short - ROUNDING_J
+
+
+def test_what_the_observer_at_the_avatar_takes_is_booked():
+    """Without it the force would have given out what the device's velocity asks for."""
+    params = TdpaParams(damping=0.0, damping_max=1e12, drift_share=0.0)
+    link, wanted_j = link_of("tdpa", params, seed=3), 0.0
+    for _, there in wander(link, 3):
+        if link.newest["up"] is not None:
+            wanted_j += FRAME_S * link.server.f_s[0] * link.newest["up"].wave
+        assert there.out_j - there.in_j + there.dissipated_j == pytest.approx(wanted_j, abs=1e-12)
+    assert there.dissipated_j > 1e-6
 
 
 def test_who_is_overdrawn_is_braked_also_where_the_force_takes_in():
