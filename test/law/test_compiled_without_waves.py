@@ -32,7 +32,7 @@ from pmwvc_core.law.without_waves import couplings, pspm, tdpa
 from pmwvc_core.law.without_waves.ends import AvatarEndParams, DeviceEnd, DeviceEndParams
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
-from pmwvc_core.params.baselines import TdpaParams
+from pmwvc_core.params.server import TdpaParams
 
 H, TICK_S = 0.008, 0.001
 

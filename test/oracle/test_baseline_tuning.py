@@ -15,7 +15,7 @@ from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.controllers.record import Loop, loop_of
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import BaselineParams
-from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 

@@ -15,11 +15,11 @@ from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample, Presence
+from pmwvc_core.frame import DeviceSample, Presence
 from pmwvc_core.params import ContactParams, MasterParams, SafetyParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_WAITING
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_SHORT, FLAG_WAITING
 
 TICK_NS = 1_010_000  # no time constant is a multiple of it: no comparison is decided by rounding
 H = TICK_NS * 1e-9
@@ -148,7 +148,7 @@ def test_every_tick_of_the_force_loop_equals_the_second_model(case):
         same_packet(sent, packet, f"at {k}", "period")
         if sent is not None:
             echo_ns = sent.sent_ns
-            assert bool(np.any(sent.short)) == packet.short, k
+            assert bool(sent.flags & FLAG_SHORT) == packet.short, k
         same(row[7], v, f"wave at {k}", within=NEAR)
         same(row[3], asked, f"force asked at {k}", within=NEAR)
         same(f, applied, f"force at {k}", within=NEAR)
@@ -228,7 +228,7 @@ def compare_users(row, answers, model, wanted, at):
         same(row.u_s[i], expected.u, f"wave used {what}", within=NEAR)
         same(row.f_s[i], user.f, f"force {what}", within=NEAR)
         same(row.x_s[i], expected.x_s, f"avatar {what}")
-        assert bool(np.any(sent.short)) == expected.short, what
+        assert bool(sent.flags & FLAG_SHORT) == expected.short, what
         assert row.state[i] is (Presence.DAMPING if expected.damped else Presence.COUPLED), what
 
 

@@ -13,7 +13,7 @@ from support.law_rigs import Port
 
 from pmwvc_core.law.without_waves.tdpa import Observer, overdraft_j
 from pmwvc_core.params import BaselineParams, MasterParams
-from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
 
 ROUNDING_J = 1e-9
 seeds = st.integers(0, 2**32 - 1)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from support.law_rigs import ForceLimits, Port
 from support.strategies import behind, matrices
 
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.params import BankParams, FilterParams, VelocityFilterParams
 
 TICK_S = 0.001

@@ -17,7 +17,7 @@ from support.filter_runs import Held
 from support.law_rigs import ForceLimits, Port
 from support.packer import Packer
 
-from pmwvc_core.ends.forms import known, value
+from pmwvc_core.ends.inbox import known, value
 from pmwvc_core.law.position.energy_tank import (
     Tank,
     tank_down,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support.law_rigs import ForceLimits
 
 from pmwvc_analysis.models.elements import as_columns, elements, lifted, stacked
-from pmwvc_core.ends.forms import vector
+from pmwvc_core.ends.inbox import vector
 from pmwvc_core.law.safety.limits import limits
 from pmwvc_core.master.safety import SafetyState, state_of, text_of
 from pmwvc_core.unrolled import unrolled

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.law.wave.filter_and_hold import (
     Hold,
     filter_sample,

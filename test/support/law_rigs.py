@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.ends.forms import known, value, vector
+from pmwvc_core.ends.inbox import known, value, vector
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (
@@ -36,9 +36,9 @@ from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
+from pmwvc_core.plugins import Faults
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box import Outside, directly
-from pmwvc_core.server.contained import Faults
 from support.session_given import session_given
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")

@@ -11,7 +11,7 @@ from support.packer import Packer
 from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, aimed, divided, set_to
 from pmwvc_core.law.without_waves.tdpa import Observer, informed, observed, overdraft_j
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
 
 BASELINES = ("direct", "virtual_coupling", "tdpa", "pspm")
 

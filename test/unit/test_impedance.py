@@ -101,8 +101,9 @@ def test_runs_and_axes_side_by_side_equal_single_floats():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("30 2; 2", "'30 2; 2': must be square"),
-        (";", "must be square"),
+        ("30 2; 2", "'30 2; 2': must be numbers, rows of one length"),
+        ("30 2 0; 2 20 0", "must be 2 x 2"),
+        (";", "must be 2 x 2"),
         ("30 2; 3 20", "must be symmetric"),
         ("30 40; 40 20", "must be positive definite"),
         ("-3", "must be positive definite"),

@@ -12,8 +12,8 @@ from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import Linear, linearize, stable
 from pmwvc_analysis.models.opened import is_long, opened
 from pmwvc_analysis.models.variation import subproblems
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.words import count
 
 
 def answer(

@@ -9,7 +9,7 @@ earlier. Packets under way are part of the state.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE
+from pmwvc_core.frame import AT_ONCE, LIVE
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.vectors import plus, scaled, zero

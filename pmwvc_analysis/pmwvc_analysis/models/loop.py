@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Both ends of a scenario, stepped tick by tick in the order of the simulator, or with the phases
-of a live session (:data:`pmwvc_core.frame.schedule.LIVE`). Links have a constant delay; there are
+of a live session (:data:`pmwvc_core.frame.LIVE`). Links have a constant delay; there are
 no limits and no brakes.
 
 The clocks of the playouts do not depend on signals (:mod:`pmwvc_core.law.channel.pace`). Where

@@ -24,11 +24,11 @@ from pmwvc_analysis.budget.criterion import behind_counts, held
 from pmwvc_analysis.budget.energy import declared, user_energies
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.filter_design import response
 from pmwvc_core.wave.impedance import largest
+from pmwvc_core.words import quantity
 
 POINTS = 16384  # frequencies of a mean
 LONGEST_S = 6.0

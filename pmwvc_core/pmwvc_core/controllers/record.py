@@ -15,7 +15,7 @@ from pmwvc_core.account import Entry
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.effects import longest_s
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
-from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.plugins import Record
 from pmwvc_core.server.couplings import Coupling, backward
 

@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.frame.rows import SIGNALS, Frame, FrameReport
+from pmwvc_core.frame import SIGNALS, Frame, FrameReport
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Array, Integers, Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk.book import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run, empty_steps
-from pmwvc_core.simulation.links import add_link, columns
+from pmwvc_core.simulation.conditions import add_link, columns
 from pmwvc_core.traces import (
     ENERGIES,
     OF_AVATARS,

@@ -4,7 +4,7 @@
 
 The order of events at a tick is that of the simulator: masters send, the server takes what has
 arrived and answers, masters take the newest answer, hands and devices go on. A live session has
-the same order with the phases of :data:`pmwvc_core.frame.schedule.LIVE`.
+the same order with the phases of :data:`pmwvc_core.frame.LIVE`.
 """
 
 import math
@@ -18,7 +18,7 @@ from oracle.linear_model.server import Server
 
 from pmwvc_analysis.models.linear import require_linear
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE
+from pmwvc_core.frame import AT_ONCE, LIVE
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 

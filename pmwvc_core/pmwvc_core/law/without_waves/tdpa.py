@@ -28,7 +28,7 @@ from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
-from pmwvc_core.params.baselines import TdpaParams
+from pmwvc_core.params.server import TdpaParams
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
 

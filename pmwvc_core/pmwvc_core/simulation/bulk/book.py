@@ -10,7 +10,7 @@ from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Server
 from pmwvc_core.law.vectors import Vector, each, squared
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.plant.task import Task, offset
+from pmwvc_core.plant.forces import Task, offset
 
 OF_PACKET = 7  # columns behind wave, integral and position: energy, period, time, flags, echo
 

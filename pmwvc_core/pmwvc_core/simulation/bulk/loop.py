@@ -20,8 +20,7 @@ from pmwvc_core.law.user_tick import ForceLoop, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import columns, each
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
-from pmwvc_core.plant.forces import hand_force
-from pmwvc_core.plant.task import Task
+from pmwvc_core.plant.forces import Task, hand_force
 from pmwvc_core.simulation.bulk.book import Book, after, note_step, put, taken, write
 
 

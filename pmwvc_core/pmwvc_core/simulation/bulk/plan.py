@@ -19,7 +19,7 @@ from pmwvc_core.network.effects import is_random
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.links import SimulatedLink
+from pmwvc_core.simulation.conditions import SimulatedLink
 from pmwvc_core.transport.packet import Receipt, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 

@@ -20,8 +20,8 @@ from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import made_user
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import resting_device, simulated_params
+from pmwvc_core.plant.forces import task_of
 from pmwvc_core.plant.hands import make_hand
-from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
