@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 from support.filter_runs import Stage
-from support.strategies import TICK_S, amplitudes, poles_rad_s, signals
-from support.wave_power import power
+from support.strategies import TICK_S, amplitudes, poles_rad_s, power, signals
 
 from pmwvc_core.law.wave.filter_and_hold import Hold, hold, load
 from pmwvc_core.law.wave.wave import impedance, wave_force, wave_j, wave_u, wave_v, wave_velocity

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.laws import as_written
-from support.least_balance import least_j
-from support.simulated import simulated
+from support.simulated import least_j, simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -81,26 +80,25 @@ def test_hands_and_cube_are_together_within_a_second(name):
 
 
 def test_without_a_brake_the_hands_close_in_and_stay_apart():
-    """The control: the plain channel, under the same outages."""
-    for name in ("up", "long"):
-        link, length_s = OUTAGES[name]
-        _, traces = session(link, length_s, channel="plain")
-        end_s = BEGIN_S + length_s
-        assert apart_m(traces, end_s + 1.0, end_s + 2.0) > 10e-3
+    """The control: the plain channel, under the same outage."""
+    _, traces = session(*OUTAGES["up"], channel="plain")
+    assert apart_m(traces, BEGIN_S + 1.5, BEGIN_S + 2.5) > 10e-3
 
 
 def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
     _, traces = session(*OUTAGES["up"])
-    for user, state in zip(traces.users, traces.server.state, strict=True):
+    at_s = BEGIN_S + 0.3
+    for user, state, grip in zip(
+        traces.users, traces.server.state, traces.server.f_s, strict=True
+    ):
         rows = (user.block_time_s > BEGIN_S) & (user.block_time_s < BEGIN_S + 0.6)
         reasons = {text for text, row in zip(user.reason, rows, strict=True) if row}
         assert "server receives nothing from this user: damping only" in reasons
         assert not any("server silent" in text for text in reasons)
-        at = int((BEGIN_S + 0.3) / traces.server.period_s)
+        at = int(at_s / traces.server.period_s)
         assert state[at] == Presence.DAMPING
-        assert np.abs(user.f_applied[int((BEGIN_S + 0.3) * 1000), 0]) < 2.5
-    grip = [np.abs(f[at, 0]) for f in traces.server.f_s]
-    assert min(grip) > 1.0  # the avatars hold the cube
+        assert np.abs(user.f_applied[int(at_s * 1000), 0]) < 2.5
+        assert np.abs(grip[at, 0]) > 1.0  # the avatars hold the cube
 
 
 def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
@@ -198,12 +196,13 @@ LASTED = {  # from 5 to 8 s
 }
 
 
-def left(name):
-    """Ten seconds after a disturbance: time from port to port, T1 + T2 of the later user [s], and
+def left(name, after_s=10.0):
+    """So long after a disturbance: time from port to port, T1 + T2 of the later user [s], and
     distance from device to avatar that is still undelivered, in both directions [m].
     """
     texts = ["channel=strict", LASTED[name]]
-    batch = SteppedSession(files.load("carry_16ms", settings_texts=texts, duration_s=18.0))
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=8.0 + after_s)
+    batch = SteppedSession(scenario)
     batch.run(lambda _: None)
     end_ns, found, undelivered = batch.ticks * batch.tick_ns, [], 0.0
     for user, guest in zip(batch.users, batch.server.s.guests, strict=True):
@@ -221,7 +220,7 @@ def test_the_lag_is_back_ten_seconds_after_a_disturbance(name):
 
 
 def test_where_neither_direction_nor_hand_pays_a_distance_stays(monkeypatch):
-    """The control."""
+    """The control, which runs the laws as written: not as long."""
     none = {name: lambda s, h, wanted: (s, 0.0) for name in SPARED}
     as_written(monkeypatch, port__strict_master__ASKED=0.0, **none)
-    assert left("a delay of 200 ms")[1] > 1e-3
+    assert left("a delay of 200 ms", after_s=3.0)[1] > 1e-3

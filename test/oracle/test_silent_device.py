@@ -8,7 +8,7 @@ import functools
 
 import numpy as np
 import pytest
-from support.least_balance import least_j
+from support.simulated import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files

@@ -8,8 +8,7 @@ import copy
 
 import numpy as np
 import pytest
-from support.least_balance import least_j
-from support.simulated import judged, simulated
+from support.simulated import judged, least_j, simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from support import handmade
 from support.command_line import here
-from support.installed import install
+from support.lab import install
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import figures

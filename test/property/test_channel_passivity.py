@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from support.filter_runs import Held, Stage
 from support.strategies import TICK_S, amplitudes, poles_rad_s, rate_drops, signals
@@ -17,97 +17,74 @@ from support.strategies import TICK_S, amplitudes, poles_rad_s, rate_drops, sign
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.aliasing import worst_case_gain
 
+FULL = 8
+
 
 def energy_j(wave, time_s):
     return 0.5 * time_s * float(np.dot(wave, wave))
 
 
-def balances(params, u, rate_drop, *, frames=None):
-    """Return energy received so far and balance at each frame end [J].
-
-    ``frames`` are the numbers of ticks of each frame, where they are not all M.
+def balances(params, u, rate_drop, frames=None):
+    """Return energy received so far and balance at each frame end [J]; ``frames`` are the numbers
+    of ticks of each frame, where they are not all M.
     """
     stage = Stage(params, rate_drop=rate_drop, axes=np.size(u[0]))
-    received = sent = 0.0
-    lengths = iter(frames if frames is not None else [rate_drop] * (len(u) // rate_drop))
-    left = next(lengths, 0)
-    found = []
-    for value in u:
-        if left == 0:
+    received, sent, found, rest = 0.0, 0.0, [], iter(u)
+    for length in frames or [rate_drop] * (len(u) // rate_drop):
+        ticks = [value for _, value in zip(range(length), rest, strict=False)]
+        if len(ticks) < length:
             break
-        received += energy_j(value, TICK_S)
-        stage.step(value)
-        left -= 1
-        if left == 0:
-            sent += energy_j(stage.sample(), rate_drop * TICK_S)
-            found.append((received, received - sent))
-            left = next(lengths, 0)
-    energy, balance = np.array(found).reshape(-1, 2).T
-    return energy, balance
+        for value in ticks:
+            received += energy_j(value, TICK_S)
+            stage.step(value)
+        sent += energy_j(stage.sample(), rate_drop * TICK_S)
+        found.append((received, received - sent))
+    return np.array(found).reshape(-1, 2).T
 
 
-INTEGRATE = FilterParams(kind="integrate_and_dump")
-PLAIN = FilterParams(kind="none")
-
-
-@given(u=signals(), rate_drop=rate_drops)
-def test_integrate_and_dump_never_sends_more_than_it_got(u, rate_drop):
-    energy, balance = balances(INTEGRATE, u.tolist(), rate_drop)
+@pytest.mark.parametrize("dof", [None, 3])
+@given(
+    st.data(),
+    rate_drops,
+    st.one_of(st.none(), st.lists(st.integers(1, 30), min_size=1, max_size=20)),
+)
+def test_integrate_and_dump_never_sends_more_than_it_got(dof, data, rate_drop, frames):
+    """Also where frames lose ticks or get more."""
+    u = data.draw(signals(dof=dof))
+    u = u if dof else u.tolist()
+    energy, balance = balances(FilterParams(kind="integrate_and_dump"), u, rate_drop, frames)
     assert (balance >= -1e-12 * energy).all()
 
 
-@given(u=signals(dof=3), rate_drop=rate_drops)
-def test_integrate_and_dump_is_passive_on_several_axes(u, rate_drop):
-    energy, balance = balances(INTEGRATE, u, rate_drop)
-    assert (balance >= -1e-12 * energy).all()
-
-
-@given(u=signals(), rate_drop=rate_drops, frames=st.lists(st.integers(1, 30), max_size=20))
-def test_integrate_and_dump_is_passive_when_frames_lose_ticks_or_get_more(u, rate_drop, frames):
-    energy, balance = balances(INTEGRATE, u.tolist(), rate_drop, frames=frames)
-    assert (balance >= -1e-12 * energy).all()
-
-
-@pytest.mark.parametrize("rate_drop", [2, 8, 20])
+@pytest.mark.parametrize("rate_drop", [2, 20])
 def test_plain_down_sampler_can_emit_energy(rate_drop):
-    spike = [0.0] * rate_drop
-    spike[-1] = 1.0
-    _, balance = balances(PLAIN, spike, rate_drop)
+    spike = [*[0.0] * (rate_drop - 1), 1.0]
+    _, balance = balances(FilterParams(kind="none"), spike, rate_drop)
     assert balance[0] == pytest.approx(-(rate_drop - 1) * TICK_S / 2)
 
 
-@given(u=signals(), rate_drop=rate_drops, pole=poles_rad_s)
-def test_a_first_order_filter_sends_at_most_its_worst_case(u, rate_drop, pole):
-    params = FilterParams(kind="first_order", pole_rad_s=pole)
+filters = st.one_of(
+    poles_rad_s.map(lambda pole: FilterParams(kind="first_order", pole_rad_s=pole)),
+    st.sampled_from(["pass", "stop"]).map(
+        lambda meet: FilterParams(kind="butterworth", stop_hz=50.0, meet=meet)
+    ),
+)
+
+
+@given(u=signals(), rate_drop=rate_drops, params=filters)
+def test_a_filter_sends_at_most_its_worst_case(u, rate_drop, params):
+    """So one divided by the root of its gain is passive."""
     gain = worst_case_gain(params, tick_s=TICK_S, rate_drop=rate_drop)
     energy, balance = balances(params, u.tolist(), rate_drop)
     assert (energy - balance <= gain * energy * (1.0 + 1e-9)).all()
 
 
-@pytest.mark.parametrize("meet", ["pass", "stop"])
-@given(u=signals(), rate_drop=rate_drops)
-def test_a_butterworth_filter_sends_at_most_its_worst_case(u, rate_drop, meet):
-    params = FilterParams(kind="butterworth", stop_hz=50.0, meet=meet)
-    gain = worst_case_gain(params, tick_s=TICK_S, rate_drop=rate_drop)
-    energy, balance = balances(params, u.tolist(), rate_drop)
-    assert (energy - balance <= gain * energy * (1.0 + 1e-9)).all()
-
-
-@given(u=signals(shortest=8), pole=poles_rad_s)
-def test_a_first_order_filter_divided_by_the_root_of_its_gain_is_passive(u, pole):
-    params = FilterParams(kind="first_order", pole_rad_s=pole)
-    scale = 1.0 / math.sqrt(worst_case_gain(params, tick_s=TICK_S, rate_drop=8))
-    energy, balance = balances(params, u.tolist(), 8)
-    assert (energy - scale**2 * (energy - balance) >= -1e-9 * energy).all()
-
-
-@pytest.mark.parametrize("pole, rate_drop", [(50.0, 8), (100.0, 8), (51.293, 20)])
+@pytest.mark.parametrize("pole, rate_drop", [(50.0, 8), (51.293, 20)])
 def test_undivided_it_emits_energy_and_the_worst_case_is_not_an_estimate(pole, rate_drop):
-    # A wave that grows as the filter forgets: the singular vector of rest, cut off far away.
+    """A wave that grows as the filter forgets: the singular vector of rest, cut off far away."""
     params = FilterParams(kind="first_order", pole_rad_s=pole)
     ticks = np.arange(40_000)
     slow = np.sin(np.pi * (ticks + 0.5) / len(ticks))
-    gain = worst_case_gain(params, tick_s=TICK_S, rate_drop=rate_drop)
     p = math.exp(-pole * TICK_S)
     h = (1 - p) * p ** np.arange(400)
     shaped = np.zeros(len(ticks))
@@ -116,6 +93,7 @@ def test_undivided_it_emits_energy_and_the_worst_case_is_not_an_estimate(pole, r
         shaped[n - reach + 1 : n + 1] += slow[n] * h[:reach][::-1]
     energy, balance = balances(params, shaped.tolist(), rate_drop)
     ratio = (energy[-1] - balance[-1]) / energy[-1]
+    gain = worst_case_gain(params, tick_s=TICK_S, rate_drop=rate_drop)
     assert 1.0 < ratio <= gain
     assert ratio == pytest.approx(gain, rel=1e-4)
 
@@ -135,36 +113,28 @@ def expand(held, packets, lengths):
     return received, emitted, least
 
 
-FULL = 8
-packet_trains = st.lists(st.tuples(amplitudes, st.integers(0, FULL)), min_size=1, max_size=40)
-
-
 @pytest.mark.parametrize("kind", ["zoh", "foh"])
-@given(train=packet_trains)
+@given(
+    train=st.lists(st.tuples(amplitudes, st.integers(0, FULL)), min_size=1, max_size=40),
+)
 def test_a_hold_emits_no_more_than_it_got_while_no_packet_is_late(kind, train):
+    """Over whole frames a zero-order hold is lossless; a late packet makes either give more."""
     packets, lengths = zip(*train, strict=True)
     received, _, least = expand(Held(kind, ticks=FULL), packets, lengths)
     assert least >= -1e-12 * received
+    if kind == "zoh":
+        received, emitted, _ = expand(Held(kind, ticks=FULL), packets, [FULL] * len(packets))
+        assert emitted == pytest.approx(received, rel=1e-12)
+    if packets[0]:
+        _, _, least = expand(Held(kind, ticks=FULL), packets[:1] * 2, [FULL, 2 * FULL])
+        assert least < 0.0
 
 
-@given(packets=st.lists(amplitudes, min_size=1, max_size=40))
-def test_a_zero_order_hold_is_lossless_over_whole_frames(packets):
-    received, emitted, _ = expand(Held("zoh", ticks=FULL), packets, [FULL] * len(packets))
-    assert emitted == pytest.approx(received, rel=1e-12)
-
-
-@pytest.mark.parametrize("kind", ["zoh", "foh"])
-@given(v=amplitudes)
-def test_a_late_packet_lets_any_hold_emit_more_than_it_got(kind, v):
-    assume(v != 0.0)
-    _, _, least = expand(Held(kind, ticks=FULL), [v, v], [FULL, 2 * FULL])
-    assert least < 0.0
-
-
-@pytest.mark.parametrize("ticks", [1, 2, 8, 20, 100])
+@pytest.mark.parametrize("ticks", [1, 2, 20])
 def test_a_first_order_hold_stores_a_quarter_of_what_its_last_ticks_would_carry(ticks):
-    # For any value c at the load and any packet v: M v^2 + s c^2 >= emitted + s (value after)^2,
-    # s = (M-1)/2, as quadratic form in (c, v); for whole frames no smaller s would do.
+    """For any value c at the load and any packet v: M v^2 + s c^2 >= emitted + s (value after)^2,
+    s = (M-1)/2, as quadratic form in (c, v); for whole frames no smaller s would do.
+    """
     s = 0.5 * (ticks - 1)
     for length in range(ticks + 1):
         held = Held("foh", ticks=ticks, axes=2)
@@ -181,10 +151,9 @@ def test_a_first_order_hold_stores_a_quarter_of_what_its_last_ticks_would_carry(
     assert np.linalg.eigvalsh(form)[0] == pytest.approx(0.0, abs=1e-12 * ticks)
 
 
-@pytest.mark.parametrize("start", [-1.0, 0.5])
-def test_first_order_hold_that_starts_elsewhere_generates_energy(start):
+def test_first_order_hold_that_starts_elsewhere_generates_energy():
     held = Held("foh", ticks=FULL)
-    held.load(start)
+    held.load(-1.0)
     for _ in range(FULL):
         held.step()
     _, _, least = expand(held, [0.0], [FULL])

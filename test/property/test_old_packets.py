@@ -16,10 +16,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.least_balance import least_j
 from support.packer import Packer
 from support.receiving import ReceivingEnd
-from support.simulated import simulated
+from support.simulated import least_j, simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files

@@ -5,10 +5,8 @@
 ::
 
     python test/support/golden.py                       # compare all with the stored data
-    python test/support/golden.py --check grip_strict_1     # one of them
+    python test/support/golden.py grip_strict_1         # one of them
     python test/support/golden.py --write grip_strict_1     # record it anew; says what changed
-    python test/support/golden.py --full FOLDER --write all    # every row, to another folder
-    python test/support/golden.py --full FOLDER --check NAME   # the first row that differs
 
 Kept of each signal: every 50th row and the last, and over all rows sum, sum of squares, number of
 values that are not finite and largest magnitude. Texts and counts are kept whole.
@@ -73,9 +71,9 @@ def _is_nested(value: Any) -> bool:
     return isinstance(value, np.ndarray) or dataclasses.is_dataclass(value)
 
 
-def _signal(array: NDArray[Any], stride: int) -> Signal:
+def _signal(array: NDArray[Any]) -> Signal:
     table = np.asarray(array, dtype=np.float64).reshape(len(array), -1 if array.size else 1)
-    row = np.unique(np.append(np.arange(0, len(table), stride), len(table) - 1))
+    row = np.unique(np.append(np.arange(0, len(table), STRIDE), len(table) - 1))
     finite = np.where(np.isfinite(table), table, 0.0)
     lost = np.sum(~np.isfinite(table))
     sums = [finite.sum(), (finite * finite).sum(), lost, np.abs(finite).max(initial=0.0)]
@@ -88,17 +86,17 @@ def _runs(texts: list[str]) -> list[tuple[int, str]]:
     return [(i, t) for i, t in enumerate(texts) if i == 0 or t != texts[i - 1]]
 
 
-def recorded(name: str, stride: int = STRIDE) -> Record:
+def recorded(name: str) -> Record:
     """Simulate a session and return what is kept of it."""
-    return record_of(simulate_one(parse_scenario(MAPPINGS[name])), stride)
+    return record_of(simulate_one(parse_scenario(MAPPINGS[name])))
 
 
-def record_of(traces: Any, stride: int = STRIDE) -> Record:
+def record_of(traces: Any) -> Record:
     """Return what is kept of traces."""
     signals, texts = {}, {}
     for path, value in _parts(traces, ""):
         if isinstance(value, np.ndarray) and value.ndim:
-            signals[path] = _signal(value, stride)
+            signals[path] = _signal(value)
         elif path.endswith(".reason"):
             texts[path] = _runs(value)
         else:
@@ -125,13 +123,13 @@ def save(record: Record, file: Path) -> None:
     )
 
 
-def load(file: Path, stride: int = STRIDE) -> Record:
-    """Read a record: ``load(path, 1).signals["users.1.f_m"].values`` of one with every row."""
+def load(file: Path) -> Record:
+    """Read a record, as ``load(path).signals["users.1.f_m"].values``."""
     with np.load(file) as data:
         numbers, text = data["numbers"], json.loads(data["text"].tobytes())
     signals, at = {}, 0
     for name, (rows, columns, length) in text["shapes"].items():
-        row = np.arange(rows) * stride
+        row = np.arange(rows) * STRIDE
         row[-1:] = length - 1
         values = numbers[at : at + rows * columns].reshape(rows, columns)
         at += rows * columns
@@ -200,21 +198,15 @@ def differences(was: Record, now: Record, tolerance: float = TOLERANCE) -> list[
 def main() -> int:
     """Compare or record; return 1 where something differs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", nargs="*", default=[], metavar="NAME")
-    parser.add_argument("--write", nargs="*", default=[], metavar="NAME", help="names, or all")
-    parser.add_argument("--full", type=Path, metavar="FOLDER", help="every row, in this folder")
+    parser.add_argument("names", nargs="*", choices=[[], *MAPPINGS], help="all, without one")
+    parser.add_argument("--write", action="store_true", help="record what differs anew")
     given = parser.parse_args()
-    names = given.check + given.write
-    wanted = [name for name in MAPPINGS if name in names or not names or "all" in names]
-    if unknown := set(names) - set(MAPPINGS) - {"all"}:
-        parser.error(f"no such session: {sorted(unknown)}; there are {list(MAPPINGS)}")
-    folder, stride = (given.full, 1) if given.full else (FOLDER, STRIDE)
     changed = 0
-    for name in wanted:
-        file, now = folder / f"{name}.npz", recorded(name, stride)
+    for name in given.names or MAPPINGS:
+        file, now = FOLDER / f"{name}.npz", recorded(name)
         found = ["not recorded yet"]
         if file.exists():
-            found = differences(load(file, stride), now, tolerance_of(name))
+            found = differences(load(file), now, tolerance_of(name))
         changed += bool(found)
         print(f"{name}: " + ("as stored" if not found else f"{len(found)} signals differ"))
         for words in found[:5]:

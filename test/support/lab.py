@@ -8,10 +8,11 @@ import os
 import re
 import sys
 import types
+from collections.abc import Mapping
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 from support.command_line import ROOT, call
-from support.installed import install
 
 
 def source_of(page):
@@ -19,6 +20,20 @@ def source_of(page):
     text = (ROOT / "docs" / page).read_text("utf-8")
     [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     return text, source
+
+
+def install(folder: Path, module: str, source: str, points: Mapping[str, str]) -> None:
+    """Write a module and the entry points of its package.
+
+    ``points`` are texts like ``soft = "lab_soft:SOFT"`` by group of entry points.
+    """
+    (folder / f"{module}.py").write_text(source, "utf-8")
+    info = folder / f"{module}-1.0.dist-info"
+    info.mkdir()
+    name = module.replace("_", "-")
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    lines = [f"[{group}]\n{point}\n" for group, point in points.items()]
+    (info / "entry_points.txt").write_text("\n".join(lines).replace('"', ""))
 
 
 def example_of(folder, page):

@@ -116,7 +116,7 @@ class Port:
         self._answered(vector(wave, self.axes), False)
 
     def silence(self):
-        self._answered((0.0,) * self.axes, True)
+        self._answered((1.0,) * self.axes, True)  # a wave that does not count
 
     def _answered(self, wave, silent):
         given = self.arrivals, self._newest, wave, silent, self._user.master.frame_s

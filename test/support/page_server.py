@@ -18,10 +18,12 @@ from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.simulated import SimulatedSession
 from pmwvc_view.web.server import PageServer
+from support import page_sockets
+from support.page_sockets import TOKEN
 from support.plain import load
 
+__all__ = ["SNAPSHOT_S", "TOKEN", "Served", "served", "serving"]
 SNAPSHOT_S = 0.016
-TOKEN = "token-of-the-test"
 PATIENCE = 2500  # snapshots; a machine that stalls takes longer for them
 
 
@@ -88,16 +90,8 @@ class Served:
 @contextmanager
 def serving(session: Session) -> Iterator[PageServer]:
     """Serve a session, until the block ends."""
-    server = PageServer(session, host="127.0.0.1", port=0, token=TOKEN, snapshot_s=SNAPSHOT_S)
-    stop, ready = threading.Event(), threading.Event()
-    thread = threading.Thread(target=server.run, args=(stop, ready.set))
-    thread.start()
-    try:
-        assert ready.wait(60.0)
-        yield server
-    finally:
-        stop.set()
-        thread.join()
+    with page_sockets.served(session, snapshot_s=SNAPSHOT_S) as found:
+        yield found.server
 
 
 @contextmanager

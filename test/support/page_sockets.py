@@ -126,14 +126,12 @@ class Served:
     ) -> None:
         self.session = session
         self._stop, self._ready = threading.Event(), threading.Event()
-        self._server = PageServer(session, host=host, port=0, token=TOKEN, snapshot_s=snapshot_s)
-        self._thread = threading.Thread(
-            target=self._server.run, args=(self._stop, self._ready.set)
-        )
+        self.server = PageServer(session, host=host, port=0, token=TOKEN, snapshot_s=snapshot_s)
+        self._thread = threading.Thread(target=self.server.run, args=(self._stop, self._ready.set))
         self._thread.start()
         assert self._ready.wait(PATIENCE_S)
-        self.host = f"127.0.0.1:{self._server.port}"
-        self.port = self._server.port
+        self.host = f"127.0.0.1:{self.server.port}"
+        self.port = self.server.port
 
     @contextlib.contextmanager
     def page(self, *, token: str = TOKEN, origin: str | None = None) -> Iterator[Page]:

@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A filter of a wave port alone, between any waves: a velocity filter, or a filter bank."""
+"""Masters with a filter in their waves, a velocity filter or a bank: moved by hand, and the filter
+alone between any waves.
+"""
+
+import numpy as np
 
 from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.inbox import value, vector
@@ -8,7 +12,10 @@ from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.port_filters import part_energies, part_in, part_up
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.law.wave.wave import along
+from pmwvc_core.params import BankParams, FilterParams, LocalModelParams, MasterParams
 from support.law_rigs import Port
+
+TICK_S = 0.001
 
 
 class Part:
@@ -43,3 +50,28 @@ class Part:
     def energies(self):
         """Energies since the start [J] by name."""
         return dict(zip(self._names, part_energies(self.s, self.p), strict=True))
+
+
+def master(kind="complementary", *, impedance=25.0, matrix="", rate_drop=4, **local):
+    return MasterParams(
+        impedance=impedance,
+        impedance_matrix=matrix,
+        rate_drop=rate_drop,
+        filter=FilterParams(kind="integrate_and_dump"),
+        bank=BankParams(kind=kind),
+        local_model=LocalModelParams(**local),
+    )
+
+
+def driven(port, motions, *, wave=0.0):
+    """Force of a port moved by hand, every frame of 4 ticks hearing the same wave."""
+    forces = []
+    x = 0.0 * motions[0]
+    for k, xd in enumerate(motions):
+        if k % 4 == 0:
+            port.receive(wave + 0.0 * xd)
+        f = port.step(x, xd)
+        port.applied(f)
+        x = x + TICK_S * xd
+        forces.append(f)
+    return np.array(forces)

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 
-from pmwvc_analysis.models.elements import Elements, elements, lifted
 from pmwvc_core.ends.inbox import Inbox, message, value, vector
 from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
@@ -17,8 +16,6 @@ from pmwvc_core.law.channel.playout import RETURN_S, Energies, PlayoutParams
 from pmwvc_core.made.user import packing_params
 from pmwvc_core.params import DeadbandParams
 from support.session_given import session_given
-
-UNMOVED = Energies()
 
 
 class ReceivingEnd:
@@ -85,65 +82,39 @@ class SendingEnd:
 
 
 class Playing:
-    """A playout of one run, or of several that are stepped together: waves are floats, ``(dof,)``
-    or ``(runs, dof)``, energies floats or ``(runs, 1)``.
-    """
+    """A playout; waves are floats or ``(dof,)``."""
 
-    def __init__(self, dof=1, *, runs=0, most_repaid=1.0, rises_s=RETURN_S):
-        self.dof, self.runs = dof, runs
-        self.p = PlayoutParams(most_repaid, rises_s, 0.0)
-        self.s = playout.resting_playout((0.0,) * dof, UNMOVED)
-
-    def _call(self, law, *given):
-        return (lifted(law) if self.runs else law)(self.s, *given)
-
-    def _vector(self, signal):
-        if not self.runs:
-            return vector(signal, self.dof)
-        return tuple(elements(signal[:, axis]) for axis in range(self.dof))
-
-    def _number(self, number):
-        if self.runs:
-            return elements(np.ravel(number))
-        return np.ravel(number)[0].item()
-
-    def _value(self, signal):
-        if not self.runs:
-            return value(signal)
-        return np.stack([np.broadcast_to(each, self.runs) for each in signal], axis=-1)
+    def __init__(self, dof=1, *, most_repaid=1.0, rises_s=RETURN_S):
+        self.dof, self.p = dof, PlayoutParams(most_repaid, rises_s, 0.0)
+        self.s = playout.resting_playout((0.0,) * dof, Energies())
 
     def add(self, integral, energy_j, duration_s):
-        self.s = self._call(
-            playout.add, self._vector(integral), self._number(energy_j), duration_s
+        self.s = playout.add(
+            self.s, vector(integral, self.dof), float(np.ravel(energy_j)[0]), duration_s
         )
 
     def step(self, h):
-        self.s, wave = self._call(playout.play, h, self.p)
-        return self._value(wave)
+        self.s, wave = playout.play(self.s, h, self.p)
+        return value(wave)
 
     def spared(self, h, wanted):
-        self.s, energy_j = self._call(arrivals.spared, h, self._number(wanted))
-        return self._energy(energy_j)
+        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted))
+        return energy_j
 
     def pass_by(self, lasted_s):
-        self.s = self._call(playout.pass_by, lasted_s)
+        self.s = playout.pass_by(self.s, lasted_s)
 
     def begin(self):
-        self.s = self._call(playout.begin)
+        self.s = playout.begin(self.s)
 
     def give(self, given_j):
         """Let so much have been given out [J]."""
-        self.s = self.s._replace(moved=self.s.moved._replace(given_j=self._number(given_j)))
+        self.s = self.s._replace(moved=self.s.moved._replace(given_j=given_j))
 
-    @staticmethod
-    def _energy(energy_j):
-        many = isinstance(energy_j, Elements)
-        return energy_j.view(np.ndarray)[:, None] if many else energy_j
-
-    received_j = property(lambda self: self._energy(self.s.moved.received_j))
-    given_j = property(lambda self: self._energy(self.s.moved.given_j))
-    released_j = property(lambda self: self._energy(self.s.moved.released_j))
-    discarded_j = property(lambda self: self._energy(self.s.moved.discarded_j))
-    free_j = property(lambda self: self._energy(self._call(playout.free_j)))
-    waiting = property(lambda self: self._value(self._call(playout.waiting)))
-    undelivered = property(lambda self: self._value(self.s.undelivered))
+    received_j = property(lambda self: self.s.moved.received_j)
+    given_j = property(lambda self: self.s.moved.given_j)
+    released_j = property(lambda self: self.s.moved.released_j)
+    discarded_j = property(lambda self: self.s.moved.discarded_j)
+    free_j = property(lambda self: playout.free_j(self.s))
+    waiting = property(lambda self: value(playout.waiting(self.s)))
+    undelivered = property(lambda self: value(self.s.undelivered))

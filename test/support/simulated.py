@@ -56,3 +56,10 @@ def _arrays(value: Any) -> Iterator[np.ndarray]:
     elif isinstance(value, list | tuple):
         for part in value:
             yield from _arrays(part)
+
+
+def least_j(energy):
+    """Return the least balance of both directions and of the port of a user's hand beside what was
+    declared to be stored at the start; zero or more where nothing was made [J].
+    """
+    return min(each.minimum_j + each.declared_j for each in energy.parts.values())

@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 TICK_S = 0.001
@@ -33,11 +34,33 @@ def matrices(draw, dof=None):
     return MatrixImpedance(np.sort(np.exp(rng.uniform(np.log(0.5), np.log(500.0), size))), axes)
 
 
+def text_of(matrix):
+    """Return a matrix as a parameter has it."""
+    return "; ".join(" ".join(repr(float(entry)) for entry in row) for row in matrix)
+
+
+def behind(b, **names):
+    """Return the parameters of a master behind a number or a matrix."""
+    if isinstance(b, MatrixImpedance):
+        return MasterParams(impedance_matrix=text_of(b.matrix), **names)
+    return MasterParams(impedance=b, **names)
+
+
 def signals_of(count):
-    """Draw a function that makes ``count`` signals for an impedance, single or of three runs."""
+    """Draw a function that makes ``count`` signals for an impedance, single or of three runs; of
+    three axes behind a number.
+    """
 
     def function(seed_and_runs):
         rng, runs = np.random.default_rng(seed_and_runs[0]), seed_and_runs[1]
-        return lambda b: [rng.normal(size=(*runs, len(b.values))) for _ in range(count)]
+        return lambda b: [
+            rng.normal(size=(*runs, len(getattr(b, "values", "xyz")))) for _ in range(count)
+        ]
 
     return st.tuples(st.integers(0, 2**32 - 1), st.sampled_from([(), (3,)])).map(function)
+
+
+def power(u, v):
+    """Return the power that runs towards the server, (|u|^2 - |v|^2)/2 [W], one per run."""
+    u, v = (np.sum(np.square(np.atleast_1d(wave)), -1, keepdims=True) for wave in (u, v))
+    return (u - v) / 2

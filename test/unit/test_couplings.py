@@ -1,30 +1,32 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The couplings against their equations, written out step by step."""
+"""The couplings of the server against their equations, written out step by step, and what all of
+them do at a wall.
+"""
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from support.law_rigs import Users
+from support.law_rigs import Port, Users
 
-from pmwvc_core.law.server.contacts import advanced_contact
-from pmwvc_core.law.server.springs import spring_answer
-from pmwvc_core.made.server import contact_of
-from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params import ContactParams, MasterParams, ServerParams
+from pmwvc_core.params.server import COMPENSATIONS, INTEGRATORS, KNOWN
 from pmwvc_core.params.server import COUPLINGS as NAMES
-from pmwvc_core.params.server import INTEGRATORS
+from pmwvc_core.server.couplings import COMPENSATIONS as COMPENSATIONS_MADE
 from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.environments import LIBRARY
 
 H, B_W, K, B_C, M_O = 0.008, 25.0, 500.0, 10.0, 2.0
 RATIO = np.sqrt(2.0 / B_W)
+PLACES = np.array([-0.03, 0.03])
+MEAN_SHARE = {"forward_euler": 0.0, "backward_euler": 1.0, "trapezoid": 0.5}  # of the new velocity
 
 
 def two_users(coupling, *, contact="bilateral", integrator="backward_euler", **server):
     contacts = ContactParams(contact=contact, contact_stiffness=K, contact_damping=B_C)
     params = ServerParams(coupling=coupling, integrator=integrator, object_mass=M_O, **server)
     made = Users(params, [contacts] * 2, b=B_W)
-    made.join(0, -0.03)
-    made.join(1, 0.03)
+    for user, place in enumerate(PLACES.tolist()):
+        made.join(user, place)
     return made
 
 
@@ -32,164 +34,212 @@ def random_waves(seed, steps=30):
     return np.random.default_rng(seed).normal(0.0, 0.3, (steps, 2)).tolist()
 
 
-def follow(server, waves):
-    """Return x_o, xd_o, x_s, xd_s, f_s, v_s per step."""
-    rows = []
-    for wave in waves:
-        server.step(wave)
-        rows.append([server.x_o, server.xd_o, *server.x_s, *server.xd_s, *server.f_s, *server.v_s])
-    return np.array(rows)
-
-
-def object_step(x, v, force):
-    """Advance an undamped mass exactly under a held force."""
-    return x + H * v + H * H / 2 / M_O * force, v + H / M_O * force
-
-
-def test_every_coupling_a_parameter_can_name_exists():
+def test_every_name_of_a_parameter_is_made():
     assert tuple(COUPLINGS.library) == NAMES
+    assert tuple(COMPENSATIONS_MADE.library) == COMPENSATIONS
+    assert tuple(name for name, record in LIBRARY.items() if record.known) == KNOWN
+    assert all(record.made for record in LIBRARY.values())
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_one_step_delay_is_equation_4(integrator):
-    waves = random_waves(1)
-    x_s, xd_s, f_s = np.array([-0.03, 0.03]), np.zeros(2), np.zeros(2)
-    rest, x_o, v_o = x_s.copy(), 0.0, 0.0
-    expected = []
-    for u in np.array(waves):
-        x_o, v_o = object_step(x_o, v_o, f_s.sum())
-        new = RATIO * u - f_s / B_W
-        mean = {"forward_euler": xd_s, "backward_euler": new, "trapezoid": (xd_s + new) / 2}
-        x_s, xd_s = x_s + H * mean[integrator], new
-        f_s = K * (x_s - x_o - rest) + B_C * (xd_s - v_o)
-        expected.append([x_o, v_o, *x_s, *xd_s, *f_s, *(u - RATIO * f_s)])
-    server = two_users("one_step_delay", integrator=integrator)
-    np.testing.assert_allclose(follow(server, waves), expected, rtol=1e-10, atol=1e-13)
+class Written:
+    """Two avatars with two-sided springs at an object: x_s, xd_s, f_s ``(2,)``, x_o and v_o."""
+
+    def __init__(self, share=0.0, b_o=0.0):
+        self.x_s, self.xd_s, self.f_s = PLACES.copy(), np.zeros(2), np.zeros(2)
+        self.x_o = self.v_o = 0.0
+        self.share, self.b_o = share, b_o
+
+    def touch(self):
+        stretch = self.x_s - self.x_o - PLACES
+        self.f_s = K * stretch + B_C * (self.xd_s - self.v_o)
+
+    def carry(self):
+        """Advance the undamped object exactly under the forces held."""
+        force = self.f_s.sum()
+        self.x_o += H * self.v_o + H * H / 2 / M_O * force
+        self.v_o += H / M_O * force
 
 
-def test_one_frame_late_is_equation_14_with_its_sign_corrected():
-    waves = random_waves(2)
-    x_s, xd_s = np.array([-0.03, 0.03]), np.zeros(2)
-    rest, x_o, v_o = x_s.copy(), 0.0, 0.0
-    expected = []
-    for u in np.array(waves):
-        f_s = K * (x_s - x_o - rest) + B_C * (xd_s - v_o)
-        x_s, xd_s = x_s + H * xd_s, RATIO * u - f_s / B_W
-        x_o, v_o = object_step(x_o, v_o, f_s.sum())
-        expected.append([x_o, v_o, *x_s, *xd_s, *f_s, *(u - RATIO * f_s)])
-    server = two_users("one_frame_late")
-    np.testing.assert_allclose(follow(server, waves), expected, rtol=1e-10, atol=1e-13)
+def one_step_delay(a, u):
+    """Eq. 4."""
+    a.carry()
+    new = RATIO * u - a.f_s / B_W
+    a.x_s = a.x_s + H * (a.share * new + (1.0 - a.share) * a.xd_s)
+    a.xd_s = new
+    a.touch()
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_unwrapped_is_equation_4_of_the_black_box_paper(integrator):
-    waves = random_waves(3)
-    g = {"forward_euler": 0.0, "backward_euler": H, "trapezoid": H / 2}[integrator]
-    x_s, xd_s, f_s = np.array([-0.03, 0.03]), np.zeros(2), np.zeros(2)
-    rest, x_o, v_o = x_s.copy(), 0.0, 0.0
-    expected = []
-    for u in np.array(waves):
-        x_o, v_o = object_step(x_o, v_o, f_s.sum())
-        x_p = x_s + (H - g) * xd_s
-        xd_s = (np.sqrt(2 * B_W) * u - K * (x_p - x_o - rest) + B_C * v_o) / (B_W + B_C + g * K)
-        x_s = x_p + g * xd_s
-        f_s = K * (x_s - x_o - rest) + B_C * (xd_s - v_o)
-        expected.append([x_o, v_o, *x_s, *xd_s, *f_s, *(u - RATIO * f_s)])
-    server = two_users("unwrapped", integrator=integrator)
-    np.testing.assert_allclose(follow(server, waves), expected, rtol=1e-10, atol=1e-13)
+def one_frame_late(a, u):
+    """Eq. 14 with its sign corrected."""
+    a.touch()
+    a.x_s, a.xd_s = a.x_s + H * a.xd_s, RATIO * u - a.f_s / B_W
+    a.carry()
 
 
-@pytest.mark.parametrize("b_o", [0.0, 3.0])
-def test_implicit_with_two_sided_contacts_is_its_closed_form(b_o):
-    waves = random_waves(4)
-    x_s, e = np.array([-0.03, 0.03]), np.zeros(2)
-    x_o, v_o = 0.0, 0.0
+def unwrapped(a, u):
+    """App. C Eq. 4."""
+    a.carry()
+    g = H * a.share
+    x_p = a.x_s + (H - g) * a.xd_s
+    push = np.sqrt(2 * B_W) * u - K * (x_p - a.x_o - PLACES) + B_C * a.v_o
+    a.xd_s = push / (B_W + B_C + g * K)
+    a.x_s = x_p + g * a.xd_s
+    a.touch()
+
+
+def implicit(a, u):
+    """Closed form of the midpoint rule (docs/theory.md 4.4)."""
     g = K * H / 2 + B_C
-    a = g / B_W
-    expected = []
-    for u in np.array(waves):
-        push = (K * e + g * RATIO * u) / (1 + a)
-        mean = (v_o + H / (2 * M_O) * push.sum()) / (
-            1 + H * b_o / (2 * M_O) + H / (2 * M_O) * 2 * g / (1 + a)
-        )
-        f_s = push - g * mean / (1 + a)
-        xd_s = RATIO * u - f_s / B_W
-        e, x_s = e + H * (xd_s - mean), x_s + H * xd_s
-        x_o, v_o = x_o + H * mean, 2 * mean - v_o
-        expected.append([x_o, v_o, *x_s, *xd_s, *f_s, *(u - RATIO * f_s)])
-    server = two_users("implicit", object_damping=b_o)
-    np.testing.assert_allclose(follow(server, waves), expected, rtol=1e-10, atol=1e-13)
+    rate, share = H / (2 * M_O), 1 + g / B_W
+    push = (K * (a.x_s - a.x_o - PLACES) + g * RATIO * u) / share
+    mean = (a.v_o + rate * push.sum()) / (1 + rate * a.b_o + rate * 2 * g / share)
+    a.f_s = push - g * mean / share
+    a.xd_s = RATIO * u - a.f_s / B_W
+    a.x_s, a.x_o, a.v_o = a.x_s + H * a.xd_s, a.x_o + H * mean, 2 * mean - a.v_o
 
 
-def test_implicit_with_grips_solves_the_same_equations_as_a_bracketing_solver():
-    waves = random_waves(5, steps=80)
-    server = two_users("implicit", contact="grip")
-    params = ContactParams(contact_stiffness=K, contact_damping=B_C)
-    grips = [contact_of(params, side=side, size=0.06, axes=1) for side in (-1, 1)]
-    v_o, pushed, free = 0.0, 0, 0
-    for u in waves:
-
-        def answers(mean, u=u, grips=grips):
-            return [
-                spring_answer(grip.springs[0], RATIO * w - mean, B_W, H, True, grip.law)
-                for grip, w in zip(grips, u, strict=True)
-            ]
-
-        def missing(mean, v_o=v_o, answers=answers):
-            return 2 * M_O / H * (mean - v_o) - sum(answer.force for answer in answers(mean))
-
-        mean = brentq(missing, -5.0, 5.0, xtol=1e-15, rtol=1e-14)
-        found = answers(mean)
-        grips = [
-            advanced_contact(grip, (answer.force,), (answer.rate,), H)[0]
-            for grip, answer in zip(grips, found, strict=True)
-        ]
-        v_o = 2 * mean - v_o
-        server.step(u)
-        np.testing.assert_allclose(server.f_s, [answer.force for answer in found], atol=1e-8)
-        assert server.xd_o == pytest.approx(v_o, abs=1e-10)
-        touching = server.touches(0) + server.touches(1)
-        pushed, free = pushed + touching, free + 2 - touching
-    assert pushed > 10 and free > 10, "both states must occur for this to say anything"
-
-
-@pytest.mark.parametrize("coupling", ["implicit", "unwrapped"])
-def test_power_balances_at_the_port_where_the_force_is_not_late(coupling):
-    server = two_users(coupling)
-    for u in random_waves(6):
-        v = server.step(u)
-        for i in (0, 1):
-            assert server.f_s[i] * server.xd_s[i] == pytest.approx((u[i] ** 2 - v[i] ** 2) / 2)
-
-
-def test_power_does_not_balance_at_the_port_where_the_force_is_late():
-    server = two_users("one_step_delay")
-    gaps = []
-    for u in random_waves(6):
-        v = server.step(u)
-        gaps.append(server.f_s[0] * server.xd_s[0] - (u[0] ** 2 - v[0] ** 2) / 2)
-    assert np.abs(gaps).max() > 1e-3
+@pytest.mark.parametrize(
+    ("law", "integrator", "b_o"),
+    [
+        *((one_step_delay, name, 0.0) for name in INTEGRATORS),
+        *((unwrapped, name, 0.0) for name in INTEGRATORS),
+        (one_frame_late, "backward_euler", 0.0),
+        (implicit, "backward_euler", 0.0),
+        (implicit, "backward_euler", 3.0),
+    ],
+)
+def test_a_coupling_is_its_equation(law, integrator, b_o):
+    server = two_users(law.__name__, integrator=integrator, object_damping=b_o)
+    written = Written(MEAN_SHARE[integrator], b_o)
+    for u in np.array(random_waves(1)):
+        v = server.step(u.tolist())
+        law(written, u)
+        found = [server.x_o, server.xd_o, *server.x_s, *server.xd_s, *server.f_s, *v]
+        expected = [written.x_o, written.v_o, *written.x_s, *written.xd_s, *written.f_s]
+        expected += [*(u - RATIO * written.f_s)]
+        np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-13)
+        if law in (implicit, unwrapped):  # whose force is not late: power balances at the port
+            np.testing.assert_allclose(
+                np.multiply(server.f_s, server.xd_s), (u**2 - np.square(v)) / 2, atol=1e-12
+            )
 
 
 @pytest.mark.parametrize("coupling", NAMES)
-def test_all_couplings_agree_when_the_step_is_short(coupling):
+def test_all_couplings_agree_when_the_step_is_short_and_mirror_what_is_mirrored(coupling):
     """Slow waves, 1 ms: what is left between the schemes is of the order of the step."""
     ends = []
     for name in ("implicit", coupling):
-        server = two_users(name, contact="bilateral", period_s=0.001)
+        server = two_users(name, period_s=0.001)
         for n in range(1000):
             push = 0.2 * np.sin(2 * np.pi * n / 1000)
             server.step([push, 0.5 * push])
         ends.append([server.x_o, *server.x_s])
     assert np.abs(ends[0]).max() > 0.01
     np.testing.assert_allclose(ends[1], ends[0], atol=2e-4)
-
-
-@pytest.mark.parametrize("coupling", NAMES)
-def test_mirrored_waves_give_mirrored_motion(coupling):
     one, other = two_users(coupling, contact="grip"), two_users(coupling, contact="grip")
     for left, right in random_waves(7, steps=100):
         one.step([left, right])
         other.step([-right, -left])
         assert one.x_o == pytest.approx(-other.x_o, abs=1e-12)
         assert one.f_s[0] == pytest.approx(-other.f_s[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("coupling", NAMES)
+@pytest.mark.parametrize("contact", ["bilateral", "grip"])
+def test_pressed_steadily_a_wall_shows_its_stiffness_and_a_one_sided_one_lets_go(
+    coupling, contact
+):
+    """In rest nothing moves: u = sqrt(b/2) F/b, and the avatar is F/K in, under every coupling."""
+    k, force, gap_m = 400.0, 2.0, 0.01 if contact == "grip" else 0.0
+    touch = {"contact_stiffness": k, "contact_damping": 5.0, "gap_m": gap_m}
+    server = Users(
+        ServerParams(coupling=coupling, environment="wall"),
+        [ContactParams(contact=contact, **touch)],
+        b=B_W,
+    )
+    server.join(0, -0.03)
+    assert server.x_s[0] == pytest.approx(-0.03 - gap_m)
+    assert server.offset[0] == pytest.approx(-gap_m)
+    for _ in range(4000):
+        server.step([force / (2 * B_W) ** 0.5])
+    assert server.f_s[0] == pytest.approx(force)
+    assert server.x_s[0] == pytest.approx(-0.03 + force / k)
+    assert server.xd_s[0] == pytest.approx(0.0, abs=1e-12)
+    assert server.v_s[0] == pytest.approx(-force / (2 * B_W) ** 0.5)
+    assert server.touches(0)
+    assert server.energies["potential"] == pytest.approx(0.5 * force**2 / k)
+    assert server.x_o == 0.0
+    if contact == "grip":
+        for _ in range(60):
+            server.step([-0.5])
+        assert (server.f_s[0], server.v_s[0], server.touches(0)) == (0.0, -0.5, False)
+
+
+def direct(users=1, *, contact="bilateral", environment="cube", dof=1, **values):
+    contacts = [ContactParams(contact=contact, **values)] * users
+    server = ServerParams(environment=environment)
+    return Users(server, contacts, controller="direct", axes=dof)
+
+
+def test_directly_coupled_the_avatar_stands_where_the_device_is_and_the_cube_moves():
+    server = direct(2)
+    server.join(0, 0.1)
+    server.join(1, -0.1)
+    forces = server.step([(0.102, 0.0), (-0.1, 0.05)])
+    assert server.x_s == [0.102, -0.1]
+    assert forces == pytest.approx([500.0 * 0.002, 10.0 * 0.05])
+    assert server.x_o == 0.0
+    server.step([(0.102, 0.0), (-0.1, 0.0)])
+    assert server.x_o == pytest.approx(H**2 / 2 / 2.0 * 1.5)
+    assert server.xd_o == pytest.approx(H / 2.0 * 1.5)
+    assert server.f_s[0] == pytest.approx(500.0 * (0.002 - server.x_o) - 10.0 * server.xd_o)
+    server.leave(0)
+    server.leave(1)
+    assert server.step([(0.102, 0.0), (-0.1, 0.0)]) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+def test_a_direct_grip_starts_outside_and_keeps_its_offset(dof):
+    server = direct(contact="grip", environment="wall", dof=dof)
+    at = 0.0 if dof == 1 else np.zeros(3)
+    inwards = 1.0 if dof == 1 else np.array([1.0, 0.0, 0.0])
+    server.join(0, at)
+    np.testing.assert_allclose(server.offset[0], -0.03 * inwards)
+    for depth_m, force_n in ((0.0, 0.0), (0.002, 1.0), (-0.002, 0.0)):
+        found = server.step([(at + depth_m * inwards, at)])[0]
+        np.testing.assert_allclose(found, force_n * inwards, atol=1e-15)
+    server.step([(at + 0.01 * inwards, at)])
+    server.leave(0)
+    assert server.dissipated == pytest.approx(0.5 * 500.0 * 0.01**2)
+
+
+def test_control_sampled_positions_make_energy_out_of_a_spring():
+    """A slow bounce off a spring returns more than it took."""
+    server = direct(environment="wall", contact_damping=0.0)
+    server.join(0, 0.0)
+    held_at = 0.01 * np.sin(2 * np.pi * 10.0 * H * np.arange(101))
+    # What the device does while the force is held: the mean velocity over the frame to come.
+    for x, velocity in zip(held_at, np.diff(held_at) / H, strict=False):
+        server.step([(float(x), float(velocity))])
+    assert server.taken_j < 0.0
+
+
+def test_a_direct_master_sends_what_it_measures_and_holds_and_books_the_force_it_got():
+    master = Port(MasterParams(tick_s=0.001), controller="direct")
+    assert (master.send(), master.x) == (0.0, 0.0)
+    assert master.step(0.01, 0.2) == 0.0
+    assert (master.send(), master.x) == (0.2, 0.01)
+    master.measure(0.0102, 0.21)
+    assert (master.send(), master.x) == (0.21, 0.0102)
+    master.receive(2.0)
+    for velocity in (0.5, -0.25):
+        assert master.step(0.0, velocity) == 2.0
+        master.applied(1.0)  # limited on the way
+    energies = master.energies
+    assert energies["u_m"] == energies["u_tx"] == pytest.approx(0.0005)
+    assert energies["v_m"] == energies["v_rx"] == pytest.approx(0.00025)
+    assert master.u_m == master.u_m_lp == master.v_m == 0.0
+    master.receive(-0.5)
+    assert [master.step(0.0, 1.0) for _ in range(20)] == [-0.5] * 20
+    master.silence()
+    assert master.step(0.0, 1.0) == 0.0

@@ -69,32 +69,20 @@ def test_the_library_goes_before_plug_ins_of_the_same_name(lab):
     environments.require("wall")
 
 
-def test_an_unknown_name_is_answered_with_what_is_there(lab):
-    text = (
-        r"'moon': not installed; there are: cube, wall, .*active_wall, .*honey.*pmwvc.environment"
-    )
-    with pytest.raises(ParameterError, match=text):
-        server_at("moon")
-
-
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("absent", r"lab_vendor_library:World\) cannot be imported: ModuleNotFoundError"),
-        ("broken", r"lab_environments:broken\) cannot be made: OSError: no mesh file jelly.obj"),
-        ("stone", r"lab_environments:stone\) is not an environment: it lacks step"),
+        ("moon", r"= 'moon': not installed; there are: cube, wall, .*active_wall, .*honey"),
+        ("absent", r"= 'absent' \(lab_vendor.*cannot be imported: ModuleNotFoundError"),
+        ("broken", r"= 'broken' \(lab_.*cannot be made: OSError: no mesh file jelly.obj"),
+        ("stone", r"= 'stone' \(lab_.*is not an environment: it lacks step"),
     ],
 )
 def test_a_plug_in_that_fails_is_named_with_the_reason(lab, name, text):
-    with pytest.raises(ParameterError, match=rf"^server.environment = '{name}' \(.*{text[-20:]}"):
+    with pytest.raises(ParameterError, match=rf"^server.environment {text}"):
         server_at(name)
-    with pytest.raises(ParameterError, match=text):
-        server_at(name)
-
-
-def test_what_an_environment_states_of_its_settings_is_passed_on_as_it_is(lab):
     with pytest.raises(ParameterError, match=r"^server.object_mass = 2.0: a jelly weighs less$"):
-        server_at("picky")
+        server_at("picky")  # what it states of its settings is passed on
 
 
 @pytest.mark.parametrize("name", ["hunt_crossley", "active_wall", "honey"])
@@ -111,16 +99,9 @@ def test_a_simulated_session_goes_on_and_tells_what_failed(lab, monkeypatch):
         raise RuntimeError("the jelly has melted")
 
     monkeypatch.setattr(Honey, "step", staticmethod(melts))
-    scenario = parse_scenario(
-        {
-            "name": "melting",
-            "controller": "pmwvc",
-            "channel": "plain",
-            "users": 1,
-            "duration_s": 0.4,
-            "server": {"coupling": "unknown", "environment": "honey"},
-        }
-    )
+    values = {"name": "melting", "controller": "pmwvc", "channel": "plain", "users": 1}
+    own = {"coupling": "unknown", "environment": "honey"}
+    scenario = parse_scenario(values | {"duration_s": 0.4, "server": own})
     [traces] = simulate([scenario])
     assert traces.metadata["environment"] == {
         "contained_steps": str(len(traces.server.step)),

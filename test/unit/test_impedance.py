@@ -1,15 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A matrix impedance: what it computes, and which texts are refused."""
+"""The wave transformation behind a number or a matrix (App. B Fig. 1): what it computes, and which
+texts are no impedance.
+"""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from support.strategies import matrices, signals_of
-from support.wave_power import power
+from hypothesis import strategies as st
+from support.strategies import impedances, matrices, power, signals_of
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import root
+from pmwvc_core.numeric import root, squared
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.wave.impedance import (
@@ -22,9 +24,16 @@ from pmwvc_core.wave.impedance import (
     server_impedance,
 )
 
+LAWS = (WavePort.u, WavePort.force, WavePort.v, WavePort.velocity)
+any_impedance = st.one_of(impedances, matrices(dof=3))
+
 
 def scale_of(*signals):
     return 1e-9 * (1.0 + sum(np.abs(signal).max() ** 2 for signal in signals))
+
+
+def work(f, xd):
+    return np.sum(f * xd, -1, keepdims=True)
 
 
 @settings(max_examples=60)
@@ -46,76 +55,47 @@ def test_the_operators_are_those_of_the_matrix(b, data):
     assert b * 0.0 == 0.0 / b == 0.0
 
 
-@settings(max_examples=60)
-@given(b=matrices(), data=signals_of(2))
-def test_both_ports_carry_the_power_of_force_and_velocity(b, data):
+@given(b=any_impedance, data=signals_of(2))
+def test_both_ports_carry_the_power_of_force_and_velocity_and_fit_each_other(b, data):
     xd, v = data(b)
     u, f = WavePort(b).u(xd, v), WavePort(b).force(xd, v)
-    np.testing.assert_allclose(power(u, v), np.sum(f * xd, -1, keepdims=True), atol=scale_of(u, v))
-    u_s, f_s = data(b)
-    v_s, xd_s = WavePort(b).v(u_s, f_s), WavePort(b).velocity(u_s, f_s)
-    np.testing.assert_allclose(
-        power(u_s, v_s), np.sum(f_s * xd_s, -1, keepdims=True), atol=scale_of(u_s, v_s)
-    )
-
-
-@settings(max_examples=60)
-@given(b=matrices(), data=signals_of(2))
-def test_a_server_that_answers_with_the_master_force_moves_with_the_master(b, data):
-    xd, v = data(b)
-    u, f = WavePort(b).u(xd, v), WavePort(b).force(xd, v)
+    np.testing.assert_allclose(power(u, v), work(f, xd), atol=scale_of(u, v))
     np.testing.assert_allclose(WavePort(b).velocity(u, f), xd, rtol=1e-6, atol=scale_of(u, f))
     np.testing.assert_allclose(WavePort(b).v(u, f), v, rtol=1e-6, atol=scale_of(u, f))
+    v_s, xd_s = WavePort(b).v(xd, v), WavePort(b).velocity(xd, v)  # any wave, any force
+    np.testing.assert_allclose(power(xd, v_s), work(v, xd_s), atol=scale_of(xd, v_s))
 
 
-@settings(max_examples=40)
-@given(b=matrices(dof=3), other=matrices(dof=3), data=signals_of(2))
-def test_ends_with_different_matrices_are_a_lossless_transformer(b, other, data):
+@given(b=any_impedance, other=any_impedance, data=signals_of(2))
+def test_ends_with_different_impedances_are_a_lossless_transformer(b, other, data):
     xd_s, f_s = data(b)
     u = (f_s + b * xd_s) / root(2.0 * b)
     v = WavePort(b).v(u, f_s)
     xd_m = (u + v) / root(2.0 * other)
     f_m = WavePort(other).force(xd_m, v)
-    np.testing.assert_allclose(
-        np.sum(f_m * xd_m, -1), np.sum(f_s * xd_s, -1), atol=scale_of(u, v, f_m, xd_m)
-    )
+    np.testing.assert_allclose(work(f_m, xd_m), work(f_s, xd_s), atol=scale_of(u, v, f_m, xd_m))
 
 
-class RootByElements(MatrixImpedance):
-    """The naive one: correct for diagonal matrices only."""
-
-    def root(self):
-        return Dense(np.sign(self.matrix) * np.sqrt(np.abs(self.matrix)))
-
-
-class CholeskyRoot(RootByElements):
-    """R^T R = B, but not symmetric: used as if it were."""
-
-    def root(self):
-        return Dense(np.linalg.cholesky(self.matrix))
+def test_control_another_root_or_sign_does_not_carry_the_power():
+    b, xd, v = parsed("30 8; 8 20"), np.array([0.1, -0.2]), np.array([0.4, 0.3])
+    r = root(2.0 * b).matrix
+    by_elements, of_cholesky = np.sqrt(2.0 * b.matrix), np.linalg.cholesky(2.0 * b.matrix)
+    for to_u, to_f in ((by_elements,) * 2, (of_cholesky,) * 2, (r, -r)):
+        u, f = to_u @ xd - v, b.matrix @ xd - to_f @ v
+        assert power(u, v)[0] != pytest.approx(f @ xd, rel=1e-3)
 
 
-class Dense:
-    """Any matrix that acts on rows of signals."""
-
-    __array_ufunc__ = None
-
-    def __init__(self, matrix):
-        self.matrix = matrix
-
-    def __mul__(self, signal):
-        return signal @ self.matrix.T
-
-
-@pytest.mark.parametrize("wrong", [RootByElements, CholeskyRoot])
-def test_another_root_does_not_carry_the_power(wrong):
-    right = parsed("30 8; 8 20")
-    b = wrong(right.values, right.axes)
-    xd, v = np.array([0.1, -0.2]), np.array([0.4, 0.3])
-    f = WavePort(b).force(xd, v)
-    assert power(WavePort(b).u(xd, v), v)[0] != pytest.approx(f @ xd, rel=1e-3)
-    f = WavePort(right).force(xd, v)
-    assert power(WavePort(right).u(xd, v), v)[0] == pytest.approx(f @ xd, rel=1e-12)
+def test_runs_and_axes_side_by_side_equal_single_floats():
+    rng = np.random.default_rng(11)
+    xd, v, b = rng.normal(size=(4, 3)), rng.normal(size=(4, 3)), rng.uniform(1, 50, size=(4, 1))
+    for law in LAWS:
+        together = law(WavePort(b), xd, v)
+        for run, axis in np.ndindex(4, 3):
+            port = WavePort(float(b[run, 0]))
+            single = law(port, float(xd[run, axis]), float(v[run, axis]))
+            assert type(single) is float
+            assert together[run, axis] == single
+    np.testing.assert_allclose(squared(np.array([[3.0, 4.0], [0.0, 1.0]])), [[25.0], [1.0]])
 
 
 @pytest.mark.parametrize(
@@ -123,15 +103,13 @@ def test_another_root_does_not_carry_the_power(wrong):
     [
         ("30 2; 2", "'30 2; 2': must be numbers, rows of one length"),
         ("30 2 0; 2 20 0", "must be 2 x 2"),
+        (";", "must be 2 x 2"),
         ("30 2; 3 20", "must be symmetric"),
         ("30 40; 40 20", "must be positive definite"),
-        ("0", "must be positive definite"),
         ("-3", "must be positive definite"),
         ("1 0; 0 2e6", "condition number of at most 1e\\+06"),
         ("30 x; 2 20", "must be numbers"),
         ("inf 0; 0 1", "must be of finite numbers"),
-        ("nan", "must be of finite numbers"),
-        (";", "must be 2 x 2"),
     ],
 )
 def test_what_is_no_impedance_is_refused_by_name_and_value(text, words):
@@ -140,25 +118,12 @@ def test_what_is_no_impedance_is_refused_by_name_and_value(text, words):
             kind(impedance_matrix=text)
 
 
-ONE_USER = {
-    "name": "m",
-    "duration_s": 1,
-    "controller": "pmwvc",
-    "channel": "plain",
-    "users": 1,
-}
-
-
-def test_a_scenario_tells_a_matrix_of_the_wrong_size():
-    base = ONE_USER | {"dof": 3}
+def test_a_scenario_has_a_matrix_of_its_axes_or_takes_it_back():
+    base = {"name": "m", "duration_s": 1, "controller": "pmwvc", "channel": "plain", "users": 1}
     for name in ("master", "server"):
         with pytest.raises(ParameterError, match=rf"{name}.impedance_matrix = .*3 x 3.*2 x 2"):
-            parse_scenario(base, overrides={f"{name}.impedance_matrix": "30 2; 2 20"})
-
-
-def test_a_matrix_is_taken_back_by_a_name_with_nothing_behind_it():
-    base = ONE_USER | {"dof": 2}
-    given = base | {"master": {"impedance_matrix": "30 2; 2 20"}}
+            parse_scenario(base, overrides={"dof": 3, f"{name}.impedance_matrix": "30 2; 2 20"})
+    given = base | {"dof": 2, "master": {"impedance_matrix": "30 2; 2 20"}}
     assert isinstance(parse_scenario(given).users[0].impedance, MatrixImpedance)
     taken = parse_scenario(given, overrides={"master.impedance_matrix": None})
     assert taken.users[0].impedance == MasterParams().impedance
@@ -174,26 +139,12 @@ def test_a_server_port_has_one_impedance_and_by_default_the_masters():
     np.testing.assert_allclose(server_impedance(own, master).matrix, [[10, 1], [1, 9]])
 
 
-def test_a_line_of_text_has_the_matrix():
-    b = parsed("30 6 0; 6 20 4; 0 4 25")
-    assert f"{b:.4g}" == "[30 6 0; 6 20 4; 0 4 25]"
-    b = parsed("30 0; 0 20.25")
-    assert f"{b:.4g} N s/m" == "[30 0; 0 20.25] N s/m"
-
-
-def test_one_axis_is_a_number_and_digits_lost_in_writing_do_not_matter():
+def test_what_is_read_and_shown_of_a_matrix():
+    assert f"{parsed('30 6 0; 6 20 4; 0 4 25'):.4g}" == "[30 6 0; 6 20 4; 0 4 25]"
+    assert f"{parsed('30 0; 0 20.25'):.4g} N s/m" == "[30 0; 0 20.25] N s/m"
     assert impedance_of(MasterParams(impedance_matrix=" 30 ")) == 30.0
-    assert impedance_of(MasterParams(impedance=7.0)) == 7.0
-    np.testing.assert_array_equal(
-        parsed("3, 1.0000000001; 1, 2").matrix, parsed("3, 1.0000000001; 1, 2").matrix.T
-    )
-
-
-def test_what_a_force_along_the_first_axis_meets():
-    b = parsed("30 8; 8 20")
-    velocity = np.array([1.0, 0.0]) / b
-    assert first_axis(b) == pytest.approx(1.0 / velocity[0])
-    assert first_axis(25.0) == 25.0
+    b = parsed("3, 1.0000000001; 1, 2").matrix  # digits lost in writing do not matter
+    np.testing.assert_array_equal(b, b.T)
 
 
 @settings(max_examples=30)
@@ -205,3 +156,5 @@ def test_no_wave_is_longer_than_force_and_velocity_allow(b, data):
     u = (20.0 * force + b * (1.5 * velocity)) / root(2.0 * b)
     assert np.linalg.norm(u, axis=-1).max() <= longest_wave(b, 20.0, 1.5) * (1.0 + 1e-9)
     assert longest_wave(25.0, 20.0, 1.5) == pytest.approx((20.0 + 25.0 * 1.5) / np.sqrt(50.0))
+    along = np.eye(len(b.values))[0]
+    assert first_axis(b) == pytest.approx(1.0 / (along / b)[0])  # what a force along it meets

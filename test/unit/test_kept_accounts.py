@@ -33,14 +33,8 @@ VARIANTS = [
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: "-".join(map(str, v.values())))
 def test_every_account_of_a_session_is_described(variant):
-    base = {
-        "name": "kept",
-        "duration_s": 0.05,
-        "controller": "pmwvc",
-        "channel": "plain",
-        "users": 1,
-    }
-    traces = simulate_one(parse_scenario(base, overrides=variant))
+    base = {"name": "kept", "duration_s": 0.05, "controller": "pmwvc", "channel": "plain"}
+    traces = simulate_one(parse_scenario(base | {"users": 1}, overrides=variant))
     kept = {*traces.users[0].accounts, *traces.server.accounts}
     assert kept <= set(entries()), kept - set(entries())
     own = LIBRARY[variant.get("controller", "pmwvc")].accounts
@@ -76,9 +70,7 @@ def test_an_account_of_another_package_is_a_part_of_the_budget(monkeypatch):
     assert account_words("lab_heat") == "damping of the laboratory"
     assert (user.name, "link_and_lab_heat") in [(o, part) for o, part, _ in known.judged()]
     assert (user.name, "link") in [(each.owner, each.part) for each in known.remainders]
-    signs = {
-        role: accounted_sign(monkeypatch, heat._replace(role=role)) for role in Role
-    }  # fmt: skip
+    signs = {role: accounted_sign(monkeypatch, heat._replace(role=role)) for role in Role}
     assert signs == {Role.TAKEN: 1, Role.GIVEN: -1, Role.WITHIN: 0, Role.LEVEL: 0, Role.SHOWN: 0}
 
 

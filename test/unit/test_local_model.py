@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.bank_runs import TICK_S, driven, master
 from support.law_rigs import Port
+from support.port_parts import TICK_S, driven, master
 from support.strategies import signals
 
 from pmwvc_core.controllers import plugged_local

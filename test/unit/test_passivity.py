@@ -9,13 +9,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.filter_runs import KINDS, run
-from support.folded_gain import TOLERANCE, energy_gain
 from support.strategies import TICK_S, poles_rad_s
 
 from pmwvc_core.params import FilterParams
+from pmwvc_core.wave.aliasing import worst_case_gain
 from pmwvc_core.wave.filter_design import response
 
+TOLERANCE = 1e-12  # of a squared gain: what rounding may add to 1
+
 FIRST_ORDER = FilterParams(kind="first_order", pole_rad_s=50.0)
+
+
+def energy_gain(params, *, tick_s, rate_drop):
+    """Return packet energy per energy of the wave over frequencies up to half the packet rate, and
+    at worst: the folded gain sum_j |H(f + j/(M T_c))|^2 is that of a wave whose images all have
+    the phase that adds up. Over infinite time (Parseval); at each instant more may be given out.
+    """
+    frame_s = rate_drop * tick_s
+    frequency = np.linspace(0.0, 0.5 / frame_s, 513)
+    images = np.add.outer(frequency, np.arange(rate_drop) / frame_s)
+    values = response(params, images, tick_s=tick_s, rate_drop=rate_drop)
+    gain = float(worst_case_gain(params, tick_s=tick_s, rate_drop=rate_drop))
+    return {
+        "folded": np.sum(np.abs(values) ** 2, axis=-1),
+        "gain": gain,
+        "passive": gain <= 1.0 + TOLERANCE,
+    }
 
 
 @pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
@@ -34,7 +53,6 @@ def test_no_packet_train_carries_more_than_the_gain(params):
 def test_the_worst_gain_is_the_largest_of_the_fold(params):
     found = energy_gain(params, tick_s=TICK_S, rate_drop=8)
     assert found["folded"].max() == pytest.approx(found["gain"], rel=1e-6)
-    assert found["frequency_hz"][-1] == pytest.approx(0.5 / (8 * TICK_S))
 
 
 @given(pole=poles_rad_s, rate_drop=st.sampled_from([1, 2, 8, 20]))

@@ -5,6 +5,7 @@
 from functools import partial
 
 import pytest
+from support.loop_rig import Wires
 from support.packer import Packer
 from support.session_given import session_given
 
@@ -22,64 +23,33 @@ PERIOD_S = 0.008
 PERIOD_NS = 8_000_000
 SOFT_START_S = 0.16
 TASK = TaskParams(kind="carry", move_s=0.0, move_rise_s=1.0, distance_m=0.05)
-
-
-class Link:
-    """One end of a user's link: lists."""
-
-    def __init__(self):
-        self.arrived, self.sent = [], []
-        self.send = self.sent.append
-
-    def take(self):
-        arrived = list(self.arrived)
-        self.arrived.clear()
-        return arrived
-
-
-class Wires:
-    """Wires that end in lists."""
-
-    def __init__(self, users):
-        self.links = [Link() for _ in range(users)]
-        self.arrived = [link.arrived for link in self.links]
-        self.sent = [link.sent for link in self.links]
-        self.steps, self.rows = [], []
-
-    def publish_trace(self, loop, step):
-        self.rows.append(step.row)
-        self.steps.append((loop.protocol.steps, list(step.row.state)))
+BOTH, FIRST = ["COUPLED", "COUPLED"], ["COUPLED", "ABSENT"]
 
 
 class Rig:
     """Two users, a loop between fakes, and a clock that shows what the test says."""
 
     def __init__(self, **server):
-        self.wires, self.now_ns, self.grid = Wires(2), 0, 0
+        self.links, self.now_ns, self.grid, self.rows = (Wires(), Wires()), 0, 0, []
+        self.sent = [link.sent for link in self.links]
         contact = ContactParams(contact="bilateral")
         users = [User(f"user{side}", side=side, contact=contact) for side in (-1, 1)]
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
+        times = ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S)
+        session = session_given(users=users, server=ServerParams(**server), task=TASK, times=times)
+        self.end = ServerEnd(session, epoch=9, idle_until_joined=True)
         self.loop = ServerLoop(
-            ServerEnd(
-                session_given(
-                    users=users,
-                    server=ServerParams(**server),
-                    task=TASK,
-                    times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S),
-                ),
-                epoch=9,
-                idle_until_joined=True,
-            ),
-            links=self.wires.links,
-            publish_trace=self.wires.publish_trace,
+            self.end,
+            links=self.links,
+            publish_trace=lambda loop, step: self.rows.append(step.row),
             clock=lambda: self.now_ns,
         )
 
     def send(self, user, wave=0.0, *, flags=0):
-        sent = self.wires.sent[user]
+        sent = self.sent[user]
         echo = (sent[-1].seq, sent[-1].sent_ns, 0) if sent else (0, 0, 0)
         packet = self.masters[user].pack(wave, user - 0.5, self.now_ns, flags=flags, echo=echo)
-        self.wires.arrived[user].append(packet)
+        self.links[user].arrived.append(packet)
 
     def step(self, *users, times=1, wave=0.0):
         """Let users send and the server step, ``times`` times."""
@@ -89,168 +59,126 @@ class Rig:
             for user in users:
                 self.send(user, wave)
             self.loop.tick(Tick(self.grid, self.now_ns, self.now_ns, 0, 0))
+        return self
+
+    def bye(self, user):
+        self.send(user, flags=FLAG_LEAVING)
 
     @property
     def presence(self):
-        return [presence.name for presence in self.loop.protocol.presence]
+        return [presence.name for presence in self.end.presence]
 
 
-def test_steps_begin_with_the_first_packet_of_any_user():
-    rig = Rig()
-    rig.step(times=5)
-    assert rig.loop.protocol.steps == 0 and not rig.wires.steps
-    rig.step(1)
-    assert rig.loop.protocol.steps == 1
-    assert rig.presence == ["ABSENT", "COUPLED"]
-    rig.step(times=5)
-    assert rig.loop.protocol.steps == 6
-
-
-def test_only_users_who_are_there_are_answered():
-    rig = Rig()
+def test_steps_begin_with_the_first_user_and_only_who_is_there_is_answered():
+    """An avatar appears where the device is, without a force."""
+    rig = Rig().step(times=5)
+    assert rig.end.steps == 0 and not rig.rows
     rig.step(0, times=4)
+    assert rig.presence == FIRST
     rig.step(0, 1, times=3)
-    assert [len(sent) for sent in rig.wires.sent] == [7, 3]
-    assert [packet.seq for packet in rig.wires.sent[0]] == list(range(1, 8))
-
-
-def test_an_avatar_appears_where_the_device_is_without_a_force():
-    rig = Rig()
-    rig.step(0, 1)
-    end = rig.loop.protocol
-    assert [end.avatar(user) for user in (0, 1)] == [(-0.5, 0.0), (0.5, 0.0)]
+    assert rig.end.steps == 7
+    assert [len(sent) for sent in rig.sent] == [7, 3]
+    assert [packet.seq for packet in rig.sent[0]] == list(range(1, 8))
+    assert [rig.end.avatar(user) for user in (0, 1)] == [(-0.5, 0.0), (0.5, 0.0)]
+    rig.bye(0)
+    rig.step(1)
+    changes = [(0, Presence.COUPLED), (1, Presence.COUPLED), (0, Presence.ABSENT)]
+    assert list(rig.loop.changes) == changes
 
 
 def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
-    rig = Rig()
-    rig.step(0, 1, times=10)
-    rig.step(0, times=4)
+    """A master can tell a new avatar from the old one."""
+
+    def anew(user):
+        return {packet.flags & FLAG_ANEW for packet in rig.sent[user]}
+
+    rig = Rig().step(0, 1, times=10).step(0, times=10)
     assert rig.presence == ["COUPLED", "DAMPING"]
-    assert rig.wires.rows[-1].u_s[1] == 0.0
+    assert rig.rows[-1].u_s[1] == 0.0
+    rig.step(0, 1)  # a gap too short to be taken out
+    assert len(anew(1)) == 1
     rig.step(0, times=130)
-    assert rig.presence == ["COUPLED", "ABSENT"]
+    assert rig.presence == FIRST
     rig.step(0, 1)
-    assert rig.presence == ["COUPLED", "COUPLED"]
-
-
-def test_a_master_can_tell_a_new_avatar_from_the_old_one():
-    rig = Rig()
-    rig.step(0, 1, times=10)
-    rig.step(0, times=10)  # a gap of 1's packets, too short to be taken out
-    rig.step(0, 1)
-    flags = {packet.flags & FLAG_ANEW for packet in rig.wires.sent[1]}
-    assert len(flags) == 1
-    rig.step(0, times=130)
-    rig.step(0, 1)
-    assert rig.wires.sent[1][-1].flags & FLAG_ANEW not in flags
-    assert len({packet.flags & FLAG_ANEW for packet in rig.wires.sent[0]}) == 1
-
-
-def test_a_user_who_sent_its_last_packet_is_gone_at_once():
-    rig = Rig()
-    rig.step(0, 1, times=10)
-    rig.send(1, flags=FLAG_LEAVING)
-    rig.step(0)
-    assert rig.presence == ["COUPLED", "ABSENT"]
-    answered = len(rig.wires.sent[1])
-    rig.step(0, times=5)
-    assert len(rig.wires.sent[1]) == answered
+    assert rig.presence == BOTH
+    assert (len(anew(1)), len(anew(0))) == (2, 1)
 
 
 def test_the_next_master_of_a_user_who_has_left_is_challenged_and_joins_by_its_answer():
-    rig = Rig()
-    rig.step(0, 1, times=10)
+    rig = Rig().step(0, 1, times=10)
     played_back = rig.masters[1].pack(0.5, 0.5, rig.now_ns)
-    rig.send(1, flags=FLAG_LEAVING)
+    rig.bye(1)
     rig.step(0)
+    assert rig.presence == FIRST  # gone at once
+    answered = len(rig.sent[1])
+    rig.step(0, times=5)
+    assert len(rig.sent[1]) == answered
     for _ in range(20):  # a ghost is challenged, too, and does not answer
-        rig.wires.arrived[1].append(played_back)
+        rig.links[1].arrived.append(played_back)
         rig.step(0)
-    assert rig.presence == ["COUPLED", "ABSENT"]
+    assert rig.presence == FIRST
     rig.masters[1] = Packer(77, period=PERIOD_S)
-    rig.wires.sent[1].clear()
+    rig.sent[1].clear()
     rig.step(0, 1)
-    (challenge,) = rig.wires.sent[1]
+    (challenge,) = rig.sent[1]
     assert challenge.flags & FLAG_CHALLENGE and challenge.wave == 0.0
     rig.step(0, 1)
-    assert rig.presence == ["COUPLED", "COUPLED"]
-    assert rig.loop.protocol.avatar(1)[1] == 0.0
-    assert not rig.wires.sent[1][-1].flags & FLAG_CHALLENGE
+    assert rig.presence == BOTH
+    assert rig.end.avatar(1)[1] == 0.0
+    assert not rig.sent[1][-1].flags & FLAG_CHALLENGE
 
 
 def test_a_restarted_user_begins_anew_without_a_force():
-    rig = Rig(environment="wall")
-    rig.step(0, 1, times=10)
-    rig.step(0, 1, times=5, wave=0.7)
-    end = rig.loop.protocol
-    assert end.avatar(1)[1] != 0.0
+    rig = Rig(environment="wall").step(0, 1, times=10).step(0, 1, times=5, wave=0.7)
+    assert rig.end.avatar(1)[1] != 0.0
     rig.masters[1] = Packer(77, period=PERIOD_S)
     rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
-    assert end.avatar(1)[1] != 0.0 and rig.wires.sent[1][-1].echo_seq == 15
-    rig.step(0, times=2)
-    rig.step(0, 1)
-    assert end.inboxes[1].epoch == 77
-    assert end.avatar(1) == (0.5, 0.0)
-
-
-def test_joins_and_leaves_are_reported_in_order():
-    rig = Rig()
-    rig.step(0, times=2)
-    rig.step(0, 1, times=2)
-    rig.send(0, flags=FLAG_LEAVING)
-    rig.step(1)
-    assert list(rig.loop.changes) == [
-        (0, Presence.COUPLED),
-        (1, Presence.COUPLED),
-        (0, Presence.ABSENT),
-    ]
+    assert rig.end.avatar(1)[1] != 0.0 and rig.sent[1][-1].echo_seq == 15
+    rig.step(0, times=2).step(0, 1)
+    assert rig.end.inboxes[1].epoch == 77
+    assert rig.end.avatar(1) == (0.5, 0.0)
 
 
 def test_the_target_rests_until_all_are_there():
-    rig = Rig()
-    rig.step(0, times=200)
-    assert rig.loop.protocol.target_m == 0.0
+    rig = Rig().step(0, times=200)
+    assert rig.end.target_m == 0.0
     rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
     moving_s = round(0.5 / PERIOD_S) * PERIOD_S - SOFT_START_S
     (expected,) = offset(moving_s, task_of(TASK, 1))
-    assert rig.loop.protocol.target_m == pytest.approx(expected, rel=1e-9)
+    assert rig.end.target_m == pytest.approx(expected, rel=1e-9)
     assert expected > 0.0
 
 
 def test_a_pause_stands_still_without_energy_and_users_join_anew_after_it():
-    rig = Rig()
-    rig.step(0, 1, times=30, wave=0.1)
-    protocol = rig.loop.protocol
-    before, sent = rig.wires.rows[-1], [len(each) for each in rig.wires.sent]
-    steps = protocol.steps
+    rig = Rig().step(0, 1, times=30, wave=0.1)
+    end, before, sent = rig.end, rig.rows[-1], [len(each) for each in rig.sent]
+    steps = end.steps
     assert before.potential > 0.0
-    protocol.hand_over(lambda: protocol.pause(True))
+    end.hand_over(lambda: end.pause(True))
     rig.step(0, 1, times=300, wave=0.1)
-    assert (protocol.steps, protocol.x_o) == (steps, before.x_o)
-    assert [len(each) for each in rig.wires.sent] == sent
+    assert (end.steps, end.x_o) == (steps, before.x_o)
+    assert [len(each) for each in rig.sent] == sent
     assert rig.presence == ["ABSENT", "ABSENT"]
-    # What springs held became heat.
-    held = before.potential + before.dissipated
-    assert protocol.s.environment.dissipated_j == pytest.approx(held, rel=1e-12)
-    protocol.hand_over(lambda: protocol.pause(False))
+    held = before.potential + before.dissipated  # what springs held became heat
+    assert end.s.environment.dissipated_j == pytest.approx(held, rel=1e-12)
+    end.hand_over(lambda: end.pause(False))
     rig.step(0, 1)
-    assert rig.presence == ["COUPLED", "COUPLED"]
-    assert [box.lost for box in protocol.inboxes] == [0, 0]
+    assert rig.presence == BOTH
+    assert [box.lost for box in end.inboxes] == [0, 0]
 
 
 def test_another_period_begins_with_the_next_step_and_lies_on_its_own_grid():
-    rig = Rig()
-    rig.step(0, 1, times=3)
+    rig = Rig().step(0, 1, times=3)
     changes = {42: 0.02, 82: 0.008, 98: 0.02}  # time of the step that takes it [ms], period [s]
     lasted = {}
     for due_ms in (42, 62, 82, 90, 98, 102, 122):
         rig.now_ns = due_ms * 1_000_000
         if due_ms in changes:
             wanted = ServerParams(period_s=changes[due_ms])
-            rig.loop.protocol.hand_over(partial(rig.loop.configure, wanted))
+            rig.end.hand_over(partial(rig.loop.configure, wanted))
         rig.send(0)
         rig.loop.tick(Tick(0, rig.now_ns, rig.now_ns, 0, 0))
-        lasted[due_ms] = round(rig.loop.protocol.p.period_s * 1e3)
+        lasted[due_ms] = round(rig.end.p.period_s * 1e3)
     # Only the step at 98 ms is shorter: 102 ms is on the grid of 20 ms, 2 ms behind its points.
     assert lasted == {42: 20, 62: 20, 82: 8, 90: 8, 98: 4, 102: 20, 122: 20}
-    assert [round(p.period * 1e3) for p in rig.wires.links[0].sent[-7:]] == list(lasted.values())
+    assert [round(p.period * 1e3) for p in rig.sent[0][-7:]] == list(lasted.values())

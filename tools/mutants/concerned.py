@@ -9,12 +9,7 @@ from pathlib import Path
 FOLDERS = ("unit", "law", "property", "oracle")  # without processes or a browser
 FARTHEST = 4  # imports from a test to the file
 # Whole ends and sessions, the quickest first: they come behind the unit tests of a file.
-ENDS = (
-    "test_hostile_packets",
-    "test_settled_changes",
-    "test_strict_master_model",
-    "test_strict_server_model",
-)
+ENDS = ("test_hostile_packets", "test_settled_changes", "test_strict_ends")
 
 
 def concerned_tests(root: Path, changed: Path) -> list[str]:
