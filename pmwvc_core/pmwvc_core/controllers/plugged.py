@@ -28,7 +28,7 @@ from pmwvc_core.law.without_waves.ends import (
     AvatarStep,
     DeviceEnd,
     DeviceEndParams,
-    Heard,
+    FromServer,
     Moved,
     avatar_moved,
     placed_avatar,
@@ -87,11 +87,11 @@ def _send(s: Plugged, end: DeviceEnd, frame_s: float, p: DeviceEndParams) -> tup
 
 
 @ends.device_answer.member(Plugged)
-def _answer(s: Plugged, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> Plugged:
-    wave = zero(heard.wave) if heard.silent else heard.wave
-    received_j = s.received_j + squared(wave) * (0.5 * heard.frame_s)
-    packet = (heard.packet if heard.packet.number > 0 else s.packet)._replace(wave=wave)
-    return s._replace(packet=packet, silent=heard.silent, answered=True, received_j=received_j)
+def _answer(s: Plugged, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> Plugged:
+    wave = zero(came.wave) if came.silent else came.wave
+    received_j = s.received_j + squared(wave) * (0.5 * came.frame_s)
+    packet = (came.packet if came.packet.number > 0 else s.packet)._replace(wave=wave)
+    return s._replace(packet=packet, silent=came.silent, answered=True, received_j=received_j)
 
 
 @ends.device_force.member(Plugged)

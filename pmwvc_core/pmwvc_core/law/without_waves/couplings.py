@@ -29,7 +29,7 @@ from pmwvc_core.law.without_waves.ends import (
     AvatarStep,
     DeviceEnd,
     DeviceEndParams,
-    Heard,
+    FromServer,
     avatar_moved,
     placed_avatar,
     pulled_avatar,
@@ -47,8 +47,8 @@ class Direct(Nothing):
 
 
 @ends.device_answer.member(Held)
-def _held(s: Held, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> Held:
-    return Held(zero(heard.wave) if heard.silent else heard.wave)
+def _held(s: Held, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> Held:
+    return Held(zero(came.wave) if came.silent else came.wave)
 
 
 @ends.device_force.member(Held)
@@ -80,17 +80,17 @@ class AvatarSeen(NamedTuple):
 
 
 @ends.device_answer.member(AvatarSeen)
-def _seen(s: AvatarSeen, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> AvatarSeen:
+def _seen(s: AvatarSeen, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> AvatarSeen:
     """Take the avatar's velocity from the way it went since the packet before."""
-    packet, pd = heard.packet, s.pd
+    packet, pd = came.packet, s.pd
     numbers = packet.number - s.number
     another = packet.fresh and packet.sent_ns != s.sent_ns
     if s.number == 0 or numbers < 0 or another or not s.coupled:
         pd = zero(packet.wave)
     elif numbers > 0:
         pd = scaled(minus(packet.wave, s.p), 1.0 / (packet.period_s * numbers))
-    at = s.p if heard.silent else heard.wave
-    return AvatarSeen(at, pd, packet.number, packet.sent_ns, not heard.silent)
+    at = s.p if came.silent else came.wave
+    return AvatarSeen(at, pd, packet.number, packet.sent_ns, not came.silent)
 
 
 @ends.device_force.member(AvatarSeen)

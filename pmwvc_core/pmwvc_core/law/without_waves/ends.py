@@ -63,7 +63,7 @@ class DeviceEndParams(NamedTuple):
     law: Any
 
 
-class Heard(NamedTuple):
+class FromServer(NamedTuple):
     """The newest packet at an answer tick, of number 0 before the first."""
 
     packet: Packet
@@ -84,7 +84,7 @@ def _passed_j(law: Any, given_j: float, taken_j: float, p: Any) -> Vector:
 # (law, before, x, xd, p) -> law: moved since the last tick, when the end was that
 device_moved = Family("device_moved", same)
 device_sends = Family("device_sends", _sent)  # (law, end, frame_s, p) -> (law, Sent)
-device_answer = Family("device_answer")  # (law, end, heard, p) -> law: once a frame
+device_answer = Family("device_answer")  # (law, end, came, p) -> law: once a frame
 device_force = Family("device_force")  # (law, end, p) -> (law, force wanted [N])
 # (law, given_j, taken_j, p) -> given, sent, received, taken [J]; p of the controller
 device_passed_j = Family("device_passed_j", _passed_j)
@@ -111,8 +111,8 @@ def _answer(
     s: DeviceEnd, arrivals: PlainArrivals, packet: Packet, wave: Vector, silent: bool,
     frame_s: float, p: DeviceEndParams,
 ) -> DeviceEnd:  # fmt: skip
-    heard = Heard(packet, wave, silent, arrivals.received_j, frame_s)
-    return s._replace(law=device_answer(s.law, s, heard, p))
+    came = FromServer(packet, wave, silent, arrivals.received_j, frame_s)
+    return s._replace(law=device_answer(s.law, s, came, p))
 
 
 @master.port_tick.member(DeviceEnd)
@@ -153,7 +153,7 @@ class AvatarEndParams(NamedTuple):
 class AvatarStep(NamedTuple):
     """What an avatar knows in a step; the object has come here under the last forces, held."""
 
-    position: Vector  # [m] of the device as last heard, in the avatar's frame
+    position: Vector  # [m] of the device as last received, in the avatar's frame
     wave: Vector  # of its packet
     extra: Vector
     x_s: Vector  # [m] after the last step
@@ -199,7 +199,7 @@ def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
 
 
 def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
-    """Put an avatar where its device was when it was last heard, with that velocity [m/s]."""
+    """Put an avatar where its device was when it was last received, with that velocity [m/s]."""
     place = plus(step.body.x, offset_of(step.contact))
     contact, lost_j = slid(step.contact, minus(step.position, place))
     rate = minus(velocity, step.body.xd)

@@ -31,7 +31,7 @@ from pmwvc_core.law.without_waves.ends import (
     AvatarStep,
     DeviceEnd,
     DeviceEndParams,
-    Heard,
+    FromServer,
     avatar_moved,
     pulled_avatar,
 )
@@ -117,11 +117,11 @@ def _send(
 
 
 @ends.device_answer.member(PspmDevice)
-def _aim(s: PspmDevice, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> PspmDevice:
-    spring = taken_in(s.spring, heard.received_j)
-    if heard.silent:
+def _aim(s: PspmDevice, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> PspmDevice:
+    spring = taken_in(s.spring, came.received_j)
+    if came.silent:
         return PspmDevice(spring_let_go(spring, end.x), False)
-    return PspmDevice(aimed(spring, heard.wave, end.x, p.law), True)
+    return PspmDevice(aimed(spring, came.wave, end.x, p.law), True)
 
 
 @ends.device_force.member(PspmDevice)

@@ -30,7 +30,7 @@ from pmwvc_core.law.without_waves.ends import (
     AvatarStep,
     DeviceEnd,
     DeviceEndParams,
-    Heard,
+    FromServer,
     Moved,
     avatar_moved,
 )
@@ -105,9 +105,9 @@ def _send(
 
 
 @ends.device_answer.member(TdpaDevice)
-def _answer(s: TdpaDevice, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> TdpaDevice:
-    force = zero(heard.wave) if heard.silent else heard.wave
-    return s._replace(force=force, observer=informed(s.observer, heard.received_j))
+def _answer(s: TdpaDevice, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> TdpaDevice:
+    force = zero(came.wave) if came.silent else came.wave
+    return s._replace(force=force, observer=informed(s.observer, came.received_j))
 
 
 @ends.device_force.member(TdpaDevice)
