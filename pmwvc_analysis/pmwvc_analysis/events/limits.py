@@ -14,7 +14,9 @@ travel p in its present contact and the distance s between device and avatar, of
 displacement above, the environment and the delay of the link alone explain |p| + |s - q|. Means
 over 0.5 s; lost where for a whole second
 
-    |q| > 2 mm + 3 (|p| + |s - q|).
+    |q| > 2 mm + 3 (|p| + |s - q|),
+
+or where |q| is more than half of the way of the device.
 
 Equations: docs/theory.md 5.10.
 """
@@ -42,6 +44,7 @@ class Withheld(NamedTuple):
 
     energy_j: float
     position_m: float
+    way_m: float  # of the device, its largest distance from where it began
     first_s: float  # time of the first wave that was shortened
     lost_s: float | None  # time from which the environment is lost; None: never
 
@@ -69,7 +72,8 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
         first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
         lost_s = _lost_s(user, server, index, moved)
-        found[user.name] = Withheld(energy, float(_length(moved).max()), first_s, lost_s)
+        way_m = float(np.nanmax(_length(user.x_m - user.x_m[0])))
+        found[user.name] = Withheld(energy, float(_length(moved).max()), way_m, first_s, lost_s)
     return found
 
 
@@ -80,6 +84,11 @@ def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
             return (
                 f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
                 f"of the server port displaced the device by {entry.position_m * 1e3:.1f} mm"
+            )
+        if entry.position_m > max(th.LOST_M, th.LOST_SHARE * entry.way_m):
+            return (
+                f"{name}: the energy limit of the server port displaced the device by "
+                f"{entry.position_m * 1e3:.1f} mm, most of the {entry.way_m * 1e3:.1f} mm it moved"
             )
     return ""
 

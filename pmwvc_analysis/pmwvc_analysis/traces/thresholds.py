@@ -53,6 +53,7 @@ LARGEST = 0.99  # of the largest force: as large as the limits allow
 WITHHELD_J = 1e-9  # less of a returning wave was not shortened
 WITHHELD_S, LASTING_S = 0.5, 1.0  # over which it is averaged; for how long it has to last
 LOST_M, LOST_RATIO = 2e-3, 3.0  # and times the natural distance: an environment is lost
+LOST_SHARE = 0.5  # of a device's way: more of it is not the environment's
 # Nodes.
 EARLY_S = 0.5  # before the end of the session: a node that ended then ended early
 STALL_S, STALL_PERIODS = 0.02, 2.5  # a pause of a loop that is an event

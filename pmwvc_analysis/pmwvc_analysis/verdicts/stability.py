@@ -33,6 +33,7 @@ from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.arrivals import waited
+from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import drive, kept_driven
@@ -228,7 +229,11 @@ def _outside(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, flo
     workspace = max((u.device.workspace_m for u in known), default=th.DEFAULT_WORKSPACE_M)
     positions = [(f"{user.name}'s device", user.x_m, user.time_s) for user in traces.users]
     if (server := traces.server) is not None:
-        positions.append(("the object", server.x_o, server.time_s))
+        touched = np.any([touching(server, i) for i in range(len(server.users))], axis=0)
+        latest_s = np.maximum.accumulate(np.where(touched, server.time_s, -np.inf))
+        held = ~(server.time_s - latest_s >= th.SETTLE_S)  # else it coasts
+        held |= ~np.isfinite(server.x_o).all(axis=-1)
+        positions.append(("the object", server.x_o[held], server.time_s[held]))
         for name, x_s, state in zip(server.users, server.x_s, server.state, strict=True):
             present = state > 0
             positions.append((f"{name}'s avatar", x_s[present], server.time_s[present]))
