@@ -4,11 +4,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from support import identity_loop, linear_loops
+from support import linear_loops
 
-from pmwvc_analysis.models.linearize import build, linearize, spectral_radius
 from pmwvc_analysis.models.stability import k_max, radii, z_width
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.scenario.names import varied
@@ -56,84 +53,6 @@ def test_the_largest_stiffness_of_app_b(values, pole, largest):
 def test_the_implicit_coupling_has_no_largest_stiffness(hold, delay_s):
     scenario = linear_loops.scenario(master__hold=hold, link__delay_s=delay_s)
     assert k_max(scenario, bound=1e7).first is None
-
-
-AROUND = (
-    {},
-    {"velocity_filter__kind": "exact", "velocity_filter__cutoff_hz": 15.0},
-    {"velocity_filter__kind": "equivalent", "velocity_filter__cutoff_hz": 90.0},
-    {"velocity_filter__kind": "complementary", "velocity_filter__cutoff_hz": 40.0},
-    {"bank__kind": "dissertation", "local_model__damping": 4.0},
-    {"bank__kind": "complementary", "local_model__stiffness": 900.0},
-)
-
-
-@st.composite
-def scenarios(draw):
-    users = draw(st.integers(3, 5))
-    m = draw(st.sampled_from([1, 2, 5, 8, 13, 20, 32]))
-    values = {
-        "users": users,
-        "master__rate_drop": m,
-        "server__period_s": m * 1e-3,
-        "master__hold": draw(st.sampled_from(["zoh", "foh"])),
-        "server__coupling": draw(
-            st.sampled_from(["implicit", "one_step_delay", "one_frame_late", "unwrapped"])
-        ),
-        "server__integrator": draw(
-            st.sampled_from(["forward_euler", "backward_euler", "trapezoid"])
-        ),
-        "server__object_mass": draw(st.floats(0.5, 4.0)),
-        "server__object_damping": draw(st.sampled_from([0.0, 1.0])),
-        "master__filter__pole_rad_s": draw(st.floats(20.0, 120.0)),
-    }
-    around = draw(st.sampled_from(AROUND))
-    values |= {f"master__{name}": value for name, value in around.items()}
-    for user in range(1, users + 1):
-        values[f"user{user}__master__impedance"] = draw(st.floats(8.0, 50.0))
-        values[f"user{user}__device__mass"] = draw(st.floats(0.1, 0.6))
-        values[f"user{user}__server__contact_stiffness"] = draw(st.floats(50.0, 2000.0))
-        values[f"user{user}__server__contact_damping"] = draw(st.floats(1.0, 12.0))
-        for way in ("up", "down"):
-            frames = draw(st.integers(0, 3))
-            values[f"user{user}__link__{way}__delay_s"] = frames * m * 1e-3
-    return linear_loops.scenario(**values)
-
-
-@settings(max_examples=8, deadline=None)
-@given(scenarios())
-def test_the_spectral_radius_agrees_with_the_laws_fed_with_the_identity(scenario):
-    expected = identity_loop.IdentityLoop(scenario).spectral_radius()
-    assert spectral_radius(build(scenario)) == pytest.approx(expected, rel=1e-6)
-
-
-def test_an_identity_with_another_delay_does_not_agree():
-    late = linear_loops.scenario(user1__link__up__delay_s=0.008, server__coupling="unwrapped")
-    later = linear_loops.scenario(user2__link__up__delay_s=0.016, server__coupling="unwrapped")
-    expected = identity_loop.IdentityLoop(late).spectral_radius()
-    assert spectral_radius(build(late)) == pytest.approx(expected, rel=1e-9)
-    assert spectral_radius(build(later)) != pytest.approx(expected, rel=1e-4)
-
-
-@pytest.mark.parametrize("controller", ["pmwvc", "direct", "virtual_coupling"])
-@pytest.mark.parametrize("coupling", ["implicit", "one_step_delay", "one_frame_late", "unwrapped"])
-@pytest.mark.parametrize("live", [False, True])
-def test_equal_users_are_taken_together_without_a_difference(controller, coupling, live):
-    for values in (
-        {"users": 5, "user2__device__mass": 0.4, "user4__device__mass": 0.4},
-        {"users": 3, "server__environment": "wall"},
-        {"users": 4, "user3__master__rate_drop": 4, "user4__master__rate_drop": 4},
-        {"users": 2, "server__contact_stiffness": 0.0},
-        {"users": 3, "user3__master__rate_drop": 12},
-    ):
-        scenario = linear_loops.scenario(
-            controller=controller,
-            server__coupling=coupling,
-            link__delay_s=0.008,
-            **{"server__contact_stiffness": 700.0} | values,
-        )
-        expected = linearize(scenario, live=live).radii()[0]
-        assert radii(scenario, live=live)[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_batch_equals_one_by_one():

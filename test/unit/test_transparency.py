@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import plain as scenarios
 from support.pressed_wall import wall
 
 from pmwvc_analysis.models import linearize
-from pmwvc_analysis.models.variation import groups_of, together
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
@@ -211,25 +209,3 @@ def test_nonlinear_devices_are_refused_with_the_way_out():
     users = (dataclasses.replace(scenario.users[0], device=rubs),)
     with pytest.raises(PmwvcError, match="friction"):
         transparency(dataclasses.replace(scenario, users=users))
-
-
-@pytest.mark.parametrize(
-    "name, user", [("cube_3d", 0), ("three_users", 0), ("three_users", 2), ("carry_16ms", 1)]
-)
-def test_equal_users_are_one_and_render_as_all_of_them_do(name, user):
-    """Second route: the model in which each of them is there."""
-    scenario = scenarios.load(name, settings_texts=["users=6", "link.delay_s=0.004"])
-    points = np.geomspace(0.2, 50.0, 20)
-    found = transparency(scenario, points, user=user)
-    model, forces = linearize.build(scenario), pressing(scenario, user)
-    whole = frequency.response(model, points, user=user, forces=forces)
-    np.testing.assert_allclose(found.admittance, whole, rtol=1e-6)
-
-
-def test_a_user_unlike_the_others_is_not_one_of_them():
-    of = scenarios.load("carry_16ms", settings_texts=["users=4", "user3.device.mass=0.5"])
-    assert groups_of((of,)) == [[0, 1, 3], [2]]
-    assert groups_of((of,), marks=[1, 0, 0, 0]) == [[0], [1, 3], [2]]
-    (fewer,), weights = together((of,), groups_of((of,)))
-    small = linearize.build(fewer, weights=weights)
-    assert len(small.states) < 0.7 * len(linearize.build(of).states)

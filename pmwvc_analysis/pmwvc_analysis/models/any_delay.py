@@ -3,7 +3,7 @@
 """Stability at any constant delay: a proof from the gains of both ends of the link, or why not.
 
 G_i(Theta) is the packet-to-packet response of user i's end, S(Theta) that of the server's end
-(:func:`.opened.ends`). Delays turn packets, they add no gain. If both ends are stable by
+(:func:`.matrices.matrices`). Delays turn packets, they add no gain. If both ends are stable by
 themselves and
 
     largest singular value of sqrt|G| S sqrt|G| <= 1    at all frequencies, |G| = diag(|G_i|),
@@ -27,13 +27,17 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
-from pmwvc_analysis.models.opened import ends
+from pmwvc_analysis.models.linearize import reduced
+from pmwvc_analysis.models.loop import System
+from pmwvc_analysis.models.matrices import matrices
+from pmwvc_analysis.models.response import EndMatrix
 from pmwvc_analysis.models.variation import changed, with_impedances
-from pmwvc_analysis.models.windings import System, refined
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array
+from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import eigenvalues, principal_axes
 
@@ -43,7 +47,6 @@ LOWEST = 1e-5  # [rad per packet]
 AROUND = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0])  # widths of a pole at which gains are taken
 # Parameters of elements that the parts rule covers, or a passive server.
 OF_SERVER = ("server.coupling", "compensation", "environment", "server.decoding")
-ROUNDS = 4  # of refinement around each maximum
 NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 
 
@@ -70,16 +73,16 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     ]
     unstable = []
     for user, several in zip(users, masters, strict=True):
-        if any(end.growth >= 1.0 for end in several):
+        if max(map(_growth, several)) >= 1.0:
             load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
             unstable.append(
                 f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
                 "needs less than 2)"
             )
-    server = None if nonlinear(scenario) or outside(scenario) else ends(scenario, live=False)[1]
-    if server is not None and server.growth >= 1.0:
+    server = None if nonlinear(scenario) or outside(scenario) else _ends(scenario, live=False)[-1]
+    if server is not None and (growth := _growth(server)) >= 1.0:
         unstable.append(
-            f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
+            f"the server's end is unstable by itself (it grows {growth:.4g}-fold a step)"
         )
     if unstable:
         return AnyDelay(False, tuple(unstable))
@@ -135,7 +138,30 @@ def _master_end(scenario: Scenario, user: User, impedance: float, *, live: bool)
     """
     alone = with_impedances(user, impedance, None)
     wall = changed(scenario.server, coupling="implicit", environment="wall")
-    return ends(changed(scenario, users=(alone,), server=wall, disturbances=""), live=live)[0]
+    return _ends(changed(scenario, users=(alone,), server=wall, disturbances=""), live=live)[0]
+
+
+def _ends(scenario: Scenario, *, live: bool) -> list[System]:
+    """Return every end, users before the server, from packets that come in to those sent."""
+    at_once = LinkParams(delay_s=live * scenario.tick_s)
+    users = (changed(user, link_up=at_once, link_down=at_once) for user in scenario.users)
+    return [_of_waves(end) for end, _ in matrices([changed(scenario, users=tuple(users))], live)]
+
+
+def _of_waves(end: EndMatrix) -> System:
+    n = len(end.states)
+    into, out = (
+        [n + at for at, signal in enumerate(signals) if signal.name == "wave"]
+        for signals in (end.came, end.sent)
+    )
+    whole = end.matrix[:, np.r_[:n, out]][:, :, np.r_[:n, into]]
+    kept, rows = reduced(whole, np.zeros(n, dtype=np.bool_))
+    return System(rows[0], len(kept))
+
+
+def _growth(end: System) -> float:
+    """Return the length of the longest eigenvalue of an end; 0 without a state."""
+    return float(np.abs(end.poles()).max(initial=0.0))
 
 
 def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
@@ -146,7 +172,8 @@ def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
     sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
     for index in np.flatnonzero((values >= sides) & (values > found[0] - NEAR)).tolist():
         ends = angle[max(index - 1, 0)], angle[min(index + 1, len(angle) - 1)]
-        found = max(found, refined(gain, *ends, rounds=ROUNDS))
+        top = minimize_scalar(lambda at: -gain(np.array([at]))[0], bounds=ends, method="bounded")
+        found = max(found, (-float(top.fun), float(top.x)))
     return found
 
 

@@ -25,51 +25,42 @@ small problem (I - Q Q^T)(A - I)[:, p] t_p = 0: what is zero there but for round
 Equations: docs/theory.md 15.1, 15.2.
 """
 
-from collections.abc import Iterable, Sequence
-from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import PLACED, Hyperperiod, StateName
-from pmwvc_analysis.models.outside import checked
+from pmwvc_analysis.models.linear import axes_of
+from pmwvc_analysis.models.links import hyperperiod_ticks
+from pmwvc_analysis.models.loop import Loop, held, loop_of, put_in
+from pmwvc_analysis.models.response import MOVING, StateName
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
 ROUNDING = 1e-9  # of a radius
-STANDING, MOVING = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
+STANDING, MOVING_ON = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
 LARGEST_LIFTED = 4000  # users times ticks times axes
-LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB
-
-
-class Output(NamedTuple):
-    """One lifted output y = C z + D f; rows, and columns of D, by
-    ``(user * ticks + tick) * dof + axis``.
-    """
-
-    state: Array  # C, (users * ticks * dof, n)
-    through: Array  # D, (users * ticks * dof, users * ticks * dof)
+PLACED = (*MOVING, ".deflection", ".local.x")  # and of springs: what gives a rigid motion
 
 
 class Linear:
-    """The linear model of one scenario, or of several side by side."""
+    """The linear model of one loop, or of several side by side, packets under way as states."""
 
-    def __init__(
-        self,
-        loop: Hyperperiod,
-        columns: dict[StateName, int],  # of every state
-        rows: Array,  # (runs, states, states and inputs), the states after the hyperperiod
-        read: dict[str, Array],  # (runs, signals, states and inputs), what was read of them
-    ) -> None:
-        n, several = len(columns), loop.dof > 1
-        self.loop, self.columns, self.rows, self.read = loop, columns, rows, read
-        self.ticks = loop.ticks  # of the hyperperiod
-        self.states = [f"{name}, axis {axis}" if several else name for name, axis in columns]
-        self.matrices = rows[:, :, :n]  # A of every run, (runs, n, n)
-        # Of the first run: A, (n, n); B, (n, inputs), per N of a hand pushing the device; outputs.
-        self.transition, self.inputs = np.split(rows[0], [n], axis=1)
-        self.outputs = {name: Output(y[0, :, :n], y[0, :, n:]) for name, y in read.items()}
+    def __init__(self, loop: Loop) -> None:
+        late = put_in(loop)
+        whole = held(late, late.delays > 0)
+        n = len(whole.states)
+        stepped = np.delete(whole.matrix, np.s_[n : n + loop.sent], axis=1)
+        kept, rows = reduced(stepped, placed(whole.states))
+        names = [whole.states[j] for j in kept]
+        n = self.count = len(kept)
+        self.loop, self.ticks = loop, loop.ticks
+        self.columns = {name: index for index, name in enumerate(names)}
+        self.states = [f"{name}, axis {axis}" if loop.dof > 1 else name for name, axis in names]
+        self.matrices = rows[:, :n, :n]  # A of every run, (runs, n, n)
+        self.transition = self.matrices[0]
 
     @cached_property
     def quotient(self) -> tuple[Array, Integers]:
@@ -79,6 +70,16 @@ class Linear:
     def radii(self) -> Array:
         """Return the spectral radius of every run without rigid motions."""
         return np.asarray(np.abs(np.linalg.eigvals(self.quotient[0])).max(axis=-1))
+
+    @property
+    def motions(self) -> int:
+        """Number of rigid motions of the first run."""
+        return int(self.quotient[1][0])
+
+    def largest(self) -> complex:
+        """Return the longest eigenvalue of the first run."""
+        values = np.linalg.eigvals(self.quotient[0][0])
+        return complex(values[np.argmax(np.abs(values))])
 
     def stable(self) -> Flags:
         """Tell of every run whether it is stable."""
@@ -90,56 +91,27 @@ def stable(radius: Any) -> Any:
     return radius <= 1.0 + ROUNDING
 
 
-def linearize(
-    *runs: Scenario, live: bool = False, weights: Sequence[int] = (), outputs: bool = False
-) -> Linear:
-    """Return the linear model of scenarios without inputs; parameters as :class:`.loop.Loop`,
-    raises what :func:`.outside.checked` raises.
+def linearize(*runs: Scenario, live: bool = False) -> Linear:
+    """Return the linear model of scenarios; parameters and errors as :func:`.loop.loop_of`."""
+    return Linear(loop_of(*runs, live=live))
+
+
+def build(scenario: Scenario, *, live: bool = False) -> Loop:
+    """Return the loop of a scenario, with the hands' forces and what is read; PmwvcError also for
+    too many inputs.
     """
-    loop_of = kept_loop if len(runs) == 1 else kept_loop.__wrapped__
-    loop = loop_of(*runs, live=live, weights=tuple(weights))
-    return model_of(loop, list(loop.paths), *loop.around(outputs=outputs))
-
-
-@lru_cache(maxsize=8)
-def kept_loop(*runs: Scenario, live: bool, weights: tuple[int, ...]) -> Hyperperiod:
-    """Return a loop: one for all that is asked of a scenario in a row."""
-    return checked(*runs, live=live, weights=weights)
-
-
-def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
-    """Return the model of a scenario, with inputs and outputs; NonlinearError if an element is not
-    linear, PmwvcError if the hyperperiod is too long, or there are too many states or inputs.
-    """
-    loop = checked(scenario, live=live, weights=weights)
-    lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.paths) * loop.dof
-    if states > LARGEST_STATES:
-        raise PmwvcError(
-            f"{scenario.name}: {states} states, nearly all of them packets in flight, "
-            f"more than {LARGEST_STATES}; shorten link.delay_s (pmwvc stability takes any delay)"
-        )
-    if lifted > LARGEST_LIFTED:
+    dof, ticks = axes_of(scenario), hyperperiod_ticks(scenario)
+    if (lifted := len(scenario.users) * ticks * dof) > LARGEST_LIFTED:
         raise PmwvcError(
             f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod, along each "
             f"axis), more than {LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
         )
-    return model_of(loop, list(loop.paths), *loop.around(inputs=True, outputs=True))
+    return put_in(loop_of(scenario, live=live, outputs=True))
 
 
-def spectral_radius(model: Linear) -> float:
+def spectral_radius(loop: Loop) -> float:
     """Return the largest length of an eigenvalue of A without rigid motions."""
-    return float(model.radii()[0])
-
-
-def model_of(
-    loop: Hyperperiod, states: Sequence[StateName], rows: Array, read: dict[str, Array]
-) -> Linear:
-    """Return the model of what was stepped, on those of its states that matter."""
-    kept, whole = reduced(np.concatenate([rows, *read.values()], axis=1), placed(states))
-    columns = {states[j]: index for index, j in enumerate(kept)}
-    ends = np.cumsum([len(kept), *(each.shape[1] for each in read.values())])[:-1]
-    left, *signals = np.split(whole, ends, axis=1)
-    return Linear(loop, columns, left, dict(zip(read, signals, strict=True)))
+    return float(Linear(loop).radii()[0])
 
 
 def placed(states: Iterable[StateName]) -> Flags:
@@ -217,7 +189,7 @@ def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:
     still = whole(rows[:, held:].swapaxes(1, 2), 0.0)
     driven = np.concatenate([columns[..., :held] * sizes[:, np.newaxis, :held], -left(still)], 2)
     _, sizes, turns = np.linalg.svd(driven, full_matrices=False)
-    free = (sizes <= MOVING * np.maximum(sizes[:, :1], 1.0))[:, ::-1]
+    free = (sizes <= MOVING_ON * np.maximum(sizes[:, :1], 1.0))[:, ::-1]
     along = (turns[:, ::-1] * free[..., np.newaxis]).swapaxes(1, 2)  # uniform motions, then zeros
     uniform = whole(rows[:, :held].swapaxes(1, 2) @ along[:, :held], still @ along[:, held:])
     basis = np.linalg.qr(np.concatenate([still, uniform], axis=2))[0]

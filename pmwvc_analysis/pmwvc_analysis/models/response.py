@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An end stepped on the identity, once around the hyperperiod: what goes out of it, and its states
+after, by its states before and what comes in.
+
+A state is any number of the end that answers motion, or what packets say of it, in proportion.
+Every state and every input is one in a column of its own; in a column more nothing is, and in two
+more all of them are at once, weighted: the answers there have to be the sum of the others. What
+answers by less than in proportion (energies) is no state.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from pmwvc_analysis.models import elements
+from pmwvc_analysis.models.elements import Path
+from pmwvc_analysis.models.ends import SIGNALS, End, Signals, Slot
+from pmwvc_analysis.models.linear import NonlinearError
+from pmwvc_core.numeric import Array
+
+OUTPUTS = ("x", "xd", "f")
+OF_DEVICES = (".device.x", ".device.xd")  # ends of names
+MOVING = (*OF_DEVICES, ".body.x", ".body.xd")  # and of the object
+ONE = 2.0**-40  # of a unit, in SI units: limits are far away, and scaling is exact
+LESS = 2.0**-20  # of the second weighted column
+SUPERPOSED = 1e-9  # relative: what differs by more is not linear
+ROUNDING = 1e-14  # of numbers that are not zero at rest
+WATCHING = ("still_s", "slow_s", "way_m")  # of counts and jumps: without any, nothing reads them
+StateName: TypeAlias = tuple[str, int]  # name and axis
+
+
+class Signal(NamedTuple):
+    """A number of a packet of the hyperperiod."""
+
+    slot: Slot
+    name: str  # of SIGNALS
+    axis: int
+
+
+class EndMatrix(NamedTuple):
+    """One end, linear: ``matrix (runs, states, sent and read, states, came and forces)``."""
+
+    states: list[StateName]
+    came: list[Signal]
+    sent: list[Signal]
+    read: int  # rows of x, xd and f: by output, tick and axis
+    matrix: Array
+
+
+class Response:
+    """What of an end answers; with the ``forces`` of a hand along each axis in every tick, and the
+    motion read there, where they are asked for.
+    """
+
+    def __init__(self, end: End, forces: bool = False) -> None:
+        self._end, self._rest, self._p = end, end.s, end.p
+        self._forces = end.ticks * end.dof * forces
+        self.came = [
+            Signal(Slot(way, packet), name, axis)
+            for way, each in enumerate(end.ways)
+            for packet in range(len(each.arrivals(each.looked.phase, end.ticks)))
+            for name, values in zip(SIGNALS, end.nothing, strict=True)
+            for axis in range(len(values))
+        ]
+        self.paths: dict[StateName, Path] = {}
+        self._find()
+
+    def matrix(self, *, rounds: int = 1, one: float = ONE) -> EndMatrix:
+        """Return the end over ``rounds`` hyperperiods, nothing coming in but in the first, with
+        units of ``one`` in SI units; NonlinearError if superposition does not hold.
+        """
+        if self._went != (rounds, one):
+            self._go(rounds, one)
+        end, ends, sent = self._end, elements.leaves(self._end.s), list[Signal]()
+        rows = [(name, ends[path]) for (name, _), path in self.paths.items()]
+        for slot, packet in self._sent.items():
+            for name in SIGNALS:
+                for axis, value in enumerate(getattr(packet, name)):
+                    sent.append(Signal(slot, name, axis))
+                    rows.append((f"{end.name} {name}", value))
+        read = list[tuple[str, Any]]()
+        for place, name in enumerate(OUTPUTS if self._forces else ()):
+            read += [(f"{end.name}.{name}", x) for tick in self._read for x in tick[place]]
+        whole = np.concatenate([self._rows(rows), self._rows(read)], axis=1)
+        return EndMatrix(list(self.paths), self.came, sent, len(read), whole)
+
+    def _go(self, rounds: int = 1, one: float = ONE) -> None:
+        """Step from every state and input at one in a column of its own."""
+        end, n = self._end, len(self.paths)
+        first = n + len(self.came)
+        self._one, self._width = one, first + self._forces
+        self._columns = self._width + 3
+        rng = np.random.default_rng(self._width)
+        signs = rng.choice([-2.0, 1.0, 3.0], self._width)
+        self._weights = signs * rng.uniform(0.5, 1.0, self._width)
+        units = {path: self._unit(column) for column, path in enumerate(self.paths.values())}
+        begun = elements.planted(elements.repeated(self._rest, self._columns), units)
+        end.s, end.p = end.followed(begun), elements.repeated(self._p, self._columns)
+        came, self._sent, self._read = self._signals(n), dict[Slot, Any](), list[Any]()
+        for tick in range(rounds * end.ticks):
+            force = end.nothing[0]
+            if self._forces and tick < end.ticks:
+                force = tuple(self._unit(first + tick * end.dof + i) for i in range(end.dof))
+            sent, read = end.step(tick, came, force)
+            self._sent |= sent
+            self._read.append(read)
+        self._went = rounds, one
+
+    def _signals(self, first: int) -> dict[Slot, Signals]:
+        """Return what comes in, one signal after the other."""
+        found, sizes = dict[Slot, Signals](), [len(values) for values in self._end.nothing]
+        for column, (slot, name, axis) in enumerate(self.came, start=first):
+            if name == SIGNALS[0] and axis == 0:
+                units = list(map(self._unit, range(column, column + sum(sizes))))
+                wave, position = units[: sizes[0]], units[sizes[0] : sizes[0] + sizes[1]]
+                found[slot] = tuple(wave), tuple(position), tuple(units[sum(sizes[:2]) :])
+        return found
+
+    def _unit(self, column: int) -> Any:
+        """Return what is one in a column, and weighted in the two that have all at once."""
+        values = np.zeros((self._columns, self._end.runs))
+        values[column] = self._one
+        values[-2], values[-1] = self._one * self._weights[column] * np.array([[1.0], [LESS]])
+        return elements.elements(values.ravel())
+
+    def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
+        """Return signals with their names as rows over all states and inputs, ``(runs, signals,
+        columns)``.
+        """
+        whole = self._answers([value for _, value in signals])
+        rows, at_once = whole[:, : self._width], whole[:, -2]
+        sizes = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows))
+        off = np.abs(np.einsum("c,scr->sr", self._weights, rows) - at_once)
+        wrong = np.any(off > SUPERPOSED * sizes.max(axis=0, initial=0.0), axis=1)
+        if wrong.any():
+            bad = {signals[j][0] for j in np.flatnonzero(wrong).tolist()}
+            raise NonlinearError(
+                f"{self._end.scenario.name}: superposition does not hold for "
+                f"{', '.join(sorted(bad))}; there is no linear model; use 'pmwvc simulate'"
+            )
+        return rows.transpose(2, 0, 1).copy()
+
+    def _answers(self, values: Sequence[Any]) -> Array:
+        """Return by how much signals differ from rest, ``(signals, columns, runs)``, per unit."""
+        found = np.empty((len(values), self._columns, self._end.runs))
+        for index, value in enumerate(values):
+            found[index] = elements.as_columns(value, self._columns, self._end.runs)
+        rest = found[:, self._width : self._width + 1]
+        moved = found - rest
+        return np.where(np.abs(moved) <= ROUNDING * np.abs(rest), 0.0, moved / self._one)
+
+    def _find(self) -> None:
+        """Find the states: those that motion and packets set in motion."""
+        places = self._places()
+        movable = self._end.scenario.environment.movable
+        states = {name for name in places if name[0].endswith(MOVING if movable else OF_DEVICES)}
+        while True:
+            self.paths = {name: path for name, path in places.items() if name in states}
+            self._go()
+            values = elements.leaves(self._end.s)
+            others = [name for name in places if name not in states]
+            answers = self._answers([values[places[name]] for name in others])
+            large, small = np.abs(answers[:, -2]), np.abs(answers[:, -1])
+            answer = np.any(small > large * LESS**1.5, axis=1).tolist()
+            new = {name for name, is_one in zip(others, answer, strict=True) if is_one}
+            if not new:
+                return
+            states |= new
+
+    def _places(self) -> dict[StateName, Path]:
+        """Return where a state may be: at numbers that do not follow from others."""
+        paths = [
+            path
+            for path, value in elements.leaves(self._rest).items()
+            if path[-1] not in WATCHING and np.all(np.isfinite(value))
+        ]
+        marks = {path: 0.5 + number for number, path in enumerate(paths)}
+        left = elements.leaves(self._end.followed(elements.planted(self._rest, marks)))
+        return {self._end.name_of(path): path for path in paths if left[path] is marks[path]}
