@@ -10,7 +10,7 @@ import numpy as np
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
-from pmwvc_analysis.models.loop import Loop, loop_of, put_in
+from pmwvc_analysis.models.loop import LinearLoop, loop_of, put_in
 from pmwvc_analysis.models.response import OUTPUTS
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
@@ -54,7 +54,7 @@ def answer(
 CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most
 
 
-def _frequency_hz(loop: Loop, value: complex) -> float | None:
+def _frequency_hz(loop: LinearLoop, value: complex) -> float | None:
     """Return the frequency of an eigenvalue's motion; None where none is seen or two are as
     strong.
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import Path, lifted, stacked, text_of
-from pmwvc_analysis.models.links import LinkTimes, Way
+from pmwvc_analysis.models.links import LinkTimes, OneWay
 from pmwvc_analysis.models.rest import (
     AMPLE_J,
     server_at_rest,
@@ -53,6 +53,11 @@ class Slot(NamedTuple):
     packet: int
 
 
+Came = dict[Slot, Signals]
+Went = tuple[dict[Slot, Packet], tuple[Vector, ...]]
+Form = Callable[[Any], Any]  # a law in the form that it is called in
+
+
 class End:
     """One end of several runs, brought to rest up to tick 0.
 
@@ -64,7 +69,7 @@ class End:
     name: str
 
     def __init__(
-        self, scenario: Scenario, made: Sequence[tuple[Any, Any]], ways: Sequence[Way], extra: int,
+        self, scenario: Scenario, made: Sequence[tuple[Any, Any]], ways: Sequence[OneWay], extra: int,
         ticks: int, dof: int,
     ) -> None:  # fmt: skip
         self.scenario, self.tick_s, self.runs = scenario, scenario.tick_s, len(made)
@@ -85,13 +90,7 @@ class End:
                 self.set_paces(paces, store_s + self.tick_s)
             self.step(tick, {}, self.nothing[0], _as_it_is if self.runs == 1 else lifted)
 
-    def step(
-        self,
-        tick: int,
-        came: dict[Slot, Signals],
-        force: Vector,
-        of: Callable[[Any], Any] = lifted,
-    ) -> tuple[dict[Slot, Packet], tuple[Vector, ...]]:
+    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
         """Go one tick on with signals of packets that come in, zeros where none are given, and a
         hand's force; return packets sent, and x, xd and f of a device.
         """
@@ -110,9 +109,7 @@ class End:
         name, axis = text_of(path)
         return f"{self.name}.{name}", axis
 
-    def arrived(
-        self, number: int, look: int, came: dict[Slot, Signals], echo: int = 0
-    ) -> list[Packet]:
+    def arrived(self, number: int, look: int, came: Came, echo: int = 0) -> list[Packet]:
         """Return the packets of a way that are new at a look, each the answer to packet ``echo``:
         what is linear needs one that is remembered.
         """
@@ -149,7 +146,7 @@ class UserState(NamedTuple):
     device: Any
 
 
-class UserEnd(End):
+class PerturbedUser(End):
     """The force loop and the device of a user (the only one of the scenarios)."""
 
     def __init__(
@@ -161,13 +158,7 @@ class UserEnd(End):
         down = record_of(runs[0].controller).extra(dof)[1]
         super().__init__(runs[0], made, [times.down], down, ticks, dof)
 
-    def step(
-        self,
-        tick: int,
-        came: dict[Slot, Signals],
-        force: Vector,
-        of: Callable[[Any], Any] = lifted,
-    ) -> tuple[dict[Slot, Packet], tuple[Vector, ...]]:
+    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
         """Go one tick on; see :meth:`End.step`."""
         (loop, device), (p, of_device), sent = self.s, self.p, dict[Slot, Packet]()
         number, now_ns = tick - self.start, self.now_ns(tick)
@@ -188,7 +179,7 @@ class UserEnd(End):
         self.s = self.s._replace(loop=with_pace(self.s.loop, paces[0], store_s))
 
 
-class ServerEnd(End):
+class PerturbedServer(End):
     """The server with all avatars."""
 
     def __init__(
@@ -199,13 +190,7 @@ class ServerEnd(End):
         up = record_of(runs[0].controller).extra(dof)[0]
         super().__init__(runs[0], made, [each.up for each in times], up, ticks, dof)
 
-    def step(
-        self,
-        tick: int,
-        came: dict[Slot, Signals],
-        force: Vector,
-        of: Callable[[Any], Any] = lifted,
-    ) -> tuple[dict[Slot, Packet], tuple[Vector, ...]]:
+    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
         """Go one tick on; see :meth:`End.step`."""
         if not self.serve.due(tick):
             return {}, ()

@@ -33,7 +33,7 @@ import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.loop import Loop, held, loop_of, put_in
+from pmwvc_analysis.models.loop import LinearLoop, held, loop_of, put_in
 from pmwvc_analysis.models.response import MOVING, StateName
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
@@ -48,7 +48,7 @@ PLACED = (*MOVING, ".deflection", ".local.x")  # and of springs: what gives a ri
 class Linear:
     """The linear model of one loop, or of several side by side, packets under way as states."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: LinearLoop) -> None:
         late = put_in(loop)
         whole = held(late, late.delays > 0)
         n = len(whole.states)
@@ -91,12 +91,7 @@ def stable(radius: Any) -> Any:
     return radius <= 1.0 + ROUNDING
 
 
-def linearize(*runs: Scenario, live: bool = False) -> Linear:
-    """Return the linear model of scenarios; parameters and errors as :func:`.loop.loop_of`."""
-    return Linear(loop_of(*runs, live=live))
-
-
-def build(scenario: Scenario, *, live: bool = False) -> Loop:
+def build(scenario: Scenario, *, live: bool = False) -> LinearLoop:
     """Return the loop of a scenario, with the hands' forces and what is read; PmwvcError also for
     too many inputs.
     """
@@ -109,7 +104,7 @@ def build(scenario: Scenario, *, live: bool = False) -> Loop:
     return put_in(loop_of(scenario, live=live, outputs=True))
 
 
-def spectral_radius(loop: Loop) -> float:
+def spectral_radius(loop: LinearLoop) -> float:
     """Return the largest length of an eigenvalue of A without rigid motions."""
     return float(Linear(loop).radii()[0])
 

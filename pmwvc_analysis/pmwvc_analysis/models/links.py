@@ -43,7 +43,7 @@ class Times(NamedTuple):
 EVERY_TICK = Times(1, 0)
 
 
-class Way(NamedTuple):
+class OneWay(NamedTuple):
     """A link in one direction."""
 
     sent: Times
@@ -56,7 +56,7 @@ class Way(NamedTuple):
         return [self.delay + (look - self.delay - of.phase) % of.period for look in looks]
 
     @property
-    def pattern(self) -> "Way":
+    def pattern(self) -> "OneWay":
         """The shortest delay with the same arrivals at the receiver."""
         return self._replace(delay=self.delay % self.sent.period)
 
@@ -77,8 +77,8 @@ class Way(NamedTuple):
 class LinkTimes(NamedTuple):
     """When a user's end and the server talk to each other."""
 
-    up: Way
-    down: Way
+    up: OneWay
+    down: OneWay
     taken: Times  # when the user's end takes an answer into its port
 
 
@@ -92,4 +92,6 @@ def link_times(user: User, scenario: Scenario, *, live: bool) -> LinkTimes:
         delay_ticks(link, tick_s=tick_s, live=live) for link in (user.link_up, user.link_down)
     )
     sends = Times(frame, 0)
-    return LinkTimes(Way(sends, serve, up), Way(serve, EVERY_TICK, down), Times(frame, answer))
+    return LinkTimes(
+        OneWay(sends, serve, up), OneWay(serve, EVERY_TICK, down), Times(frame, answer)
+    )

@@ -22,7 +22,7 @@ import math
 import numpy as np
 
 from pmwvc_analysis.models.linearize import Linear, placed, reduced
-from pmwvc_analysis.models.loop import Loop, System, held, put_in
+from pmwvc_analysis.models.loop import LinearLoop, System, held, put_in
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex, Flags, Integers
 
@@ -40,7 +40,7 @@ PARTS = np.linspace(0.0, 1.0, 9)[:, np.newaxis]
 LOG_RADIUS_STEP = 1e-13  # how far a circle is moved off a pole that lies on it
 
 
-def with_shifted_clocks(loop: Loop) -> tuple[Loop, Flags]:
+def with_shifted_clocks(loop: LinearLoop) -> tuple[LinearLoop, Flags]:
     """Return a loop with whole hyperperiods of delay in one direction of each user, and which of
     its wires those are.
     """
@@ -53,7 +53,7 @@ def with_shifted_clocks(loop: Loop) -> tuple[Loop, Flags]:
     return loop._replace(delays=delays), long
 
 
-def is_long(loop: Loop) -> bool:
+def is_long(loop: LinearLoop) -> bool:
     """Tell whether more packets are under way than there should be states, more where several
     signals of a hyperperiod go round: circles take longer than eigenvalues.
     """
@@ -65,7 +65,7 @@ def is_long(loop: Loop) -> bool:
 class Long:
     """Loops of several runs that are open where packets are under way for long."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: LinearLoop) -> None:
         shifted, long = with_shifted_clocks(loop)
         brief = Linear(shifted._replace(delays=np.minimum(shifted.delays, 1)))
         rigid = brief.quotient[1]

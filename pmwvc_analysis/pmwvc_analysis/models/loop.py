@@ -26,7 +26,7 @@ from pmwvc_core.numeric import Array, Complex, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
 
-class Loop(NamedTuple):
+class LinearLoop(NamedTuple):
     """Loops of several runs, ``matrix (runs, states sent read, states came forces)``."""
 
     scenario: Scenario  # of the first run
@@ -93,7 +93,7 @@ class System(NamedTuple):
         return np.asarray(whole[n:, :n] @ driven + whole[n:, n:])
 
 
-def loop_of(*runs: Scenario, live: bool = False, outputs: bool = False) -> Loop:
+def loop_of(*runs: Scenario, live: bool = False, outputs: bool = False) -> LinearLoop:
     """Return the loop of scenarios that differ in what is :func:`.variation.stackable`; ``live``
     takes the phases of a live session instead of the simulator's. NonlinearError if something is
     not linear, PmwvcError if the hyperperiod is too long.
@@ -109,10 +109,10 @@ def loop_of(*runs: Scenario, live: bool = False, outputs: bool = False) -> Loop:
     wires = sources[read], delays[read], ways[read]
     dof = axes_of(scenario)
     sent = sum(len(part.sent) for part in parts)
-    return Loop(scenario, live, ticks, dof, states, sent, matrix[:, :, kept], *wires)
+    return LinearLoop(scenario, live, ticks, dof, states, sent, matrix[:, :, kept], *wires)
 
 
-def put_in(loop: Loop) -> Loop:
+def put_in(loop: LinearLoop) -> LinearLoop:
     """Return a loop in which packets of the same hyperperiod no longer come in: w = (I - P D)^-1 P
     (C z + ...), with P D nilpotent.
     """
@@ -125,7 +125,7 @@ def put_in(loop: Loop) -> Loop:
     return _with_wires(loop._replace(matrix=matrix), ~now)
 
 
-def held(loop: Loop, which: Flags) -> Loop:
+def held(loop: LinearLoop, which: Flags) -> LinearLoop:
     """Return a loop with the packets of some wires as states, one for each hyperperiod."""
     n, delays, came = len(loop.states), loop.delays[which], loop.came[which]
     first = np.cumsum(delays) - delays  # of the packets of each wire
@@ -143,7 +143,7 @@ def held(loop: Loop, which: Flags) -> Loop:
     return _with_wires(loop._replace(states=loop.states + names, matrix=whole), ~which)
 
 
-def _with_wires(loop: Loop, which: Flags) -> Loop:
+def _with_wires(loop: LinearLoop, which: Flags) -> LinearLoop:
     kept = loop.sources[which], loop.delays[which], loop.ways[which]
     return loop._replace(sources=kept[0], delays=kept[1], ways=kept[2])
 

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.ends import ServerEnd, UserEnd
+from pmwvc_analysis.models.ends import PerturbedServer, PerturbedUser
 from pmwvc_analysis.models.linear import (
     NonlinearError,
     amplitude_of,
@@ -43,7 +43,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 LONGEST = 20000  # ticks of a hyperperiod
 USUAL = User("")
 SERVER = ServerParams()
-OF_BOTH = ("master", "baseline", "own", "safety")  # groups of a user
+OF_BOTH = ("name", "side", "master", "baseline", "own", "safety")  # of a user
 EQUAL = 1e-9  # relative to the largest entry
 FRAME_TICKS = 8  # on the strict channel
 
@@ -61,7 +61,9 @@ def matrices(
         different = tuple({id(run): run for run in of_runs}.values())
         numbers = {id(run): number for number, run in enumerate(different)}
         which = np.array([numbers[id(run)] for run in of_runs])
-        found.append((made_once(kind, different, outputs and kind is UserEnd, *given), which))
+        found.append(
+            (made_once(kind, different, outputs and kind is PerturbedUser, *given), which)
+        )
     return found
 
 
@@ -83,19 +85,12 @@ def ends_of(runs: Sequence[Scenario], live: bool) -> list[tuple[tuple[Any, ...],
     for i, each in enumerate(patterns):
         fed = any(run.users[i].master.position.is_on for run in runs)
         alone = each._replace(up=each.up._replace(delay=0))
-        found.append(
-            (
-                (UserEnd, ticks, dof, alone, fed),
-                _decisive(runs, slice(i, i + 1), (*OF_BOTH, "device"), server=False),
-            )
-        )
-    found.append(
-        (
-            (ServerEnd, ticks, dof, patterns),
-            _decisive(runs, slice(None), (*OF_BOTH, "contact"), server=True),
-        )
-    )
-    return found
+        of_user = _decisive(runs, slice(i, i + 1), "device")
+        found.append(((PerturbedUser, ticks, dof, alone, fed), of_user))
+    return [
+        *found,
+        ((PerturbedServer, ticks, dof, patterns), _decisive(runs, slice(None), "contact")),
+    ]
 
 
 def _try(runs: Sequence[Scenario], what: str, live: bool) -> None:
@@ -110,26 +105,21 @@ def _try(runs: Sequence[Scenario], what: str, live: bool) -> None:
         raise NonlinearError(f"{what}: not perturbed: {reason(error)}") from error
 
 
-def _decisive(
-    runs: Sequence[Scenario], users: slice, of_user: Sequence[str], *, server: bool
-) -> list[Scenario]:
-    """Return of each run what decides an end, these groups of some users and maybe the server's:
-    the same scenario where they are the same.
+def _decisive(runs: Sequence[Scenario], users: slice, group: str) -> list[Scenario]:
+    """Return of each run what decides an end: some groups of users, and those of the server where
+    contacts are; the same scenario where they are the same.
     """
-    made: dict[tuple[int, ...], Scenario] = {}
-    found = []
+    made, found = dict[tuple[int, ...], Scenario](), []
     for run in runs:
-        parts = [{name: getattr(user, name) for name in of_user} for user in run.users[users]]
-        key = *(id(each) for part in parts for each in part.values()), id(run.server) * server
+        parts = [
+            {name: getattr(user, name) for name in (*OF_BOTH, group)} for user in run.users[users]
+        ]
+        server = run.server if group == "contact" else SERVER
+        key = (id(server), *(id(each) for part in parts for each in part.values()))
         if key not in made:
-            pairs = zip(run.users[users], parts, strict=True)
-            own = tuple(
-                changed(USUAL, name=user.name, side=user.side, **part) for user, part in pairs
-            )
-            period_s = run.server.period_s
-            made[key] = changed(
-                run, users=own, server=run.server if server else changed(SERVER, period_s=period_s)
-            )
+            own = tuple(changed(USUAL, **part) for part in parts)
+            server = changed(server, period_s=run.server.period_s)
+            made[key] = changed(run, users=own, server=server)
         found.append(made[key])
     return found
 

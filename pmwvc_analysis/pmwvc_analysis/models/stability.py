@@ -18,7 +18,7 @@ from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.long_delays import Long, is_long
-from pmwvc_analysis.models.loop import Loop, loop_of
+from pmwvc_analysis.models.loop import LinearLoop, loop_of
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
@@ -110,7 +110,7 @@ def _model(
     return model
 
 
-def model_of(loop: Loop) -> Linear | Long:
+def model_of(loop: LinearLoop) -> Linear | Long:
     """Return the model of loops: of a matrix, or with long delays apart."""
     return Long(loop) if is_long(loop) else Linear(loop)
 

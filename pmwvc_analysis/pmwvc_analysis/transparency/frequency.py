@@ -5,7 +5,7 @@
 A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperperiod of N ticks, the
 input w exp(j theta N n) with w[i, k] = p_i exp(j theta k), p_i a vector where axes are coupled.
 States and packets follow from the equations of
-:meth:`.loop.Loop.equations` at Z = exp(j theta N), whatever
+:meth:`.loop.LinearLoop.equations` at Z = exp(j theta N), whatever
 the delay. Of what comes out, with its images at theta + 2 pi j/N, the component at theta is the
 mean of y(k) exp(-j theta k) over the hyperperiod.
 
@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.models.response import OUTPUTS
 from pmwvc_core.numeric import Array, Complex
 
@@ -28,7 +28,7 @@ PEAK = 1e-7  # relative precision of its frequency
 
 
 def response(
-    loop: Loop,
+    loop: LinearLoop,
     frequency_hz: Array,
     *,
     output: str = "x",

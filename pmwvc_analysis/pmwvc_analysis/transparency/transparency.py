@@ -26,7 +26,7 @@ import numpy as np
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import build, spectral_radius, stable
-from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
 from pmwvc_analysis.transparency.pressing import press_notes, pressing
 from pmwvc_core.controllers.library import has_waves
@@ -145,7 +145,7 @@ def untouched(scenario: Scenario) -> Scenario:
     return scenario
 
 
-def _across(model: Loop, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
+def _across(model: LinearLoop, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
     """Return a note on the motion at rest across the axis, where the axes are coupled."""
     dof, low, moved = model.dof, low_hz(peak_hz), []
     name = model.scenario.users[user].name
@@ -159,7 +159,7 @@ def _across(model: Loop, user: int, axis: int, forces: Array, peak_hz: float | N
     )
 
 
-def _rendered(model: Loop, user: int, axis: int, forces: Array) -> Rendering:
+def _rendered(model: LinearLoop, user: int, axis: int, forces: Array) -> Rendering:
     of: dict[str, Any] = {"user": user, "axis": axis}
     peak = first_peak_hz(partial(response, model, forces=forces, **of), model.tick_s)
     frequency = low_hz(peak)
