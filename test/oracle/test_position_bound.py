@@ -126,7 +126,7 @@ def test_wave_variables_attain_the_bound(b, tau):
         assert of_bound(waves, s, tau, b) == pytest.approx(1.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("family", [filtered, answered, ladder, damped])
+@pytest.mark.parametrize("family", [filtered, answered, ladder])
 def test_a_wall_beside_free_space_is_bounded_at_every_real_frequency(family):
     random = np.random.default_rng(2)
     largest = 0.0

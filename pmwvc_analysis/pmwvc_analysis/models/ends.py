@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import Path, lifted, stacked, text_of
-from pmwvc_analysis.models.links import LinkTimes, OneWay
+from pmwvc_analysis.models.links import LinkTimes, LinkWay
 from pmwvc_analysis.models.rest import (
     AMPLE_J,
     server_at_rest,
@@ -69,8 +69,8 @@ class End:
     name: str
 
     def __init__(
-        self, scenario: Scenario, made: Sequence[tuple[Any, Any]], ways: Sequence[OneWay], extra: int,
-        ticks: int, dof: int,
+        self, scenario: Scenario, made: Sequence[tuple[Any, Any]], ways: Sequence[LinkWay],
+        extra: int, ticks: int, dof: int,
     ) -> None:  # fmt: skip
         self.scenario, self.tick_s, self.runs = scenario, scenario.tick_s, len(made)
         self.ways, self.ticks, self.dof = ways, ticks, dof

@@ -43,7 +43,7 @@ class Times(NamedTuple):
 EVERY_TICK = Times(1, 0)
 
 
-class OneWay(NamedTuple):
+class LinkWay(NamedTuple):
     """A link in one direction."""
 
     sent: Times
@@ -56,7 +56,7 @@ class OneWay(NamedTuple):
         return [self.delay + (look - self.delay - of.phase) % of.period for look in looks]
 
     @property
-    def pattern(self) -> "OneWay":
+    def pattern(self) -> "LinkWay":
         """The shortest delay with the same arrivals at the receiver."""
         return self._replace(delay=self.delay % self.sent.period)
 
@@ -77,8 +77,8 @@ class OneWay(NamedTuple):
 class LinkTimes(NamedTuple):
     """When a user's end and the server talk to each other."""
 
-    up: OneWay
-    down: OneWay
+    up: LinkWay
+    down: LinkWay
     taken: Times  # when the user's end takes an answer into its port
 
 
@@ -93,5 +93,5 @@ def link_times(user: User, scenario: Scenario, *, live: bool) -> LinkTimes:
     )
     sends = Times(frame, 0)
     return LinkTimes(
-        OneWay(sends, serve, up), OneWay(serve, EVERY_TICK, down), Times(frame, answer)
+        LinkWay(sends, serve, up), LinkWay(serve, EVERY_TICK, down), Times(frame, answer)
     )

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from pmwvc_analysis.models.elements import lifted
-from pmwvc_analysis.models.links import OneWay
+from pmwvc_analysis.models.links import LinkWay
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
 from pmwvc_core.law.channel.arrivals import StrictArrivals
@@ -100,7 +100,7 @@ def with_pace(s: Any, pace: Pace, store_s: float) -> Any:
 
 
 @functools.lru_cache(maxsize=4096)
-def settled_pace(way: OneWay, tick_s: float) -> Pace:
+def settled_pace(way: LinkWay, tick_s: float) -> Pace:
     """Return the settled clock of a receiver where a hyperperiod begins."""
     sent, looked = way.sent, way.looked
     ticks, pace = math.lcm(sent.period, looked.period), RESTING_PACE
