@@ -30,9 +30,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
-from pmwvc_analysis.models.linearize import reduced
 from pmwvc_analysis.models.loop import System
 from pmwvc_analysis.models.matrices import matrices
+from pmwvc_analysis.models.reduced import reduced
 from pmwvc_analysis.models.response import EndMatrix
 from pmwvc_analysis.models.variation import changed, with_impedances
 from pmwvc_core.controllers.library import proofs_hold

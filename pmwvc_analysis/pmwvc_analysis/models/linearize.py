@@ -25,7 +25,6 @@ small problem (I - Q Q^T)(A - I)[:, p] t_p = 0: what is zero there but for round
 Equations: docs/theory.md 15.1, 15.2.
 """
 
-from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
@@ -34,7 +33,7 @@ import numpy as np
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.loop import LinearLoop, held, loop_of, put_in
-from pmwvc_analysis.models.response import MOVING, StateName
+from pmwvc_analysis.models.reduced import placed, reduced
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
@@ -42,7 +41,6 @@ from pmwvc_core.scenario.scenario import Scenario
 ROUNDING = 1e-9  # of a radius
 STANDING, MOVING_ON = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
 LARGEST_LIFTED = 4000  # users times ticks times axes
-PLACED = (*MOVING, ".deflection", ".local.x")  # and of springs: what gives a rigid motion
 
 
 class Linear:
@@ -107,50 +105,6 @@ def build(scenario: Scenario, *, live: bool = False) -> LinearLoop:
 def spectral_radius(loop: LinearLoop) -> float:
     """Return the largest length of an eigenvalue of A without rigid motions."""
     return float(Linear(loop).radii()[0])
-
-
-def placed(states: Iterable[StateName]) -> Flags:
-    """Tell of every state whether it is one that gives a rigid motion ``(n,)``."""
-    return np.array([name.endswith(PLACED) for name, _ in states], dtype=np.bool_)
-
-
-def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
-    """Return the states that matter, and the matrix on them alone.
-
-    ``whole`` is ``(runs, n and signals, n and inputs)``: the n states after a step, and what is
-    read of them otherwise; ``always`` are ``(n,)`` states that matter in any case.
-    """
-    n, whole = len(always), whole.copy()
-    filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run
-    kept = np.arange(n)
-    while True:
-        twins = _twins(whole, kept, always)
-        for twin, first in twins.items():
-            whole[:, :, first] += whole[:, :, twin]
-            filled[:, first] = np.any(whole[:, :, first] != 0.0, axis=0)
-        still = np.setdiff1d(kept, list(twins))
-        own = still[:, np.newaxis] == np.arange(whole.shape[2])
-        columns = np.r_[still, n : whole.shape[2]]
-        driven = np.any((filled[still] & ~own)[:, columns], axis=1)
-        others = filled[still] & ~(own & (whole[0, still] == 1.0))  # a sum only it reads is none
-        seen = others.any(axis=0) | filled[n:].any(axis=0)
-        left = still[always[still] | (driven & seen[still])]
-        gone = np.setdiff1d(kept, left)
-        whole[:, :, gone], filled[:, gone] = 0.0, False
-        if len(left) == len(kept):
-            rows = np.r_[kept, n : whole.shape[1]]
-            return kept.tolist(), whole[:, rows[:, np.newaxis], np.r_[kept, n : whole.shape[2]]]
-        kept = left
-
-
-def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
-    """Return states that are equal to an earlier one after every step."""
-    first: dict[bytes, int] = {}  # by their rows in every run
-    return {
-        j: earlier
-        for j in kept.tolist()
-        if (earlier := first.setdefault((whole[:, j] + 0.0).tobytes(), j)) != j and not always[j]
-    }
 
 
 def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:

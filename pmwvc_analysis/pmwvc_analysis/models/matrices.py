@@ -31,6 +31,7 @@ from pmwvc_analysis.models.linear import (
     require_linear,
 )
 from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
+from pmwvc_analysis.models.reduced import placed, reduced
 from pmwvc_analysis.models.response import ONE, EndMatrix, Response
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import PLAIN
@@ -126,8 +127,10 @@ def _decisive(runs: Sequence[Scenario], users: slice, group: str) -> list[Scenar
 
 @lru_cache(maxsize=64)
 def made_once(kind: Any, runs: tuple[Scenario, ...], forces: bool, *given: Any) -> EndMatrix:
-    """Return the matrix of an end."""
-    return Response(kind(runs, *given), forces).matrix()
+    """Return the matrix of an end, of its states that matter there."""
+    found = Response(kind(runs, *given), forces).matrix()
+    kept, matrix = reduced(found.matrix, placed(found.states))
+    return found._replace(states=[found.states[j] for j in kept], matrix=matrix)
 
 
 def as_tried(runs: Sequence[Scenario]) -> Sequence[Scenario]:
