@@ -11,7 +11,8 @@ from support import handmade
 from support import plain as files
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.result import SERVER, TOLERANCE_NOTED
+from pmwvc_analysis.budget.result import SERVER
+from pmwvc_analysis.traces.thresholds import CLOSED_NOTED
 from pmwvc_analysis.verdicts.passivity import Passivity, budget_lines
 from pmwvc_core.simulation.session import simulate_one
 
@@ -178,7 +179,7 @@ def test_missing_records_are_noted_and_the_budget_still_nearly_closes():
     assert found.notes == ["user1: 24 ticks not recorded"]
     assert found.closes
     assert np.abs(found.residual_j).max() > 1e-9  # it shows all the same
-    assert found.tolerance_j == pytest.approx(TOLERANCE_NOTED * found.moved_j, rel=1e-6)
+    assert found.tolerance_j == pytest.approx(CLOSED_NOTED * found.moved_j, rel=1e-6)
 
 
 def test_the_budget_ends_where_a_master_was_started_again():

@@ -80,7 +80,7 @@ def test_a_passivity_controller_is_judged_with_the_link_it_pays_for():
     traces, scenario = simulated("carry_16ms", "controller=tdpa", "baseline.tdpa.damping=0")
     found = budget(traces, scenario)
     together = {(owner, part): series for owner, part, series in found.judged()}
-    sums = together["user1", "link_and_tdpa_dissipated"].sums
+    sums = together["user1", "link_and_tdpa_dissipated"]
     alone = found.parts["user1"]["link"]
     np.testing.assert_allclose(sums - alone, found.parts["user1"]["tdpa_dissipated"], atol=1e-12)
     assert sums[-1] > alone[-1]  # it paid
@@ -119,7 +119,7 @@ def test_a_velocity_filter_is_judged_with_the_filter_that_pays_for_it():
     found = budget(traces, scenario)
     part = "velocity_filter_and_filter_and_hold_and_rate_drop"
     sums = {(o, p): series for o, p, series in found.judged()}["user1", part]
-    assert sums.sums.min() > -1e-9
+    assert sums.min() > -1e-9
     kept = traces.users[0].accounts["velocity_filter"]
     assert kept.min() < 0.0  # by itself it gives out
     assert not [part for owner, part in said(found) if "velocity_filter" in part]

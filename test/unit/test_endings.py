@@ -9,7 +9,6 @@ from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.traces.stages import until
-from pmwvc_analysis.verdicts.check import reasons
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
@@ -97,7 +96,7 @@ def test_another_publisher_is_named_and_fails_the_check():
     traces.events = [{"time_s": 1.0, "who": "/server/trace", "kind": "stranger", "what": what}]
     result = judged(traces)
     assert result["strangers"] == [what]
-    assert reasons(result) == [f"another publisher: {what}"]
+    assert result["check"]["reasons"] == [f"Another publisher: {what}."]
 
 
 def test_what_is_cut_off_is_the_session_that_ended_then():

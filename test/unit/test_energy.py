@@ -10,9 +10,10 @@ from support import handmade
 from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
-from pmwvc_analysis.budget.criterion import TOLERANCE_J
 from pmwvc_analysis.budget.energy import Balance, user_energies
-from pmwvc_analysis.traces.sums import UserSums, running
+from pmwvc_analysis.traces.block_sums import BlockSums
+from pmwvc_analysis.traces.sums import running
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
 
@@ -87,8 +88,7 @@ def test_a_gap_in_the_record_is_not_judged_and_leaves_no_hole():
         assert same.sum() == len(after.time_s) == len(before.time_s) - 21
         np.testing.assert_allclose(after.balance_j, before.balance_j[same], atol=1e-12)
     # the control: inside the gap the server goes on while the record of the master stands still
-    (user, *_), last = holed.users, gone.start * TICKS - 1
-    early = UserSums(user, user.time_s + 0.5 * user.tick_s).of_wave("u_m")[last]
+    early = BlockSums(holed.users[0]).of_wave("u_m")[gone.start - 1]
     assert early - running(holed.server.energy_u_s[0])[gone.stop] < -100 * TOLERANCE_J
 
 
@@ -157,7 +157,7 @@ def test_without_the_server_there_is_no_balance():
 def test_a_tick_counts_when_it_really_ran():
     traces = handmade.session()
     for user in traces.users:
-        user.lateness_s[-2 * TICKS :] = 2 * FRAME_S  # all that is late brings nothing any more
+        user.lateness_s[-TICKS:] = 2 * FRAME_S  # the packet of the block before is late as well
     up = user_energies(traces)[0].up
     assert up.balance_j[-1] == pytest.approx((DELAY_FRAMES - 1) * IN_FLIGHT_J, rel=1e-9)
 

@@ -17,11 +17,11 @@ from typing import NamedTuple
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.traces.thresholds import EARLY_S
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
-EARLY_S = 0.5  # before the end of the session
 LOOP = ("server", "netem")  # nodes that everybody needs
 
 
@@ -118,7 +118,7 @@ def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
     cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
     if scenario is None or traces.simulated:
         return cut
-    if traces.duration_s > scenario.duration_s - EARLY_S:
+    if (end_s := session_end_s(traces, scenario)) > scenario.duration_s - EARLY_S:
         return ""
-    length = f"{traces.duration_s:.1f} of {scenario.duration_s:g} s"
+    length = f"{end_s:.1f} of {scenario.duration_s:g} s"
     return f"{cut}: {length} are on record" if cut else f"the session ended after {length}"
