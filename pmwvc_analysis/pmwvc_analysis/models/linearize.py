@@ -9,9 +9,7 @@ times. Over it the state goes on by a constant matrix::
 
 with f the hands' forces held over every tick, and y motion and force at the start of every tick,
 both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix.
-States that are not read, not driven, or present twice are left out, where entries are exactly zero
-or rows exactly equal in every run: that changes no eigenvalue other than zero, nor what follows
-from the inputs.
+Of all states those count that matter (:mod:`.reduced`).
 
 **Rigid motions** are no instability: where nothing holds the users to the ground, all may stand
 elsewhere (A t = t), and where nothing brakes them either, all may move on uniformly (A t = t up to

@@ -78,6 +78,11 @@ class System(NamedTuple):
         """Return the eigenvalues of A."""
         return np.asarray(np.linalg.eigvals(self.matrix[: self.n, : self.n]).astype(complex))
 
+    @property
+    def growth(self) -> float:
+        """The length of the longest eigenvalue of A; 0 without a state."""
+        return float(np.abs(self.poles()).max(initial=0.0))
+
     def angles_near(self, width: Array, widths: Array) -> Array:
         """Return angles so many widths [rad] before and behind that of every pole."""
         steps = np.multiply.outer(width, np.concatenate([-widths, widths]))

@@ -16,7 +16,7 @@ import numpy as np
 
 from pmwvc_analysis.models import elements
 from pmwvc_analysis.models.elements import Path
-from pmwvc_analysis.models.ends import SIGNALS, End, Signals, Slot
+from pmwvc_analysis.models.ends import SIGNALS, End, Slot
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_core.numeric import Array
 
@@ -108,15 +108,13 @@ class Response:
             self._read.append(read)
         self._went = rounds, one
 
-    def _signals(self, first: int) -> dict[Slot, Signals]:
+    def _signals(self, first: int) -> Any:
         """Return what comes in, one signal after the other."""
-        found, sizes = dict[Slot, Signals](), [len(values) for values in self._end.nothing]
-        for column, (slot, name, axis) in enumerate(self.came, start=first):
-            if name == SIGNALS[0] and axis == 0:
-                units = list(map(self._unit, range(column, column + sum(sizes))))
-                wave, position = units[: sizes[0]], units[sizes[0] : sizes[0] + sizes[1]]
-                found[slot] = tuple(wave), tuple(position), tuple(units[sum(sizes[:2]) :])
-        return found
+        found: dict[Slot, tuple[list[Any], ...]] = {}
+        for column, (slot, name, _) in enumerate(self.came, start=first):
+            parts = found.setdefault(slot, ([], [], []))
+            parts[SIGNALS.index(name)].append(self._unit(column))
+        return {slot: tuple(map(tuple, parts)) for slot, parts in found.items()}
 
     def _unit(self, column: int) -> Any:
         """Return what is one in a column, and weighted in the two that have all at once."""

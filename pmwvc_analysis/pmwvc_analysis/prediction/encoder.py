@@ -9,31 +9,20 @@ the difference quotient (e_k - e_{k-1})/T_c is in the packets; the environment g
     P = b q^2/(12 T_c^2) mean of |1 - 1/z|^2 |H|^2 over all frequencies
 
 **Strict channel.** What the port of the hand releases is bounded by
-:mod:`pmwvc_core.master.count_bound`, which needs a hand on the device. Whatever the bound says, a
-scenario without a person is simulated for its first ``LONGEST_S``, judged by the true motion.
+:mod:`pmwvc_core.master.count_bound`, which needs a hand on the device.
 
 Equations: docs/theory.md 14.4.
 """
 
-import dataclasses
-import functools
-
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import behind_counts, held
-from pmwvc_analysis.budget.energy import declared, user_energies
-from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.filter_design import response
 from pmwvc_core.wave.impedance import largest
 
 POINTS = 16384  # frequencies of a mean
-LONGEST_S = 6.0
-BY_PEOPLE = ("remote", "none")  # operators whose force is a person's
-LEAST_J = 1e-6  # what every port is judged with
 
 
 def encoder_noise_w(user: User) -> float:
@@ -49,45 +38,14 @@ def encoder_noise_w(user: User) -> float:
 
 
 def encoder_lines(scenario: Scenario) -> list[str]:
-    """Return in words what the ports behind such encoders give out; nothing without one."""
+    """Return in words what the ports behind such encoders may give out; nothing without one."""
     found = []
-    duration_s = min(scenario.duration_s, LONGEST_S)
     for user in scenario.users:
         if not behind_counts(user, scenario):
             continue
-        bound, kind = count_bound(user.master, user.device), user.operator.kind
-        words = f"{user.name}: {bound.text}"
+        words = f"{user.name}: {count_bound(user.master, user.device).text}"
         if not held(user):
+            kind = user.operator.kind
             words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
-        given_j = None
-        if user.device.is_simulated and kind not in BY_PEOPLE:
-            given_j = _given_j(scenario, duration_s).get(user.name)
-        if given_j is None:
-            found.append(f"{words} This session is not simulated beforehand.")
-            continue
-        port = f"{words} Simulated for {duration_s:g} s, the hand port"
-        released = f"{port} releases up to {quantity(given_j, 'J')}"
-        if given_j <= LEAST_J:
-            found.append(f"{port} is passive.")
-        elif bound.holds and held(user) and given_j <= bound.given_j:
-            found.append(f"{released}, within that bound.")
-        else:
-            found.append(
-                f"Warning: {released} more than it received. A velocity of the device's own, a "
-                "finer encoder or a smaller master.impedance gives less."
-            )
+        found.append(words)
     return found
-
-
-@functools.lru_cache(maxsize=4)
-def _given_j(scenario: Scenario, duration_s: float) -> dict[str, float]:
-    """Return what every hand port gave out beyond what it took in and its controller was lent [J];
-    none where the scenario cannot be simulated.
-    """
-    short = dataclasses.replace(scenario, duration_s=duration_s)
-    try:
-        energies = user_energies(simulate_one(short), short)
-    except PmwvcError:  # a file or plug-in that a recorded session had
-        return {}
-    lent_j = {user.name: declared(short, user).controller_j for user in short.users}
-    return {each.name: -each.joint.minimum_j - lent_j[each.name] for each in energies}
