@@ -15,7 +15,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.criterion import bounded
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.prediction.encoder import encoder_lines
+from pmwvc_analysis.prediction.text import encoder_lines
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
